@@ -1,0 +1,2 @@
+//! The kardan command.
+fn main() {}

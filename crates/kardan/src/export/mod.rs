@@ -1,0 +1,1 @@
+//! Export: bytes from results; nothing is computed here.

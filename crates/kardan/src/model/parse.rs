@@ -1,0 +1,1 @@
+//! Model file text to a document of typed tables.

@@ -1,0 +1,243 @@
+//! What a study produces: plain data with names and units, nothing computed here.
+
+/// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Physical {
+    /// Angle, rad.
+    Angle,
+    /// Angular velocity, rad/s.
+    Speed,
+    /// Torque, N m.
+    Torque,
+    /// Energy, J.
+    Energy,
+}
+
+impl Physical {
+    /// The SI unit of the stored numbers.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Physical::Angle => "rad",
+            Physical::Speed => "rad/s",
+            Physical::Torque => "N m",
+            Physical::Energy => "J",
+        }
+    }
+
+    /// The word for an axis label.
+    pub fn word(self) -> &'static str {
+        match self {
+            Physical::Angle => "angle",
+            Physical::Speed => "angular velocity",
+            Physical::Torque => "torque",
+            Physical::Energy => "energy",
+        }
+    }
+}
+
+/// One time series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    /// Modelica-style name: `rk.phi`, `wg_motor.tau`, `ref_rk`.
+    pub name: String,
+    /// Angle, speed, torque or energy.
+    pub physical: Physical,
+    /// One sentence for the reader of a table.
+    pub description: String,
+    /// One value for each entry of [`Series::time`], SI.
+    pub values: Vec<f64>,
+}
+
+/// All signals of one run on one time grid. Values at the time of a step are those just after it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    /// Time in s, strictly increasing.
+    pub time: Vec<f64>,
+    /// The signals.
+    pub signals: Vec<Signal>,
+}
+
+impl Series {
+    /// The signal of that name.
+    pub fn signal(&self, name: &str) -> Option<&Signal> {
+        self.signals.iter().find(|signal| signal.name == name)
+    }
+}
+
+/// The energy balance of a run, J: `input = stored + dissipated + residual`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Work done by all inputs and disturbances.
+    pub input: f64,
+    /// Change of kinetic and potential energy.
+    pub stored: f64,
+    /// Loss in dampers and friction.
+    pub dissipated: f64,
+    /// What the integration did not account for; its size certifies the run.
+    pub residual: f64,
+}
+
+/// Something that happened at a located instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// Time in s.
+    pub time: f64,
+    /// `fs sticks`, `rk slips backward`, `ref_rk steps to 3.14159 rad`, `wg_motor reaches its torque limit`.
+    pub what: String,
+}
+
+/// Whether a run reached its end.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It did.
+    Completed,
+    /// It stopped early; everything up to `time` is kept.
+    Failed {
+        /// Time reached, s.
+        time: f64,
+        /// What went wrong, why, and what to try.
+        cause: String,
+    },
+}
+
+/// A parameter value of a variant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParameterValue {
+    /// Name in the model file.
+    pub name: String,
+    /// Value in SI.
+    pub value: f64,
+    /// SI unit.
+    pub unit: String,
+    /// As written in the file: `10 deg`.
+    pub text: String,
+}
+
+/// A requirement of the model file, judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RequirementResult {
+    /// In words: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
+    pub text: String,
+    /// The measured value, SI; NaN if the run ended before it could be measured.
+    pub measured: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Whether it holds.
+    pub passed: bool,
+}
+
+/// What the integrator did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// Accepted steps.
+    pub steps: usize,
+    /// Rejected steps.
+    pub rejected: usize,
+    /// Evaluations of the equations of motion.
+    pub evaluations: usize,
+    /// Located events.
+    pub events: usize,
+}
+
+/// The run of one variant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// `beta-10deg`; the model's name if there are no variants.
+    pub name: String,
+    /// The values that make this variant.
+    pub parameters: Vec<ParameterValue>,
+    /// The signals.
+    pub series: Series,
+    /// The energy balance up to the end (or the failure).
+    pub energy: Energy,
+    /// Events in order of time.
+    pub events: Vec<Event>,
+    /// Whether the run reached its end.
+    pub outcome: Outcome,
+    /// The model file's requirements.
+    pub requirements: Vec<RequirementResult>,
+    /// What the reader must know, such as a split between parallel friction elements that is not unique.
+    pub notes: Vec<String>,
+    /// What the integrator did.
+    pub effort: Effort,
+}
+
+/// A matrix with named rows and columns, for display.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NamedMatrix {
+    /// What it is: `reduced inertia`.
+    pub title: String,
+    /// SI unit of the entries, if they share one.
+    pub unit: String,
+    /// Row names.
+    pub rows: Vec<String>,
+    /// Column names.
+    pub columns: Vec<String>,
+    /// Entries, row by row: `values[row][column]`.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// A designed control law, for display.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LawSummary {
+    /// Name in the model file.
+    pub name: String,
+    /// The law's keyword.
+    pub law: String,
+    /// The designed numbers.
+    pub gains: Vec<NamedMatrix>,
+    /// One sentence each: effective inertia, design model, relative degrees.
+    pub notes: Vec<String>,
+}
+
+/// A complex number for display: `(real, imaginary)`, 1/s.
+pub type Pole = (f64, f64);
+
+/// What the model is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ModelSummary {
+    /// Name.
+    pub name: String,
+    /// From the file.
+    pub description: String,
+    /// `(kind, name, values as one line)` of every element.
+    pub elements: Vec<(String, String, String)>,
+    /// Shafts chosen as reduced coordinates.
+    pub coordinates: Vec<String>,
+    /// The reduced matrices at the initial position.
+    pub matrices: Vec<NamedMatrix>,
+    /// The designed laws.
+    pub laws: Vec<LawSummary>,
+    /// Poles of the linearised loop at the initial position, first variant, without Coulomb friction.
+    pub closed_loop_poles: Vec<Pole>,
+}
+
+/// One plot asked for by the model file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plot {
+    /// File name stem and anchor: `rack-angle`.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// A sentence beneath it.
+    pub caption: String,
+    /// Signals, drawn for every variant listed.
+    pub signals: Vec<String>,
+    /// References drawn once, dashed.
+    pub references: Vec<String>,
+    /// Names of variants; empty: all.
+    pub variants: Vec<String>,
+}
+
+/// Everything a study produced.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Study {
+    /// The model.
+    pub model: ModelSummary,
+    /// One run for each variant, in the order of the file.
+    pub runs: Vec<Run>,
+    /// The plots to draw.
+    pub plots: Vec<Plot>,
+    /// Warnings of the model file, in plain text.
+    pub warnings: Vec<String>,
+}

@@ -1,0 +1,121 @@
+//! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::units::{Dimension, Exact};
+
+/// Which numbers a field takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sign {
+    /// Any finite number.
+    Any,
+    /// Zero or more.
+    NonNegative,
+    /// More than zero.
+    Positive,
+    /// Anything but zero.
+    NonZero,
+}
+
+/// What a field of a table holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// The name of a shaft.
+    Shaft,
+    /// Two or more different shaft names; the number asked for (0: any number from one up).
+    Shafts(usize),
+    /// A number with a unit, as text: `"130 kg mm^2"`; or the name of a parameter.
+    Quantity(Dimension, Sign),
+    /// A number without a unit (a TOML number or its text, also `"51/50"`); or the name of a parameter.
+    Number(Sign),
+    /// A table from shaft names to numbers: `{ wg = 1, cs = -51, fs = 50 }`.
+    Coefficients,
+    /// One of a few words.
+    Choice(&'static [&'static str]),
+    /// The name of an element of one of the kinds listed.
+    Element(&'static [&'static str]),
+    /// The name of a signal: `rk.phi`, `driver.tau`, a reference or a disturbance.
+    Signal,
+    /// A list of signal names.
+    Signals,
+    /// A list of names of variants.
+    Words,
+    /// A new name that this table introduces (a reference such as `ref_rk`).
+    Name,
+    /// Free text.
+    Text,
+    /// A quantity of any dimension; the reader checks the dimension against the signal it belongs to.
+    AnyQuantity,
+    /// A table from parameter names to quantities: `{ beta = "0 deg" }`.
+    Overrides,
+    /// A list of tables, each of the given shape.
+    Tables(&'static [Field]),
+}
+
+/// One key of a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Field {
+    /// The key.
+    pub name: &'static str,
+    /// What it holds.
+    pub kind: Kind,
+    /// Whether the table is incomplete without it.
+    pub required: bool,
+    /// One sentence for the manual; says what holds when the key is left out.
+    pub doc: &'static str,
+}
+
+impl Field {
+    /// A key that must be there.
+    pub const fn required(name: &'static str, kind: Kind, doc: &'static str) -> Self {
+        Self { name, kind, required: true, doc }
+    }
+
+    /// A key that may be left out.
+    pub const fn optional(name: &'static str, kind: Kind, doc: &'static str) -> Self {
+        Self { name, kind, required: false, doc }
+    }
+}
+
+/// A value with its place in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Byte range in the source text.
+    pub span: Range<usize>,
+}
+
+/// A quantity or number as written: a literal, or the name of a parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Scalar {
+    /// A literal in SI units, with its dimension.
+    Literal(Exact, Dimension),
+    /// The name of an entry of `[parameters]`.
+    Parameter(String),
+}
+
+/// What was read for a [`Field`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// For `Shaft`, `Element`, `Signal`, `Choice`, `Name` and `Text`.
+    Word(String),
+    /// For `Shafts`, `Signals` and `Words`.
+    Words(Vec<Spanned<String>>),
+    /// For `Quantity`, `AnyQuantity` and `Number`.
+    Scalar(Scalar),
+    /// For `Coefficients` (numbers) and `Overrides` (quantities).
+    Map(Vec<(Spanned<String>, Spanned<Scalar>)>),
+    /// For `Tables`.
+    Tables(Vec<Table>),
+}
+
+/// A table as read: known keys with typed values; what was wrong has been reported already.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Byte range of the table's header (or of the inline table).
+    pub span: Range<usize>,
+    /// The values by key.
+    pub values: BTreeMap<&'static str, Spanned<Value>>,
+}

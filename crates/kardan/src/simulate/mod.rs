@@ -1,0 +1,3 @@
+//! Simulation.
+
+pub mod dop853;
