@@ -1,10 +1,16 @@
 //! kardan: from one model file of a drivetrain to its equations, controllers and closed-loop runs.
 
+pub mod assemble;
 pub mod diagnostics;
+pub mod element;
+pub mod equations;
 pub mod export;
 pub mod model;
+pub mod num;
+pub mod reduce;
 pub mod report;
 pub mod results;
 pub mod schema;
 pub mod simulate;
+pub mod synthesis;
 pub mod units;

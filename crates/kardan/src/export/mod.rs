@@ -1,1 +1,64 @@
 //! Export: bytes from results; nothing is computed here.
+//!
+//! | function | gives | reads it |
+//! |---|---|---|
+//! | [`csv()`] | one table, a column for each signal | anything |
+//! | [`parquet()`] | the same table, with units in the metadata | pyarrow, polars, DuckDB, MATLAB |
+//! | [`json`] | the outcome of a study in a few numbers | scripts |
+//! | [`json_error`] | why there is no outcome | scripts |
+
+mod csv;
+mod extremes;
+mod json;
+mod parquet;
+
+pub use csv::csv;
+pub use extremes::{Extremes, extremes};
+pub use json::{Files, json, json_error};
+pub use parquet::{ParquetError, parquet};
+
+#[cfg(test)]
+mod example {
+    use crate::results::{
+        Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Series, Signal, Study,
+    };
+
+    pub fn run(name: &str, time: Vec<f64>, columns: Vec<(&str, Vec<f64>)>) -> Run {
+        let signals = columns
+            .into_iter()
+            .map(|(name, values)| Signal {
+                name: name.to_owned(),
+                physical: Physical::Angle,
+                description: format!("angle of {name}"),
+                values,
+            })
+            .collect();
+        Run {
+            name: name.to_owned(),
+            parameters: vec![ParameterValue {
+                name: "beta".into(),
+                value: 0.5,
+                unit: "rad".into(),
+                text: "0.5 rad".into(),
+            }],
+            series: Series { time, signals },
+            energy: Energy { input: 3.0, stored: 1.0, dissipated: 2.0, residual: 1e-12 },
+            events: vec![Event { time: 0.5, what: "rk sticks".into() }],
+            outcome: Outcome::Completed,
+            requirements: vec![RequirementResult {
+                text: "max |rk.phi| < 9 rad".into(),
+                measured: f64::NAN,
+                unit: "rad".into(),
+                passed: false,
+            }],
+            notes: vec!["the split is not unique".into()],
+            effort: Default::default(),
+        }
+    }
+
+    pub fn study(runs: Vec<Run>) -> Study {
+        let mut study = Study { runs, warnings: vec!["look here".into()], ..Study::default() };
+        study.model.name = "gear".into();
+        study
+    }
+}

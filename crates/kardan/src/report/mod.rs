@@ -1,1 +1,64 @@
-//! Report: one self-contained HTML file and SVG plots from results; nothing is computed here.
+//! Report: one self-contained HTML file and SVG plots from [`results`](crate::results).
+//!
+//! Nothing physical is computed here. What is computed serves the eye only: extremes of plotted signals, thinning of
+//! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
+//!
+//! ```text
+//! Study ─► curves (what is drawn, in which colour, under which name) ─┬─► svg      one picture for each plot
+//!                                                                    ├─► charts   the same, interactive
+//!                                                                    └─► tables, summary ─► page
+//! ```
+
+mod charts;
+mod curves;
+mod page;
+mod summary;
+mod svg;
+mod table;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod text;
+mod thin;
+mod ticks;
+
+use crate::results::Study;
+
+/// A drawn plot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotFile {
+    /// File name: `rack-angle.svg`; letters, digits, `-`, `_` and `.` only, unique within the study.
+    pub name: String,
+    /// The picture: an SVG document without references to anything outside it.
+    pub svg: String,
+}
+
+/// One SVG for each of the study's plots, in their order.
+///
+/// All signals of a plot are drawn for every variant it lists, in SI units over time in s; references are dashed and
+/// drawn once. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
+/// leave a gap. A plot without data gives empty axes that say so.
+///
+/// ```
+/// use kardan::results::{Plot, Study};
+/// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
+/// assert_eq!(kardan::report::plots(&study)[0].name, "rack-angle.svg");
+/// ```
+pub fn plots(study: &Study) -> Vec<PlotFile> {
+    svg::plots(study)
+}
+
+/// The study as one HTML file that opens offline: interactive charts, key figures, requirements, energy balance,
+/// events, the model with its laws and poles, notes and warnings.
+///
+/// Nothing is fetched: styles, scripts and data are inside, and the page's own content policy forbids the rest. On
+/// paper and without JavaScript the pictures of [`plots`] take the place of the charts. Every text of the study is
+/// escaped. Curves are thinned to about 4000 points and keep every extreme.
+///
+/// ```
+/// let page = kardan::report::html(&kardan::results::Study::default());
+/// assert!(page.starts_with("<!doctype html>"));
+/// ```
+pub fn html(study: &Study) -> String {
+    page::html(study)
+}

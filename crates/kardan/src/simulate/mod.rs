@@ -1,3 +1,4 @@
 //! Simulation.
 
 pub mod dop853;
+pub mod friction;

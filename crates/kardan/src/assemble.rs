@@ -1,0 +1,184 @@
+//! Named terms to numbered rows: the equations of motion of the unconstrained bodies and their constraints.
+
+use std::sync::Arc;
+
+use crate::equations::{Curve, Direction, InputKind, NamedTerm, Sensor, Term};
+use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
+use crate::units::Exact;
+
+/// A law along a numbered direction.
+#[derive(Debug, Clone)]
+pub struct Along<T> {
+    /// The element it belongs to.
+    pub element: String,
+    /// `(shaft number, coefficient)`, sorted, no zeros.
+    pub row: Vec<(usize, Rational)>,
+    /// The coefficient of the law.
+    pub value: T,
+}
+
+impl<T> Along<T> {
+    /// The row as numbers for fast evaluation.
+    pub fn row_f64(&self) -> Vec<(usize, f64)> {
+        self.row.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect()
+    }
+}
+
+/// A spring's coefficient and relaxed angle.
+#[derive(Debug, Clone)]
+pub struct SpringLaw {
+    /// N m/rad.
+    pub stiffness: Exact,
+    /// rad.
+    pub rest: Exact,
+}
+
+/// A nonlinear transmission between numbered shafts, `q_driven = γ(q_driving)`.
+#[derive(Debug, Clone)]
+pub struct TransmissionRow {
+    /// The element it belongs to.
+    pub element: String,
+    /// y
+    pub driven: usize,
+    /// x
+    pub driving: usize,
+    /// γ
+    pub curve: Arc<dyn Curve>,
+}
+
+/// All terms of a model, by kind, over shafts numbered in the order of their names.
+///
+/// The order of the file never shows: shafts are sorted by name and terms by element name.
+#[derive(Debug, Clone, Default)]
+pub struct Equations {
+    /// Shaft names, sorted; the coordinates q \[rad\].
+    pub shafts: Vec<String>,
+    /// Inertias, kg m².
+    pub inertias: Vec<Along<Exact>>,
+    /// Springs.
+    pub springs: Vec<Along<SpringLaw>>,
+    /// Dampers, N m s/rad.
+    pub dampers: Vec<Along<Exact>>,
+    /// Coulomb friction torques, N m, all above zero.
+    pub frictions: Vec<Along<Exact>>,
+    /// Linear constraints; the value is the offset, rad.
+    pub constraints: Vec<Along<Exact>>,
+    /// Nonlinear transmissions.
+    pub transmissions: Vec<TransmissionRow>,
+    /// Inputs.
+    pub inputs: Vec<Along<InputKind>>,
+    /// Sensors by element name.
+    pub sensors: Vec<(String, Sensor)>,
+}
+
+/// Numbers the shafts and sorts the terms of a model.
+///
+/// A transmission whose curve is exactly a shifted identity becomes a linear constraint.
+///
+/// # Panics
+/// If a term names a shaft that is not in `shafts` (the model checks this before).
+pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
+    let mut out = Equations { shafts: shafts.to_vec(), ..Equations::default() };
+    out.shafts.sort();
+    let number = |name: &str| {
+        out.shafts.binary_search_by(|shaft| shaft.as_str().cmp(name)).unwrap_or_else(|_| panic!("no shaft `{name}`"))
+    };
+    let row = |along: &Direction| {
+        let mut row: Vec<(usize, Rational)> =
+            along.entries.iter().map(|(name, x)| (number(name), x.to_rational())).filter(|(_, x)| !Scalar::is_zero(x)).collect();
+        row.sort_by_key(|(shaft, _)| *shaft);
+        row
+    };
+    let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
+    sorted.sort_by(|a, b| a.element.cmp(&b.element));
+    let mut next = Equations::default();
+    for NamedTerm { element, term } in sorted {
+        let element = element.clone();
+        match term {
+            Term::Inertia { along, inertia } => {
+                next.inertias.push(Along { element, row: row(along), value: inertia.clone() });
+            }
+            Term::Spring { along, stiffness, rest } => {
+                let value = SpringLaw { stiffness: stiffness.clone(), rest: rest.clone() };
+                next.springs.push(Along { element, row: row(along), value });
+            }
+            Term::Damper { along, damping } => {
+                next.dampers.push(Along { element, row: row(along), value: damping.clone() });
+            }
+            Term::Friction { along, torque } => {
+                next.frictions.push(Along { element, row: row(along), value: torque.clone() });
+            }
+            Term::Constraint { along, offset } => {
+                next.constraints.push(Along { element, row: row(along), value: offset.clone() });
+            }
+            Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
+                Some(shift) => {
+                    let along = Direction::difference(driven, Some(driving));
+                    let offset = Exact { rational: rational_from_f64(shift).unwrap_or_default(), pi: 0 };
+                    next.constraints.push(Along { element, row: row(&along), value: offset });
+                }
+                None => next.transmissions.push(TransmissionRow {
+                    element,
+                    driven: number(driven),
+                    driving: number(driving),
+                    curve: Arc::clone(curve),
+                }),
+            },
+            Term::Input { along, kind } => {
+                next.inputs.push(Along { element, row: row(along), value: kind.clone() });
+            }
+            Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
+        }
+    }
+    Equations { shafts: out.shafts, ..next }
+}
+
+impl Equations {
+    /// The coefficient matrix C of the linear constraints \[diss. (4.31)\], exact, one row per constraint.
+    pub fn constraint_matrix(&self) -> Matrix<Rational> {
+        dense(&self.constraints, self.shafts.len())
+    }
+
+    /// The inertia matrix `Σ J a aᵀ` over all shaft angles, exact, kg m².
+    pub fn inertia_matrix(&self) -> Matrix<Rational> {
+        self.sum(self.inertias.iter().map(|term| (&term.row, term.value.to_rational())))
+    }
+
+    /// The damping matrix `Σ d a aᵀ` over all shaft angles, exact, N m s/rad.
+    pub fn damping_matrix(&self) -> Matrix<Rational> {
+        self.sum(self.dampers.iter().map(|term| (&term.row, term.value.to_rational())))
+    }
+
+    /// The stiffness matrix `Σ s a aᵀ` over all shaft angles, exact, N m/rad.
+    pub fn stiffness_matrix(&self) -> Matrix<Rational> {
+        self.sum(self.springs.iter().map(|term| (&term.row, term.value.stiffness.to_rational())))
+    }
+
+    /// The input matrix over all shaft angles, one column per input, exact.
+    pub fn input_matrix(&self) -> Matrix<Rational> {
+        dense(&self.inputs, self.shafts.len()).transpose()
+    }
+
+    fn sum<'a>(&'a self, terms: impl Iterator<Item = (&'a Vec<(usize, Rational)>, Rational)>) -> Matrix<Rational> {
+        let n = self.shafts.len();
+        let mut out = Matrix::<Rational>::zeros(n, n);
+        for (row, coefficient) in terms {
+            for (i, x) in row {
+                for (j, y) in row {
+                    out[(*i, *j)] = out[(*i, *j)].plus(&coefficient.times(x).times(y));
+                }
+            }
+        }
+        out
+    }
+}
+
+fn dense<T>(rows: &[Along<T>], shafts: usize) -> Matrix<Rational> {
+    let mut out = Matrix::<Rational>::zeros(rows.len(), shafts);
+    for (i, along) in rows.iter().enumerate() {
+        for (j, x) in &along.row {
+            out[(i, *j)] = x.clone();
+        }
+    }
+    out
+}

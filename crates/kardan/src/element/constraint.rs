@@ -1,0 +1,47 @@
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// Any linear row by hand, \[diss. (4.31)\] with an offset.
+pub const CONSTRAINT: Element = Element {
+    keyword: "constraint",
+    summary: "Any linear relation between shaft angles, by hand: sum of coefficient times angle = offset.",
+    sketch: "    a1 q1 + a2 q2 + ... = offset",
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it.",
+    fields: &[
+        Field::required(
+            "coefficients",
+            Kind::Coefficients,
+            "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.",
+        ),
+        Field::optional(
+            "offset",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "The right-hand side; left out: zero.",
+        ),
+    ],
+    example: "\
+[constraint.belt]
+coefficients = { pulley_1 = 2, pulley_2 = -3 }
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let all_zero = values.map("coefficients").is_some_and(|map| map.iter().all(|(_, x)| x.is_zero()));
+    if !all_zero {
+        return Vec::new();
+    }
+    vec![Mistake::new(
+        "coefficients",
+        "all coefficients are zero, so nothing is constrained",
+        "give at least one coefficient that is not zero",
+    )]
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
+    vec![Term::Constraint { along, offset: values.exact_or_zero("offset") }]
+}

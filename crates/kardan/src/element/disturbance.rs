@@ -1,0 +1,22 @@
+use super::{Element, Values, no_check};
+use crate::equations::{Direction, InputKind, Term};
+use crate::schema::{Field, Kind};
+
+/// A torque from outside, set by the scenario and unknown to the laws.
+pub const DISTURBANCE: Element = Element {
+    keyword: "disturbance",
+    summary: "A torque from outside on a shaft; events of the scenario set it, control laws do not know it.",
+    sketch: "    road --> tau on shaft",
+    signs: "Positive in the sense of the shaft's angle; the signal carries the element's own name.",
+    fields: &[Field::required("shaft", Kind::Shaft, "The shaft that the torque acts on.")],
+    example: "\
+[disturbance.T_dist]
+shaft = \"rk\"
+",
+    check: no_check,
+    terms,
+};
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    vec![Term::Input { along: Direction::shaft(values.required("shaft")), kind: InputKind::Disturbance }]
+}

@@ -1,0 +1,56 @@
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::{Dimension, Exact};
+
+/// Two shafts in a fixed ratio, \[diss. (4.3)\].
+pub const GEAR: Element = Element {
+    keyword: "gear",
+    summary: "Two shafts in a fixed ratio: q1 - i q2 + offset = 0.",
+    sketch: "\
+    shaft_1 ====[ ]
+                [ ]   q1 - i q2 + offset = 0
+    shaft_2 ====[ ]",
+    signs: "A ratio above zero means that both shafts turn the same way; an external spur pair has a negative ratio. \
+            `<name>.tau` acts on shaft_1, and -i times it on shaft_2.",
+    fields: &[
+        Field::required("shaft_1", Kind::Shaft, "The first shaft."),
+        Field::required("shaft_2", Kind::Shaft, "The second shaft."),
+        Field::required(
+            "ratio",
+            Kind::Number(Sign::NonZero),
+            "i: turns of the first shaft for one turn of the second; a fraction such as \"51/50\" stays exact.",
+        ),
+        Field::optional("offset", Kind::Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset; left out: zero."),
+    ],
+    example: "\
+[gear.reduction]
+shaft_1 = \"motor\"
+shaft_2 = \"load\"
+ratio = \"51/5\"
+",
+    check,
+    terms,
+};
+
+pub(super) fn check(values: &Values) -> Vec<Mistake> {
+    if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
+        return vec![Mistake::new(
+            "shaft_2",
+            format!("both ends are the shaft `{}`", values.required("shaft_1")),
+            "name two different shafts",
+        )];
+    }
+    Vec::new()
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
+    let along = Direction {
+        entries: vec![
+            (values.required("shaft_1").into(), Exact::one()),
+            (values.required("shaft_2").into(), -&ratio),
+        ],
+    };
+    vec![Term::Constraint { along, offset: -&values.exact_or_zero("offset") }]
+}

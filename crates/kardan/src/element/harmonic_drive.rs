@@ -1,0 +1,74 @@
+use super::{Element, Values, no_check};
+use crate::equations::{Direction, Term};
+use crate::num::Rational;
+use crate::schema::{Field, Kind, Sign};
+use crate::units::{Dimension, Exact};
+
+/// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+pub const HARMONIC_DRIVE: Element = Element {
+    keyword: "harmonic_drive",
+    summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
+    sketch: "\
+                 ratio i
+    fs ====(  flexspline  )
+            |  teeth  |          wg - (i+1) cs + i fs + offset = 0
+    cs ====( circular spline )
+            |  cam  |
+    wg ====( wave generator )",
+    signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
+            `<name>.tau` is the constraint torque on the wave generator, and -(i+1) and i times it act on cs and fs.",
+    fields: &[
+        Field::required("wave_generator", Kind::Shaft, "The shaft of the wave generator."),
+        Field::required("circular_spline", Kind::Shaft, "The shaft of the circular spline."),
+        Field::required("flexspline", Kind::Shaft, "The shaft of the flexspline."),
+        Field::required("ratio", Kind::Number(Sign::Positive), "The transmission ratio i of the catalogue."),
+        Field::optional(
+            "offset",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Mounting offset of the angles; left out: zero.",
+        ),
+    ],
+    example: "\
+[harmonic_drive.hd]
+wave_generator = \"wg\"
+circular_spline = \"cs\"
+flexspline = \"fs\"
+ratio = 50
+",
+    check: no_check,
+    terms,
+};
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
+    let circular = Exact { rational: -(ratio.to_rational() + Rational::ONE), pi: 0 };
+    let along = Direction {
+        entries: vec![
+            (values.required("wave_generator").into(), Exact::one()),
+            (values.required("circular_spline").into(), circular),
+            (values.required("flexspline").into(), ratio),
+        ],
+    };
+    vec![Term::Constraint { along, offset: -&values.exact_or_zero("offset") }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::Resolved;
+
+    /// Source (6.2): n = (1, −(i+1), i).
+    #[test]
+    fn direction_6_2() {
+        let mut values = Values::default();
+        for (key, shaft) in [("wave_generator", "wg"), ("circular_spline", "cs"), ("flexspline", "fs")] {
+            values.insert(key, Resolved::Word(shaft.into()));
+        }
+        values.insert("ratio", Resolved::Exact(Exact::from_integer(50)));
+        let terms = terms("hd", &values);
+        let [Term::Constraint { along, offset }] = terms.as_slice() else { panic!("one constraint expected") };
+        let row: Vec<(&str, f64)> = along.entries.iter().map(|(name, x)| (name.as_str(), x.to_f64())).collect();
+        assert_eq!(row, [("wg", 1.0), ("cs", -51.0), ("fs", 50.0)]);
+        assert!(offset.is_zero());
+    }
+}

@@ -1,0 +1,52 @@
+use super::{Element, Values, no_check};
+use crate::equations::{Direction, InputKind, Motor, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A torque input between the housing and a shaft, or between two shafts.
+pub const MOTOR: Element = Element {
+    keyword: "motor",
+    summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
+    sketch: "\
+    command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau on shaft",
+    signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
+            it is given); `<name>.command` is what was asked for.",
+    fields: &[
+        Field::required("shaft", Kind::Shaft, "The shaft that the torque acts on."),
+        Field::optional("reaction", Kind::Shaft, "The shaft that carries the stator; left out: the housing."),
+        Field::optional(
+            "torque_limit",
+            Kind::Quantity(Dimension::TORQUE, Sign::Positive),
+            "Largest torque either way; left out: unlimited.",
+        ),
+        Field::optional(
+            "rate_limit",
+            Kind::Quantity(Dimension::TORQUE_RATE, Sign::Positive),
+            "Largest change of torque per time; left out: unlimited.",
+        ),
+        Field::optional(
+            "lag",
+            Kind::Quantity(Dimension::TIME, Sign::NonNegative),
+            "Time constant of the first-order lag; left out: none.",
+        ),
+    ],
+    example: "\
+[motor.wg_motor]
+shaft = \"wg\"
+torque_limit = \"1.3 N m\"
+lag = \"160 us\"
+",
+    check: no_check,
+    terms,
+};
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    vec![Term::Input {
+        along: Direction::difference(values.required("shaft"), values.word("reaction")),
+        kind: InputKind::Motor(Motor {
+            torque_limit: values.exact("torque_limit").cloned(),
+            rate_limit: values.exact("rate_limit").cloned(),
+            lag: values.exact("lag").filter(|x| !x.is_zero()).cloned(),
+        }),
+    }]
+}

@@ -1,0 +1,50 @@
+use super::{Element, Mistake, Values};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A three-shaft epicyclic gear in its general form.
+pub const PLANETARY: Element = Element {
+    keyword: "planetary",
+    summary: "A planetary gear in general form: r1 w1 + r2 w2 + r3 w3 = 0 over three shafts.",
+    sketch: "\
+      ring  r ======[     ]
+      carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
+      sun   s ======[     ]",
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it.",
+    fields: &[
+        Field::required(
+            "coefficients",
+            Kind::Coefficients,
+            "The three coefficients by shaft, such as tooth numbers { sun = 30, ring = 70, carrier = -100 }.",
+        ),
+        Field::optional(
+            "offset",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Value of r1 q1 + r2 q2 + r3 q3; left out: zero.",
+        ),
+    ],
+    example: "\
+[planetary.split]
+coefficients = { sun = 30, ring = 70, carrier = -100 }
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let count = values.map("coefficients").map_or(3, <[_]>::len);
+    if count == 3 {
+        return Vec::new();
+    }
+    vec![Mistake::new(
+        "coefficients",
+        format!("a planetary gear joins three shafts, here are {count}"),
+        "give three coefficients; use `gear` for two shafts or `constraint` for any other number",
+    )]
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
+    vec![Term::Constraint { along, offset: values.exact_or_zero("offset") }]
+}

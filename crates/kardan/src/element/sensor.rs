@@ -1,0 +1,107 @@
+use std::f64::consts::TAU;
+
+use super::{Element, Mistake, Values};
+use crate::equations::{Measured, Sensor, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A measured angle, speed or torque.
+pub const SENSOR: Element = Element {
+    keyword: "sensor",
+    summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, or a constraint torque.",
+    sketch: "    quantity -->[ resolution ]-->[ sample and hold ]--> reading",
+    signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
+    fields: &[
+        Field::required("measures", Kind::Choice(&["angle", "speed", "torque"]), "What is measured."),
+        Field::optional("shaft", Kind::Shaft, "The shaft, for an angle, a speed or a constraint torque."),
+        Field::optional(
+            "element",
+            Kind::Element(&["spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint"]),
+            "The torsion bar (its spring torque, by its twist) or the gear (its constraint torque on `shaft`).",
+        ),
+        Field::optional(
+            "lines",
+            Kind::Number(Sign::Positive),
+            "Lines per revolution; every line counts four edges. Left out: no rounding.",
+        ),
+        Field::optional(
+            "resolution",
+            Kind::Quantity(Dimension::ANGLE, Sign::Positive),
+            "Smallest step of the angle or twist, instead of `lines`.",
+        ),
+        Field::optional(
+            "sample_time",
+            Kind::Quantity(Dimension::TIME, Sign::Positive),
+            "Time between readings, held in between; a speed is then the difference of two rounded angles. \
+             Left out: continuous.",
+        ),
+    ],
+    example: "\
+[sensor.wg_encoder]
+measures = \"angle\"
+shaft = \"wg\"
+lines = 3520
+sample_time = \"1 ms\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    match values.word("measures") {
+        Some(kind @ ("angle" | "speed")) => {
+            if !values.has("shaft") {
+                out.push(Mistake::new("shaft", format!("a sensor of {kind} needs a shaft"), "add `shaft = \"...\"`"));
+            }
+            if values.has("element") {
+                out.push(Mistake::new(
+                    "element",
+                    format!("a sensor of {kind} measures a shaft, not an element"),
+                    "remove `element`, or set `measures = \"torque\"`",
+                ));
+            }
+        }
+        Some("torque") if !values.has("element") => out.push(Mistake::new(
+            "element",
+            "a torque sensor needs the element whose torque it measures",
+            "add `element = \"...\"`: a spring_damper, or a gear together with `shaft`",
+        )),
+        _ => {}
+    }
+    if values.has("lines") && values.has("resolution") {
+        out.push(Mistake::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));
+    }
+    let coarse = values.has("lines") || values.has("resolution");
+    if values.word("measures") == Some("speed") && coarse && !values.has("sample_time") {
+        out.push(Mistake::new(
+            "sample_time",
+            "a speed from an encoder of finite resolution needs a sample time",
+            "add `sample_time`: the speed is the difference of two rounded angles over it",
+        ));
+    }
+    if values.word("measures") == Some("torque") && coarse && values.has("shaft") {
+        out.push(Mistake::new(
+            if values.has("lines") { "lines" } else { "resolution" },
+            "a resolution is an angle, and a constraint torque has no twist to round",
+            "remove it, or measure the torque of a `spring_damper`",
+        ));
+    }
+    out
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let shaft = || values.required("shaft").to_string();
+    let measured = match (values.required("measures"), values.word("element")) {
+        ("angle", _) => Measured::Angle(shaft()),
+        ("speed", _) => Measured::Speed(shaft()),
+        (_, Some(element)) if values.has("shaft") => Measured::ConstraintTorque(element.into(), shaft()),
+        (_, element) => Measured::SpringTorque(element.unwrap_or_default().into()),
+    };
+    let lines = values.number("lines").map(|lines| TAU / (4.0 * lines));
+    vec![Term::Output(Sensor {
+        measured,
+        resolution: lines.or(values.number("resolution")),
+        sample_time: values.exact("sample_time").cloned(),
+    })]
+}

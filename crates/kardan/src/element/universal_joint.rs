@@ -1,0 +1,187 @@
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use super::{Element, Mistake, Values, gear};
+use crate::equations::{Curve, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
+pub const UNIVERSAL_JOINT: Element = Element {
+    keyword: "universal_joint",
+    summary: "A universal (Cardan) joint: tan q1 = C tan(q2 + phase) with C = cos(angle); a double joint has \
+              C = cos(angle_1)/cos(angle_2).",
+    sketch: "\
+                   angle
+    shaft_1 ======+ .
+                    \\\\
+                     \\\\ shaft_2",
+    signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
+            constraint torque on shaft_1.",
+    fields: &[
+        Field::required("shaft_1", Kind::Shaft, "The shaft whose speed is C/(cos^2 q2 + C^2 sin^2 q2) times the other's."),
+        Field::required("shaft_2", Kind::Shaft, "The other shaft."),
+        Field::optional("angle", Kind::Quantity(Dimension::ANGLE, Sign::Any), "Bend angle of a single joint, below 90 deg."),
+        Field::optional(
+            "angle_1",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Bend angle of the joint at shaft_1 of a double joint.",
+        ),
+        Field::optional(
+            "angle_2",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.",
+        ),
+        Field::optional(
+            "phase",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Mounting angle of shaft_2; left out: zero.",
+        ),
+    ],
+    example: "\
+[universal_joint.cardan]
+shaft_1 = \"cj\"
+shaft_2 = \"cs\"
+angle = \"20 deg\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = gear::check(values);
+    let single = values.has("angle");
+    let double = (values.has("angle_1"), values.has("angle_2"));
+    if single && double != (false, false) {
+        out.push(Mistake::new(
+            "angle",
+            "both the bend angle of a single joint and of a double joint are given",
+            "keep `angle` for a single joint, or `angle_1` and `angle_2` for a double joint",
+        ));
+    } else if !single && double != (true, true) {
+        out.push(Mistake::new(
+            "angle",
+            "the bend angle is missing",
+            "give `angle` for a single joint, or both `angle_1` and `angle_2` for a double joint",
+        ));
+    }
+    for key in ["angle", "angle_1", "angle_2"] {
+        if let Some(angle) = values.number(key)
+            && angle.abs() > FRAC_PI_2 - 1e-3
+        {
+            out.push(Mistake::new(
+                key,
+                format!("a universal joint cannot turn at a bend angle of {:.6} deg", angle.to_degrees()),
+                "the bend angle must lie below 90 deg either way",
+            ));
+        }
+    }
+    out
+}
+
+fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let cosine = |key: &str| values.number(key).map(f64::cos);
+    let ratio = match (cosine("angle"), cosine("angle_1"), cosine("angle_2")) {
+        (Some(c), _, _) => c,
+        (None, Some(c1), Some(c2)) => c1 / c2,
+        _ => 1.0,
+    };
+    let phase = values.number("phase").unwrap_or(0.0);
+    vec![Term::Transmission {
+        driven: values.required("shaft_1").into(),
+        driving: values.required("shaft_2").into(),
+        curve: Arc::new(UniversalJointCurve { ratio, phase_in: phase, phase_out: 0.0 }),
+    }]
+}
+
+/// γ with `tan(γ(x) + phase_out) = C·tan(x + phase_in)`, continuous over any number of turns.
+///
+/// With θ = x + phase_in, `γ + phase_out − θ = atan2((C−1) sin θ cos θ, cos²θ + C sin²θ)`: the second argument is never
+/// negative, so the branch never jumps.
+/// `γ′ = C/(cos²θ + C² sin²θ)` \[diss. (6.106)\], `γ″ = −C (C²−1) sin 2θ/(cos²θ + C² sin²θ)²`.
+///
+/// ```
+/// use kardan::{element::UniversalJointCurve, equations::Curve};
+/// let joint = UniversalJointCurve { ratio: 0.5, phase_in: 0.0, phase_out: 0.0 };
+/// let turns = 1000.0 * std::f64::consts::TAU;
+/// assert!((joint.value(turns + 0.7) - turns - (0.5 * 0.7_f64.tan()).atan()).abs() < 1e-11);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UniversalJointCurve {
+    /// C, above zero.
+    pub ratio: f64,
+    /// Added to the argument, rad.
+    pub phase_in: f64,
+    /// Taken from the value, rad.
+    pub phase_out: f64,
+}
+
+impl Curve for UniversalJointCurve {
+    fn value(&self, x: f64) -> f64 {
+        let theta = x + self.phase_in;
+        let (sin, cos) = theta.sin_cos();
+        let c = self.ratio;
+        theta + ((c - 1.0) * sin * cos).atan2(cos * cos + c * sin * sin) - self.phase_out
+    }
+
+    fn derivatives(&self, x: f64) -> (f64, f64) {
+        let (sin, cos) = (x + self.phase_in).sin_cos();
+        let c = self.ratio;
+        let r = cos * cos + c * c * sin * sin;
+        (c / r, -c * (c * c - 1.0) * 2.0 * sin * cos / (r * r))
+    }
+
+    fn inverse(&self) -> Arc<dyn Curve> {
+        Arc::new(Self { ratio: 1.0 / self.ratio, phase_in: self.phase_out, phase_out: self.phase_in })
+    }
+
+    fn shifted_identity(&self) -> Option<f64> {
+        (self.ratio == 1.0).then_some(self.phase_in - self.phase_out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// (6.100): sin φ1 cos φ2 = C cos φ1 sin φ2, over many turns, without branch jumps.
+        #[test]
+        fn equation_6_100(c in 0.2f64..4.0, x in -1e3f64..1e3, phase in -3.0f64..3.0) {
+            let joint = UniversalJointCurve { ratio: c, phase_in: phase, phase_out: 0.0 };
+            let (y, theta) = (joint.value(x), x + phase);
+            prop_assert!((y.sin() * theta.cos() - c * y.cos() * theta.sin()).abs() < 1e-12);
+            prop_assert!((y - theta).abs() < FRAC_PI_2);
+        }
+
+        /// γ⁻¹(γ(x)) = x, and γ′, γ″ agree with differences.
+        #[test]
+        fn inverse_and_derivatives(c in 0.3f64..3.0, x in -20.0f64..20.0, phase in -3.0f64..3.0) {
+            let joint = UniversalJointCurve { ratio: c, phase_in: phase, phase_out: 0.0 };
+            prop_assert!((joint.inverse().value(joint.value(x)) - x).abs() < 1e-12);
+            let h = 1e-5;
+            let (slope, curvature) = joint.derivatives(x);
+            let difference = (joint.value(x + h) - joint.value(x - h)) / (2.0 * h);
+            prop_assert!((difference - slope).abs() < 1e-7 * (1.0 + slope.abs()));
+            let second = (joint.derivatives(x + h).0 - joint.derivatives(x - h).0) / (2.0 * h);
+            prop_assert!((second - curvature).abs() < 1e-6 * (1.0 + curvature.abs()));
+            // (4.15b) for the pair: γ′ of the inverse at the image is 1/γ′.
+            prop_assert!((joint.inverse().derivatives(joint.value(x)).0 * slope - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// (6.101)-(6.103): two joints in series are one with C = cos β1/cos β2; equal angles cancel.
+    #[test]
+    fn double_joint_6_102() {
+        let (b1, b2) = (0.5_f64, 0.3_f64);
+        let first = UniversalJointCurve { ratio: b1.cos(), phase_in: 0.0, phase_out: 0.0 };
+        let second = UniversalJointCurve { ratio: b2.cos(), phase_in: 0.0, phase_out: 0.0 };
+        let both = UniversalJointCurve { ratio: b1.cos() / b2.cos(), phase_in: 0.0, phase_out: 0.0 };
+        for k in -40..40 {
+            let phi_3 = 0.37 * f64::from(k);
+            let phi_2 = second.inverse().value(phi_3);
+            assert!((first.value(phi_2) - both.value(phi_3)).abs() < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The terms of a drivetrain: scalar laws along directions. Data only.
+//!
+//! Everything in a drivetrain acts along a *direction*, a row `a` of coefficients over the shaft angles `q`
+//! (see ARCHITECTURE.md, "one idea"). An element is a handful of [`Term`]s and nothing else; assembly, reduction,
+//! simulation, identification and structure analysis read these terms and never know which element made them.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::units::Exact;
+
+/// A row of coefficients over the shaft angles; shafts not named have the coefficient zero.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Direction {
+    /// Shaft name and coefficient; at most one entry per shaft.
+    pub entries: Vec<(String, Exact)>,
+}
+
+impl Direction {
+    /// The angle of one shaft.
+    pub fn shaft(name: &str) -> Self {
+        Self { entries: vec![(name.to_string(), Exact::one())] }
+    }
+
+    /// The difference of two shaft angles, `first − second`; of one to ground if there is no second.
+    pub fn difference(first: &str, second: Option<&str>) -> Self {
+        let mut out = Self::shaft(first);
+        if let Some(second) = second {
+            out.entries.push((second.to_string(), Exact::from_integer(-1)));
+        }
+        out
+    }
+}
+
+/// A nonlinear holonomic transmission `driven = γ(driving)` with its derivatives in closed form.
+///
+/// The constraint is `c(q) = q_driven − γ(q_driving) = 0`, its Jacobian row has 1 and `−γ′`, its acceleration term is
+/// `j = −γ″·q̇²` \[diss. (4.6)-(4.9)\].
+pub trait Curve: fmt::Debug + Send + Sync {
+    /// γ(x), rad.
+    fn value(&self, x: f64) -> f64;
+    /// γ′(x) and γ″(x) (1/rad).
+    fn derivatives(&self, x: f64) -> (f64, f64);
+    /// The curve of the opposite direction, `driving = γ⁻¹(driven)`.
+    fn inverse(&self) -> Arc<dyn Curve>;
+    /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, so that it can be treated as linear.
+    fn shifted_identity(&self) -> Option<f64>;
+}
+
+/// What limits the torque of an input.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motor {
+    /// Largest torque either way, N m.
+    pub torque_limit: Option<Exact>,
+    /// Largest change of the torque, N m/s.
+    pub rate_limit: Option<Exact>,
+    /// Time constant of the first-order lag, s.
+    pub lag: Option<Exact>,
+}
+
+/// What an input is for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InputKind {
+    /// A motor that a law or the scenario commands.
+    Motor(Motor),
+    /// A torque from outside that only the scenario sets.
+    Disturbance,
+}
+
+/// What a sensor measures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Measured {
+    /// The angle of a shaft.
+    Angle(String),
+    /// The speed of a shaft.
+    Speed(String),
+    /// The torque of a spring (of its twist), by element.
+    SpringTorque(String),
+    /// The constraint torque of an element on one of its shafts.
+    ConstraintTorque(String, String),
+}
+
+/// A sensor: what it measures and how coarsely.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensor {
+    /// The quantity.
+    pub measured: Measured,
+    /// Smallest step of the reading in SI units of the angle (rad); for a torque, of the twist.
+    pub resolution: Option<f64>,
+    /// Time between two readings, s; held in between.
+    pub sample_time: Option<Exact>,
+}
+
+/// A scalar law along a direction.
+#[derive(Debug, Clone)]
+pub enum Term {
+    /// ½ J (aᵀq̇)²; J in kg m².
+    Inertia {
+        /// a
+        along: Direction,
+        /// J
+        inertia: Exact,
+    },
+    /// ½ s (aᵀq − rest)²; s in N m/rad.
+    Spring {
+        /// a
+        along: Direction,
+        /// s
+        stiffness: Exact,
+        /// Angle at which the spring is relaxed, rad.
+        rest: Exact,
+    },
+    /// ½ d (aᵀq̇)²; d in N m s/rad.
+    Damper {
+        /// a
+        along: Direction,
+        /// d
+        damping: Exact,
+    },
+    /// Coulomb friction, c·|aᵀq̇|, set-valued at rest; c in N m.
+    Friction {
+        /// a
+        along: Direction,
+        /// c
+        torque: Exact,
+    },
+    /// aᵀq = offset.
+    Constraint {
+        /// a
+        along: Direction,
+        /// rad
+        offset: Exact,
+    },
+    /// q_driven = γ(q_driving).
+    Transmission {
+        /// y
+        driven: String,
+        /// x
+        driving: String,
+        /// γ
+        curve: Arc<dyn Curve>,
+    },
+    /// A torque along a.
+    Input {
+        /// a
+        along: Direction,
+        /// Motor or disturbance.
+        kind: InputKind,
+    },
+    /// A measured quantity.
+    Output(Sensor),
+}
+
+/// A term with the name of the element it belongs to.
+#[derive(Debug, Clone)]
+pub struct NamedTerm {
+    /// Element name in the model file.
+    pub element: String,
+    /// The law.
+    pub term: Term,
+}

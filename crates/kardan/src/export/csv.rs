@@ -1,0 +1,93 @@
+//! A run as comma-separated values.
+
+use crate::results::Run;
+
+/// Gives the run as CSV (RFC 4180, lines end in `\n`): the header `t` and the signal names, then one line for each
+/// time, everything in SI.
+///
+/// Every number is the shortest decimal that reads back as the same `f64`; very small and very large ones carry an
+/// exponent. Minus zero is written as `0`, a number that is not finite as `NaN`, `inf` or `-inf`.
+///
+/// # Panics
+/// If a signal has fewer values than there are times.
+pub fn csv(run: &Run) -> Vec<u8> {
+    let series = &run.series;
+    let mut out = Vec::with_capacity(64 + (series.signals.len() + 1) * series.time.len() * 20);
+    out.push(b't');
+    for signal in &series.signals {
+        out.push(b',');
+        write_name(&mut out, &signal.name);
+    }
+    out.push(b'\n');
+    let mut buffer = zmij::Buffer::new();
+    for (row, &time) in series.time.iter().enumerate() {
+        out.extend_from_slice(decimal(&mut buffer, time));
+        for signal in &series.signals {
+            out.push(b',');
+            out.extend_from_slice(decimal(&mut buffer, signal.values[row]));
+        }
+        out.push(b'\n');
+    }
+    out
+}
+
+fn write_name(out: &mut Vec<u8>, name: &str) {
+    if name.contains([',', '"', '\n', '\r']) {
+        out.push(b'"');
+        out.extend_from_slice(name.replace('"', "\"\"").as_bytes());
+        out.push(b'"');
+    } else {
+        out.extend_from_slice(name.as_bytes());
+    }
+}
+
+fn decimal(buffer: &mut zmij::Buffer, value: f64) -> &[u8] {
+    if value == 0.0 {
+        return b"0";
+    }
+    let text = buffer.format(value).as_bytes();
+    text.strip_suffix(b".0").unwrap_or(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::example::run;
+    use super::*;
+
+    fn text(run: &Run) -> String {
+        String::from_utf8(csv(run)).unwrap()
+    }
+
+    #[test]
+    fn numbers_are_short_and_names_quoted_only_if_needed() {
+        let values = vec![-0.0, 1.0, 0.1, 1e-300, 1.5e300, f64::NAN, f64::NEG_INFINITY, -120.0];
+        let time = (0..8).map(f64::from).collect();
+        let expected = "t,rk.phi\n0,0\n1,1\n2,0.1\n3,1e-300\n4,1.5e+300\n5,NaN\n6,-inf\n7,-120\n";
+        assert_eq!(text(&run("a", time, vec![("rk.phi", values)])), expected);
+        let odd = run("a", vec![], vec![("a,b", vec![]), ("say \"x\"", vec![])]);
+        assert_eq!(text(&odd), "t,\"a,b\",\"say \"\"x\"\"\"\n");
+    }
+
+    proptest! {
+        #[test]
+        fn every_number_reads_back_bit_for_bit(values in prop::collection::vec(any::<f64>(), 1..40)) {
+            let time: Vec<f64> = (0..values.len()).map(|i| i as f64 * 1e-3).collect();
+            let table = text(&run("a", time.clone(), vec![("x", values.clone())]));
+            let mut rows = 0;
+            for (line, (t, x)) in table.lines().skip(1).zip(time.iter().zip(&values)) {
+                let (read_t, read_x) = line.split_once(',').unwrap();
+                prop_assert_eq!(read_t.parse::<f64>().unwrap().to_bits(), t.to_bits());
+                let read_x: f64 = read_x.parse().unwrap();
+                if x.is_nan() {
+                    prop_assert!(read_x.is_nan());
+                } else {
+                    prop_assert_eq!(read_x.to_bits(), (x + 0.0).to_bits()); // x + 0: no minus zero
+                }
+                rows += 1;
+            }
+            prop_assert_eq!(rows, values.len());
+        }
+    }
+}

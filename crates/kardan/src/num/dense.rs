@@ -1,0 +1,160 @@
+use super::Matrix;
+
+/// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
+#[derive(Debug, Clone)]
+pub struct Cholesky {
+    n: usize,
+    lower: Vec<f64>,
+}
+
+impl Cholesky {
+    /// Memory for `n × n` matrices.
+    pub fn new(n: usize) -> Self {
+        Self { n, lower: vec![0.0; n * n] }
+    }
+
+    /// Factors a symmetric matrix given row by row; returns whether it is numerically positive definite.
+    ///
+    /// Only the lower triangle is read. A pivot must exceed 1e-13 of its diagonal entry. Cost n³/3 flops.
+    pub fn factor(&mut self, matrix: &[f64]) -> bool {
+        let n = self.n;
+        for j in 0..n {
+            let mut pivot = matrix[j * n + j];
+            for k in 0..j {
+                pivot -= self.lower[j * n + k] * self.lower[j * n + k];
+            }
+            if !(pivot > 1e-13 * matrix[j * n + j].abs()) {
+                return false;
+            }
+            let root = pivot.sqrt();
+            self.lower[j * n + j] = root;
+            for i in j + 1..n {
+                let mut sum = matrix[i * n + j];
+                for k in 0..j {
+                    sum -= self.lower[i * n + k] * self.lower[j * n + k];
+                }
+                self.lower[i * n + j] = sum / root;
+            }
+        }
+        true
+    }
+
+    /// Overwrites `b` with `M⁻¹ b`.
+    pub fn solve(&self, b: &mut [f64]) {
+        self.half_solve(b);
+        let n = self.n;
+        for i in (0..n).rev() {
+            let mut sum = b[i];
+            for k in i + 1..n {
+                sum -= self.lower[k * n + i] * b[k];
+            }
+            b[i] = sum / self.lower[i * n + i];
+        }
+    }
+
+    /// Overwrites `b` with `L⁻¹ b`, so that `bᵀ M⁻¹ b` becomes a sum of squares.
+    pub fn half_solve(&self, b: &mut [f64]) {
+        let n = self.n;
+        for i in 0..n {
+            let mut sum = b[i];
+            for k in 0..i {
+                sum -= self.lower[i * n + k] * b[k];
+            }
+            b[i] = sum / self.lower[i * n + i];
+        }
+    }
+}
+
+/// An LU factorisation with partial pivoting and memory of its own.
+#[derive(Debug, Clone)]
+pub struct Lu {
+    n: usize,
+    data: Vec<f64>,
+    order: Vec<usize>,
+    work: Vec<f64>,
+}
+
+impl Lu {
+    /// Memory for `n × n` matrices.
+    pub fn new(n: usize) -> Self {
+        Self { n, data: vec![0.0; n * n], order: vec![0; n], work: vec![0.0; n] }
+    }
+
+    /// Factors a matrix given row by row; returns false if a pivot vanishes.
+    pub fn factor(&mut self, matrix: &[f64]) -> bool {
+        let n = self.n;
+        self.data.copy_from_slice(matrix);
+        for (i, entry) in self.order.iter_mut().enumerate() {
+            *entry = i;
+        }
+        for k in 0..n {
+            let mut pivot = k;
+            for i in k + 1..n {
+                if self.data[i * n + k].abs() > self.data[pivot * n + k].abs() {
+                    pivot = i;
+                }
+            }
+            if self.data[pivot * n + k] == 0.0 {
+                return false;
+            }
+            if pivot != k {
+                self.order.swap(pivot, k);
+                for j in 0..n {
+                    self.data.swap(pivot * n + j, k * n + j);
+                }
+            }
+            for i in k + 1..n {
+                let factor = self.data[i * n + k] / self.data[k * n + k];
+                self.data[i * n + k] = factor;
+                for j in k + 1..n {
+                    self.data[i * n + j] -= factor * self.data[k * n + j];
+                }
+            }
+        }
+        true
+    }
+
+    /// Overwrites `b` with `M⁻¹ b`.
+    pub fn solve(&mut self, b: &mut [f64]) {
+        let n = self.n;
+        for i in 0..n {
+            self.work[i] = b[self.order[i]];
+        }
+        for i in 0..n {
+            for k in 0..i {
+                self.work[i] -= self.data[i * n + k] * self.work[k];
+            }
+        }
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                self.work[i] -= self.data[i * n + k] * self.work[k];
+            }
+            self.work[i] /= self.data[i * n + i];
+        }
+        b.copy_from_slice(&self.work);
+    }
+}
+
+/// `out = matrix · x`, for a square matrix given row by row.
+pub fn multiply(matrix: &[f64], x: &[f64], out: &mut [f64]) {
+    for (row, value) in matrix.chunks_exact(x.len()).zip(out) {
+        *value = dot(row, x);
+    }
+}
+
+/// The inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+impl From<&Matrix<f64>> for Cholesky {
+    /// Factors at once.
+    ///
+    /// # Panics
+    /// If the matrix is not positive definite.
+    fn from(matrix: &Matrix<f64>) -> Self {
+        let mut out = Cholesky::new(matrix.rows());
+        assert!(out.factor(matrix.as_slice()), "Cholesky factor of a matrix that is not positive definite");
+        out
+    }
+}

@@ -1,0 +1,16 @@
+//! Numbers and small dense matrices: the same code over `f64` (speed) and over exact rationals (certainty).
+//!
+//! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
+//! [`Rational`]; floating point decides magnitudes only.
+
+mod dense;
+mod eigen;
+mod elimination;
+mod matrix;
+mod scalar;
+
+pub use dense::{Cholesky, Lu, dot, multiply};
+pub use eigen::eigenvalues;
+pub use elimination::{Definiteness, Echelon, definiteness, echelon};
+pub use matrix::Matrix;
+pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};

@@ -1,0 +1,250 @@
+use std::sync::Arc;
+
+use super::Reduced;
+use crate::equations::Curve;
+use crate::num::{Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
+
+/// `constant + Σ coefficient · angle` over shafts.
+#[derive(Debug, Clone)]
+pub struct Affine {
+    /// rad.
+    pub constant: f64,
+    /// `(shaft number, coefficient)`.
+    pub terms: Vec<(usize, Rational)>,
+}
+
+/// How one dependent shaft follows from shafts that are known already.
+#[derive(Debug, Clone)]
+pub enum Step {
+    /// `q_shaft = value(q)`.
+    Linear {
+        /// The shaft found.
+        shaft: usize,
+        /// Its expression.
+        value: Affine,
+    },
+    /// `rest(q) + scale·q_shaft = γ(argument(q))`.
+    Curve {
+        /// The shaft found.
+        shaft: usize,
+        /// γ
+        curve: Arc<dyn Curve>,
+        /// Its argument.
+        argument: Affine,
+        /// The known part of the driven side.
+        rest: Affine,
+        /// Coefficient of the unknown on the driven side.
+        scale: Rational,
+    },
+}
+
+impl Step {
+    /// The shaft that this step finds.
+    pub fn shaft(&self) -> usize {
+        match self {
+            Step::Linear { shaft, .. } | Step::Curve { shaft, .. } => *shaft,
+        }
+    }
+}
+
+/// The plan of a [`Reduced`] model in floating point.
+#[derive(Debug, Clone)]
+struct AffineF64 {
+    constant: f64,
+    terms: Vec<(usize, f64)>,
+}
+
+impl From<&Affine> for AffineF64 {
+    fn from(affine: &Affine) -> Self {
+        Self {
+            constant: affine.constant,
+            terms: affine.terms.iter().map(|(shaft, x)| (*shaft, rational_to_f64(x))).collect(),
+        }
+    }
+}
+
+impl AffineF64 {
+    fn value(&self, q: &[f64]) -> f64 {
+        self.constant + self.combine(q)
+    }
+
+    fn combine(&self, x: &[f64]) -> f64 {
+        self.terms.iter().map(|(shaft, c)| c * x[*shaft]).sum()
+    }
+
+    /// Adds the combination of basis rows to `out`.
+    fn add_rows(&self, factor: f64, basis: &[f64], out: &mut [f64]) {
+        let r = out.len();
+        for (shaft, c) in &self.terms {
+            for (value, entry) in out.iter_mut().zip(&basis[shaft * r..(shaft + 1) * r]) {
+                *value += factor * c * entry;
+            }
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Operation {
+    Linear { shaft: usize, value: AffineF64, varying: bool },
+    Curve { shaft: usize, curve: Arc<dyn Curve>, argument: AffineF64, rest: AffineF64, scale: f64 },
+}
+
+/// Angles of all shafts, the basis `K = ∂q/∂q_r` and the bias `k = K̇ q̇_r`, at one position and speed.
+///
+/// Owns the evaluation plan and its memory; an evaluation allocates nothing.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    r: usize,
+    coordinates: Vec<usize>,
+    operations: Vec<Operation>,
+    varying: Vec<bool>,
+    /// Angles of all shafts, rad, as of the last evaluation.
+    pub angles: Vec<f64>,
+    /// Speeds of all shafts, rad/s.
+    pub speeds: Vec<f64>,
+    /// K, row by row, one row per shaft (4.13).
+    pub basis: Vec<f64>,
+    /// k, rad/s², one entry per shaft (4.14).
+    pub bias: Vec<f64>,
+    work: Vec<f64>,
+}
+
+impl Kinematics {
+    /// Compiles the plan of a reduced model.
+    pub fn new(reduced: &Reduced) -> Self {
+        let (n, r) = (reduced.equations.shafts.len(), reduced.freedoms());
+        let mut varying = vec![false; n];
+        let mut operations = Vec::new();
+        for step in &reduced.steps {
+            match step {
+                Step::Linear { shaft, value } => {
+                    let value = AffineF64::from(value);
+                    varying[*shaft] = value.terms.iter().any(|(s, _)| varying[*s]);
+                    operations.push(Operation::Linear { shaft: *shaft, value, varying: varying[*shaft] });
+                }
+                Step::Curve { shaft, curve, argument, rest, scale } => {
+                    varying[*shaft] = true;
+                    operations.push(Operation::Curve {
+                        shaft: *shaft,
+                        curve: Arc::clone(curve),
+                        argument: argument.into(),
+                        rest: rest.into(),
+                        scale: rational_to_f64(scale),
+                    });
+                }
+            }
+        }
+        let mut out = Self {
+            r,
+            coordinates: reduced.coordinates.clone(),
+            operations,
+            varying,
+            angles: vec![0.0; n],
+            speeds: vec![0.0; n],
+            basis: vec![0.0; n * r],
+            bias: vec![0.0; n],
+            work: vec![0.0; r],
+        };
+        for (column, &shaft) in out.coordinates.iter().enumerate() {
+            out.basis[shaft * r + column] = 1.0;
+        }
+        // Constant rows are filled once, here.
+        for k in 0..out.operations.len() {
+            if let Operation::Linear { shaft, value, varying: false } = &out.operations[k] {
+                let mut row = vec![0.0; r];
+                value.add_rows(1.0, &out.basis, &mut row);
+                out.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&row);
+            }
+        }
+        out
+    }
+
+    /// Whether the basis row of a shaft depends on the position.
+    pub fn is_varying(&self, shaft: usize) -> bool {
+        self.varying[shaft]
+    }
+
+    /// Whether the whole basis is constant.
+    pub fn is_constant(&self) -> bool {
+        !self.varying.contains(&true)
+    }
+
+    /// The basis row of a shaft.
+    pub fn row(&self, shaft: usize) -> &[f64] {
+        &self.basis[shaft * self.r..(shaft + 1) * self.r]
+    }
+
+    /// Evaluates angles, speeds, basis and bias at reduced position (rad) and speed (rad/s).
+    ///
+    /// For a curve `y = γ(x)`: `K_y = γ′ K_x`, `k_y = γ″ ẋ² + γ′ k_x` \[diss. (4.12)-(4.14)\].
+    pub fn update(&mut self, position: &[f64], speed: &[f64]) {
+        let r = self.r;
+        for (column, &shaft) in self.coordinates.iter().enumerate() {
+            self.angles[shaft] = position[column];
+            self.speeds[shaft] = speed[column];
+        }
+        for operation in &self.operations {
+            match operation {
+                Operation::Linear { shaft, value, varying } => {
+                    self.angles[*shaft] = value.value(&self.angles);
+                    self.speeds[*shaft] = value.combine(&self.speeds);
+                    if *varying {
+                        self.work.fill(0.0);
+                        value.add_rows(1.0, &self.basis, &mut self.work);
+                        self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
+                        self.bias[*shaft] = value.combine(&self.bias);
+                    }
+                }
+                Operation::Curve { shaft, curve, argument, rest, scale } => {
+                    let x = argument.value(&self.angles);
+                    let (slope, curvature) = curve.derivatives(x);
+                    self.angles[*shaft] = (curve.value(x) - rest.value(&self.angles)) / scale;
+                    self.work.fill(0.0);
+                    argument.add_rows(slope / scale, &self.basis, &mut self.work);
+                    rest.add_rows(-1.0 / scale, &self.basis, &mut self.work);
+                    self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
+                    self.speeds[*shaft] = dot(&self.work, speed);
+                    let x_speed = argument.combine(&self.speeds);
+                    self.bias[*shaft] = (curvature * x_speed * x_speed + slope * argument.combine(&self.bias)
+                        - rest.combine(&self.bias))
+                        / scale;
+                }
+            }
+        }
+    }
+}
+
+/// K at a position, exact where it is constant; slopes of curves are rounded to `f64` once.
+pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rational> {
+    let (n, r) = (reduced.equations.shafts.len(), reduced.freedoms());
+    let mut numeric = Kinematics::new(reduced);
+    numeric.update(position, &vec![0.0; r]);
+    let mut basis = Matrix::<Rational>::zeros(n, r);
+    for (column, &shaft) in reduced.coordinates.iter().enumerate() {
+        basis[(shaft, column)] = Rational::ONE;
+    }
+    let combine = |basis: &Matrix<Rational>, affine: &Affine, column: usize| {
+        let mut sum = Rational::ZERO;
+        for (shaft, c) in &affine.terms {
+            sum = sum.plus(&c.times(&basis[(*shaft, column)]));
+        }
+        sum
+    };
+    for step in &reduced.steps {
+        for column in 0..r {
+            let entry = match step {
+                Step::Linear { value, .. } => combine(&basis, value, column),
+                Step::Curve { curve, argument, rest, scale, .. } => {
+                    let x = AffineF64::from(argument).value(&numeric.angles);
+                    let slope = rational_from_f64(curve.derivatives(x).0).expect("slope of a transmission is finite");
+                    slope
+                        .times(&combine(&basis, argument, column))
+                        .minus(&combine(&basis, rest, column))
+                        .over(scale)
+                }
+            };
+            basis[(step.shaft(), column)] = entry;
+        }
+    }
+    basis
+}

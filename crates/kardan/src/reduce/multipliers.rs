@@ -1,0 +1,80 @@
+use super::{Kinematics, Reduced};
+use crate::equations::Curve;
+use crate::num::Lu;
+use std::sync::Arc;
+
+/// One row of the constraint Jacobian J.
+#[derive(Debug, Clone)]
+enum Row {
+    Linear(Vec<(usize, f64)>),
+    Curve { driven: usize, driving: usize, curve: Arc<dyn Curve> },
+}
+
+/// Lagrange multipliers of all constraints, `τ_c = Jᵀλ` \[diss. (4.18)\], by element name.
+///
+/// Linear constraints come first, transmissions after them, each kind sorted by element name. The multiplier of a
+/// transmission is the torque on its driven shaft.
+#[derive(Debug, Clone)]
+pub struct Multipliers {
+    /// The element of each constraint.
+    pub elements: Vec<String>,
+    rows: Vec<Row>,
+    dependents: Vec<usize>,
+    matrix: Vec<f64>,
+    solver: Lu,
+}
+
+impl Multipliers {
+    /// Prepares the constraints of a reduced model.
+    pub fn new(reduced: &Reduced) -> Self {
+        let equations = &reduced.equations;
+        let linear = equations.constraints.iter().map(|c| (c.element.clone(), Row::Linear(c.row_f64())));
+        let curves = equations.transmissions.iter().map(|t| {
+            (t.element.clone(), Row::Curve { driven: t.driven, driving: t.driving, curve: Arc::clone(&t.curve) })
+        });
+        let (elements, rows): (Vec<String>, Vec<Row>) = linear.chain(curves).unzip();
+        let count = rows.len();
+        Self {
+            elements,
+            rows,
+            dependents: reduced.dependents(),
+            matrix: vec![0.0; count * count],
+            solver: Lu::new(count),
+        }
+    }
+
+    /// Entries of the Jacobian row of a constraint at the current position: `(shaft, coefficient)`.
+    pub fn row(&self, constraint: usize, kinematics: &Kinematics) -> Vec<(usize, f64)> {
+        match &self.rows[constraint] {
+            Row::Linear(row) => row.clone(),
+            Row::Curve { driven, driving, curve } => {
+                vec![(*driven, 1.0), (*driving, -curve.derivatives(kinematics.angles[*driving]).0)]
+            }
+        }
+    }
+
+    /// Coefficient of a shaft in a constraint, at the current position.
+    pub fn coefficient(&self, constraint: usize, shaft: usize, kinematics: &Kinematics) -> f64 {
+        match &self.rows[constraint] {
+            Row::Linear(row) => row.iter().find(|(s, _)| *s == shaft).map_or(0.0, |(_, c)| *c),
+            Row::Curve { driven, .. } if *driven == shaft => 1.0,
+            Row::Curve { driving, curve, .. } if *driving == shaft => -curve.derivatives(kinematics.angles[shaft]).0,
+            Row::Curve { .. } => 0.0,
+        }
+    }
+
+    /// Finds λ from the generalised constraint force τ_c (one entry per shaft), N m.
+    ///
+    /// The equations of the dependent shafts suffice: their part of J is regular because they were eliminated.
+    pub fn solve(&mut self, kinematics: &Kinematics, force: &[f64], out: &mut [f64]) {
+        let count = self.rows.len();
+        for (i, &shaft) in self.dependents.iter().enumerate() {
+            for k in 0..count {
+                self.matrix[i * count + k] = self.coefficient(k, shaft, kinematics);
+            }
+            out[i] = force[shaft];
+        }
+        self.solver.factor(&self.matrix);
+        self.solver.solve(out);
+    }
+}

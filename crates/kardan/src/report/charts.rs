@@ -1,0 +1,81 @@
+//! The plots of the page: interactive charts, and the pictures that stand for them on paper.
+
+use super::PlotFile;
+use super::curves::{self, Curve};
+use super::table::section;
+use super::text::{escape, json_array, json_number, json_string};
+use super::thin::thin;
+use crate::results::{Plot, Study};
+
+const POINTS: usize = 4000;
+/// Zoom buttons beyond this number would only be in the way.
+const MARKS: usize = 12;
+
+/// The section with all plots.
+pub(super) fn charts(study: &Study) -> String {
+    let mut body = String::from(
+        "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; all charts follow. Click a name \
+         in a legend to hide or show its curve.</p>\n",
+    );
+    let pictures = super::plots(study);
+    for (index, (plot, picture)) in study.plots.iter().zip(&pictures).enumerate() {
+        body += &figure(index, plot, picture);
+    }
+    if study.plots.is_empty() {
+        body = "<p>The model file asks for no plots.</p>\n".into();
+    }
+    section("plots", "Plots", &body)
+}
+
+fn figure(index: usize, plot: &Plot, picture: &PlotFile) -> String {
+    let title = if plot.title.is_empty() { &plot.id } else { &plot.title };
+    let caption = if plot.caption.is_empty() {
+        String::new()
+    } else {
+        format!("<figcaption>{}</figcaption>\n", escape(&plot.caption))
+    };
+    format!(
+        "<figure id=\"plot-{anchor}\">\n<h3>{title}</h3>\n<div class=\"tools\" data-plot=\"{index}\"></div>\n\
+         <div class=\"chart\" data-plot=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
+         <div class=\"picture\">{svg}</div>\n{caption}</figure>\n",
+        anchor = escape(picture.name.trim_end_matches(".svg")),
+        title = escape(title),
+        // Inside HTML the namespace goes without saying.
+        svg = picture.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1),
+    )
+}
+
+/// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",
+/// "dash", "t", "v"}]}]}`.
+pub(super) fn data(study: &Study) -> String {
+    let plots = study.plots.iter().map(|plot| {
+        let curves = curves::curves(study, plot);
+        let label = json_string(&curves::axis_label(plot, &curves));
+        format!("{{\"y\":{label},\"curves\":{}}}", json_array(curves.iter().map(curve)))
+    });
+    format!("{{\"marks\":{},\"plots\":{}}}", json_array(marks(study).into_iter().map(json_number)), json_array(plots))
+}
+
+fn curve(curve: &Curve) -> String {
+    let kept = thin(curve.time, curve.values, POINTS);
+    format!(
+        "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"t\":{},\"v\":{}}}",
+        json_string(&curve.label),
+        json_string(curve.physical.unit()),
+        curve.colour.map_or("null".into(), |index| (index % curves::ON_WHITE.len()).to_string()),
+        json_array(curve.dash.iter().map(|&length| json_number(length))),
+        json_array(kept.iter().map(|&index| json_number(curve.time[index]))),
+        json_array(kept.iter().map(|&index| json_number(curve.values[index]))),
+    )
+}
+
+/// The times at which references step or ramp, s: what a reader wants to see closely.
+fn marks(study: &Study) -> Vec<f64> {
+    let events = study.runs.iter().flat_map(|run| &run.events);
+    let commanded = events.filter(|event| event.what.contains("steps to") || event.what.contains("ramps to"));
+    let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
+    marks.sort_by(f64::total_cmp);
+    marks.dedup_by(|next, kept| *next - *kept < 1e-6);
+    marks.truncate(MARKS);
+    marks
+}

@@ -1,0 +1,229 @@
+//! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
+
+use super::{html, plots};
+use crate::results::*;
+
+const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
+
+fn run(name: &str, beta: &str, end: f64) -> Run {
+    let time: Vec<f64> = (0..5000).map(|index| end * index as f64 / 4999.0).collect();
+    let signal = |name: &str, physical, value: &dyn Fn(f64) -> f64| Signal {
+        name: name.into(),
+        physical,
+        description: HOSTILE.into(),
+        values: time.iter().map(|&t| value(t)).collect(),
+    };
+    let signals = vec![
+        signal("rk.phi", Physical::Angle, &|t| if t > 1.0 && t < 1.2 { f64::NAN } else { t.sin() }),
+        signal("m.tau", Physical::Torque, &|t| 1e-5 * t.cos()),
+        signal("ref_rk", Physical::Angle, &|t| t.floor()),
+    ];
+    let text = format!("beta = {beta}");
+    Run {
+        name: name.into(),
+        parameters: vec![ParameterValue { name: "beta".into(), value: 0.1, unit: "rad".into(), text: beta.into() }],
+        series: Series { time, signals },
+        energy: Energy { input: 2.0, stored: 0.5, dissipated: 1.5, residual: 1e-9 },
+        events: (0..1000)
+            .map(|index| Event { time: index as f64 * 1e-3, what: format!("ref_rk steps to {HOSTILE}") })
+            .collect(),
+        outcome: Outcome::Completed,
+        requirements: vec![RequirementResult {
+            text: HOSTILE.into(),
+            measured: f64::NAN,
+            unit: "rad".into(),
+            passed: false,
+        }],
+        notes: vec!["the split is not unique".into(), text],
+        effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7 },
+    }
+}
+
+fn hostile() -> Study {
+    let mut failed = run("beta-30deg", "30 deg", 3.0);
+    failed.outcome = Outcome::Failed { time: 3.0, cause: format!("step size below 1e-14: {HOSTILE}") };
+    let matrix = NamedMatrix {
+        title: HOSTILE.into(),
+        unit: "kg m^2".into(),
+        rows: vec!["rk".into()],
+        columns: vec![HOSTILE.into()],
+        values: vec![vec![f64::NAN]],
+    };
+    let plot = |id: &str, signals: &[&str]| Plot {
+        id: id.into(),
+        title: HOSTILE.into(),
+        caption: HOSTILE.into(),
+        signals: signals.iter().map(|&name| name.into()).collect(),
+        references: vec!["ref_rk".into()],
+        variants: Vec::new(),
+    };
+    Study {
+        model: ModelSummary {
+            name: HOSTILE.into(),
+            description: HOSTILE.into(),
+            elements: vec![("shaft".into(), HOSTILE.into(), "J = 1 kg m^2".into())],
+            coordinates: vec![HOSTILE.into()],
+            matrices: vec![matrix.clone()],
+            laws: vec![LawSummary {
+                name: HOSTILE.into(),
+                law: "computed-torque".into(),
+                gains: vec![matrix],
+                notes: vec![HOSTILE.into()],
+            }],
+            closed_loop_poles: vec![(-3.0, 4.0), (-3.0, -4.0), (0.0, 0.0)],
+        },
+        runs: vec![run("beta-0deg", "0 deg", 9.0), run(HOSTILE, "10 deg", 9.0), failed],
+        plots: vec![
+            plot("rack-angle", &["rk.phi"]),
+            plot("mixed", &["rk.phi", "m.tau"]),
+            plot("../missing <b>", &["nowhere"]),
+        ],
+        warnings: vec![HOSTILE.into()],
+    }
+}
+
+/// The text between the tags, and a panic where tags do not nest or an attribute is not quoted. Enough XML for what
+/// `kuva` writes and enough HTML for what the page writes: contents of `<script>` and `<style>` are skipped.
+fn texts(markup: &str) -> String {
+    const VOID: [&str; 3] = ["meta", "link", "br"];
+    let mut open: Vec<&str> = Vec::new();
+    let mut texts = String::new();
+    let mut rest = markup.strip_prefix("<!doctype html>").unwrap_or(markup);
+    while let Some(start) = rest.find('<') {
+        texts += &rest[..start];
+        assert!(!rest[..start].contains('>'), "a bare > in {:?}", &rest[..start]);
+        if rest[start..].starts_with("<!--") {
+            rest = rest.split_once("-->").expect("the comment ends").1;
+            continue;
+        }
+        let end = tag_end(&rest[start..]) + start;
+        let tag = &rest[start + 1..end];
+        rest = &rest[end + 1..];
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name), "unbalanced </{name}>");
+            continue;
+        }
+        let name = tag.split([' ', '/', '\n']).next().unwrap();
+        assert!(name.chars().all(|c| c.is_ascii_alphanumeric()) && !name.is_empty(), "tag {tag:?}");
+        if tag.ends_with('/') || VOID.contains(&name) {
+            continue;
+        }
+        open.push(name);
+        if ["script", "style"].contains(&name) {
+            rest = &rest[rest.find(&format!("</{name}>")).expect("it is closed")..];
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+    texts + rest
+}
+
+/// Position of the `>` that ends the tag at the start of the text.
+fn tag_end(text: &str) -> usize {
+    let mut quoted = false;
+    for (index, byte) in text.bytes().enumerate() {
+        match byte {
+            b'"' => quoted = !quoted,
+            b'>' if !quoted => return index,
+            b'<' if index > 0 => panic!("< inside a tag: {:?}", &text[..index]),
+            _ => {}
+        }
+    }
+    panic!("a tag does not end: {:?}", &text[..text.len().min(80)]);
+}
+
+#[test]
+fn the_pictures_are_well_formed_and_name_what_they_show() {
+    let files = plots(&hostile());
+    let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+    assert_eq!(names, ["rack-angle.svg", "mixed.svg", "-missing--b-.svg"]);
+    for file in &files {
+        let shown = texts(&file.svg);
+        assert!(shown.contains("&lt;script&gt;") && shown.contains("$\\frac{1}{2}$"), "the title as it is: {shown}");
+        assert!(!file.svg.contains("<script") && !file.svg.contains("NaN") && !file.svg.contains("inf"));
+        assert_eq!(file.svg.matches("://").count(), 1, "the namespace only");
+        assert!(!file.svg.contains('\u{1}'), "XML knows no control characters");
+    }
+    let angle = texts(&files[0].svg);
+    for label in ["beta = 0 deg", "beta = 10 deg", "beta = 30 deg", "ref_rk", "angle rk.phi [rad]", "time [s]"] {
+        assert!(angle.contains(label), "{label} is missing");
+    }
+    let mixed = texts(&files[1].svg);
+    assert!(mixed.contains("m.tau, beta = 30 deg") && mixed.contains("angle [rad], torque [N m]"));
+    assert!(texts(&files[2].svg).contains("ref_rk"), "the reference is there even if the signal is not");
+    let pieces = files[0].svg.matches("stroke-width=\"1.3").count();
+    assert_eq!(pieces, 6, "the gap splits each of the three curves");
+    assert_eq!(files[0].svg.matches("stroke-dasharray=\"6 4\"").count(), 1, "one reference, drawn once");
+}
+
+#[test]
+fn the_page_is_one_well_formed_file_that_fetches_nothing() {
+    let page = html(&hostile());
+    texts(&page);
+    for forbidden in ["http:", "https:", "://", "src=", "@import", "<script>alert", "\u{1}"] {
+        assert!(!page.contains(forbidden), "{forbidden:?} in the page");
+    }
+    assert_eq!(page.matches("url(").count(), page.matches("url(#clip-").count(), "only clip paths of its own");
+    assert_eq!(page, html(&hostile()), "the same study, the same bytes");
+    assert_eq!(page.matches("</script>").count(), 4, "no text of the study closes a script");
+}
+
+#[test]
+fn the_page_shows_every_plot_variant_and_section() {
+    let study = hostile();
+    let page = html(&study);
+    for id in ["plot-rack-angle", "plot-mixed", "plot--missing--b-"] {
+        assert!(page.contains(&format!("id=\"{id}\"")), "{id}");
+    }
+    for section in ["plots", "figures", "requirements", "energy", "events", "notes", "warnings", "model", "variants"] {
+        assert!(page.contains(&format!("<section id=\"{section}\">")), "{section}");
+        assert!(page.contains(&format!("href=\"#{section}\"")), "{section} is not in the contents");
+    }
+    for text in [
+        "beta = 0 deg",
+        "beta = 10 deg",
+        "beta = 30 deg",
+        "beta-30deg",
+        "stopped at 3 s",
+        "step size below 1e-14",
+        "2 of 3 variants completed, 1 failed",
+        "0 of 3 requirements are met",
+        "not measured",
+        "all variants",
+        "700 later ones",
+        "56789",
+        "−3 ± 4 j",
+        "5.0e−10",
+    ] {
+        assert!(page.contains(text), "{text:?} is missing");
+    }
+}
+
+#[test]
+fn the_data_are_valid_json_with_null_for_nan() {
+    let data = super::charts::data(&hostile());
+    assert!(data.contains("null,null") && !data.contains("NaN") && !data.contains('<'));
+    assert!(data.starts_with("{\"marks\":[0,1e-3,"), "{}", &data[..60]);
+    // Balanced outside of strings, and as many numbers as times.
+    let curve = data.split("\"t\":[").nth(1).unwrap();
+    let (times, rest) = curve.split_once("],\"v\":[").unwrap();
+    let values = rest.split(']').next().unwrap();
+    assert_eq!(times.split(',').count(), values.split(',').count());
+    assert!(times.split(',').all(|time| time.parse::<f64>().is_ok()));
+    assert!(values.split(',').all(|value| value == "null" || value.parse::<f64>().is_ok()));
+}
+
+#[test]
+fn an_empty_study_gives_a_valid_page() {
+    let study = Study::default();
+    assert!(plots(&study).is_empty());
+    let page = html(&study);
+    texts(&page);
+    assert!(page.contains("No runs."));
+    // Plots without runs, and runs without samples.
+    let mut study = hostile();
+    study.runs.clear();
+    texts(&html(&study));
+    study.runs = vec![Run { series: Series::default(), ..run("one", "0 deg", 1.0) }];
+    texts(&html(&study));
+    plots(&study).iter().for_each(|file| drop(texts(&file.svg)));
+}

@@ -1,0 +1,127 @@
+//! Numbers and texts as HTML and JSON want them.
+
+/// The text with everything that HTML would interpret written as entities; control characters become spaces.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            control if control.is_control() => escaped.push(' '),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// A number for the reader of a table: `digits` significant ones, trailing zeros dropped, a typographic minus.
+pub(super) fn figure(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let scientific = format!("{:.*e}", digits.max(1) - 1, value);
+    let (mantissa, exponent) = scientific.split_once('e').expect("Rust prints an exponent");
+    let exponent: i32 = exponent.parse().expect("and it is an integer");
+    let text = if value == 0.0 {
+        "0".into()
+    } else if (-4..6).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        without_trailing_zeros(&format!("{value:.decimals$}")).to_owned()
+    } else {
+        format!("{}e{exponent}", without_trailing_zeros(mantissa))
+    };
+    text.replace('-', "−")
+}
+
+/// A time for the reader: `1.0000 s` reads `1 s`; resolution 0.1 ms.
+pub(super) fn seconds(time: f64) -> String {
+    if !time.is_finite() {
+        return "–".into();
+    }
+    format!("{} s", without_trailing_zeros(&format!("{time:.4}")).replace('-', "−"))
+}
+
+/// A unit with its powers written as such: `kg m^2` reads `kg m²`.
+pub(super) fn unit(unit: &str) -> String {
+    unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴")
+}
+
+fn without_trailing_zeros(number: &str) -> &str {
+    if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
+}
+
+/// A JSON string that is also safe inside a `<script>` element.
+pub(super) fn json_string(text: &str) -> String {
+    let mut json = String::with_capacity(text.len() + 2);
+    json.push('"');
+    for character in text.chars() {
+        match character {
+            '"' => json.push_str("\\\""),
+            '\\' => json.push_str("\\\\"),
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => json.push_str(&format!("\\u{:04x}", character as u32)),
+            control if control.is_control() => json.push_str(&format!("\\u{:04x}", control as u32)),
+            other => json.push(other),
+        }
+    }
+    json.push('"');
+    json
+}
+
+/// A JSON number of nine significant digits in its shortest form; `null` if it is not finite.
+pub(super) fn json_number(value: f64) -> String {
+    if !value.is_finite() {
+        return "null".into();
+    }
+    let rounded: f64 = format!("{value:.8e}").parse().expect("Rust reads what it prints");
+    let (plain, scientific) = (format!("{rounded}"), format!("{rounded:e}"));
+    if plain.len() <= scientific.len() { plain } else { scientific }
+}
+
+/// A JSON array of items that are JSON already.
+pub(super) fn json_array(items: impl IntoIterator<Item = String>) -> String {
+    format!("[{}]", items.into_iter().collect::<Vec<_>>().join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_read_well() {
+        let cases = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (std::f64::consts::PI, "3.1416"),
+            (-1.5, "−1.5"),
+            (123_456.0, "123456"),
+            (12_345_678.0, "1.2346e7"),
+            (-2.5e-7, "−2.5e−7"),
+            (0.000_123_456, "0.00012346"),
+            (9.999_99, "10"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "–"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(figure(value, 5), expected);
+        }
+        assert_eq!(seconds(1.0), "1 s");
+        assert_eq!(seconds(5.12345), "5.1235 s");
+    }
+
+    #[test]
+    fn json_is_short_and_safe() {
+        assert_eq!(json_number(0.1 + 0.2), "0.3");
+        assert_eq!(json_number(-1.25e-12), "-1.25e-12");
+        assert_eq!(json_number(f64::NAN), "null");
+        assert_eq!(json_string("a\"</script>\n"), r#""a\"\u003c/script\u003e\u000a""#);
+        assert_eq!(json_array(["1".into(), "2".into()]), "[1,2]");
+    }
+
+    #[test]
+    fn html_is_escaped() {
+        assert_eq!(escape("<b a=\"x\">&'\u{7}"), "&lt;b a=&quot;x&quot;&gt;&amp;&#39; ");
+    }
+}

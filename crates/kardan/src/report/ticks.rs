@@ -1,0 +1,78 @@
+//! Axis ranges and tick labels.
+
+/// A drawn axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Axis {
+    /// Lower end.
+    pub(super) low: f64,
+    /// Upper end.
+    pub(super) high: f64,
+    /// Distance of two ticks: 1, 2, 2.5 or 5 times a power of ten.
+    pub(super) step: f64,
+}
+
+/// An axis with about `ticks` ticks that covers the values, with `margin` of their span left free at both ends.
+/// Values that are all equal (or none at all) get a span around them.
+pub(super) fn axis(values: impl Iterator<Item = f64>, margin: f64, ticks: usize) -> Axis {
+    let (mut low, mut high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        (low, high) = (0.0, 1.0);
+    }
+    // A span below the resolution of the numbers cannot be labelled.
+    let size = low.abs().max(high.abs());
+    if high - low <= 1e-9 * size || high == low {
+        let half = if size > 0.0 { 0.1 * size } else { 1.0 };
+        (low, high) = (low - half, high + half);
+    }
+    let free = margin * (high - low);
+    (low, high) = (low - free, high + free);
+    let raw = (high - low) / ticks.max(1) as f64;
+    let power = 10f64.powi(raw.log10().floor() as i32);
+    let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|nice| nice * power).find(|&step| step >= 0.8 * raw);
+    Axis { low, high, step: step.unwrap_or(10.0 * power) }
+}
+
+impl Axis {
+    /// The label of a tick: as many digits as the step needs, a common exponent for very large and very small axes.
+    pub(super) fn label(&self, value: f64) -> String {
+        let value = if value.abs() < 1e-6 * self.step { 0.0 } else { value };
+        let size = self.low.abs().max(self.high.abs());
+        let exponent = if (1e-3..1e6).contains(&size) { 0 } else { size.log10().floor() as i32 };
+        let scale = 10f64.powi(exponent);
+        let step = self.step / scale;
+        let decimals = (0..12).find(|&decimals| {
+            let shifted = step * 10f64.powi(decimals);
+            (shifted - shifted.round()).abs() < 1e-6 * shifted
+        });
+        let number = format!("{:.*}", decimals.unwrap_or(12) as usize, value / scale);
+        let number = if exponent == 0 || value == 0.0 { number } else { format!("{number}e{exponent}") };
+        number.replace('-', "−")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_round_and_labels_show_them_exactly() {
+        let axis = |values: &[f64]| super::axis(values.iter().copied(), 0.0, 8);
+        assert_eq!(axis(&[0.0, 9.0]).step, 1.0);
+        let quarter = axis(&[0.0, 2.4]);
+        assert_eq!((quarter.step, quarter.label(0.75)), (0.25, "0.75".into()));
+        assert_eq!(quarter.label(1e-17), "0.00");
+        let small = axis(&[-4e-5, 4e-5]);
+        assert_eq!((small.label(-2e-5), small.label(0.0)), ("−2e−5".into(), "0".into()));
+        assert_eq!(axis(&[0.0, 3.2e7]).label(2e7), "2.0e7");
+    }
+
+    #[test]
+    fn degenerate_data_gives_a_usable_axis() {
+        for values in [&[][..], &[f64::NAN], &[0.0, 0.0], &[-3.0], &[1.0, 1.0 + 1e-15], &[f64::INFINITY, 2.0]] {
+            let axis = axis(values.iter().copied(), 0.04, 6);
+            assert!(axis.low < axis.high && axis.step > 0.0 && axis.step.is_finite(), "{values:?}: {axis:?}");
+        }
+    }
+}

@@ -1,0 +1,329 @@
+use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop};
+
+use super::{Law, LawKind, Reference, Request, SynthesisError, effective_inertia, output_shaft};
+use crate::element::Values;
+use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
+use crate::reduce::LinearModel;
+use crate::results::{LawSummary, NamedMatrix, Physical};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// Partial feedback linearisation of chosen outputs by as many inputs, \[diss. 6.3.3\].
+pub const NONINTERACTING: LawKind = LawKind {
+    keyword: "noninteracting",
+    summary: "Noninteracting control by partial feedback linearisation: every chosen shaft angle becomes a double \
+              integrator of its own channel, whatever the other channels and the load do.",
+    fields: &[Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its input.")],
+    example: "\
+[control.column]
+law = \"noninteracting\"
+design = { beta = \"0 deg\" }
+
+[[control.column.channels]]
+output = \"rk.phi\"
+input = \"rk_motor\"
+kind = \"position\"
+natural_frequency = \"20 rad/s\"
+damping_ratio = 0.7
+reference = \"ref_rk\"
+
+[[control.column.channels]]
+output = \"fs.phi\"
+input = \"wg_motor\"
+kind = \"torque\"
+reference = \"u2\"
+",
+    inputs: |values| channels(values).map(|c| c.word("input").unwrap_or_default().to_string()).collect(),
+    references,
+    design,
+};
+
+const CHANNEL: &[Field] = &[
+    Field::required("output", Kind::Signal, "The shaft angle to control: `<shaft>.phi`."),
+    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
+    Field::required(
+        "kind",
+        Kind::Choice(&["position", "torque"]),
+        "`position`: the output follows an angle; `torque`: the reference is a torque that acts along the output \
+         (force feedback), on top of what others apply there.",
+    ),
+    Field::optional(
+        "natural_frequency",
+        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+        "Natural frequency of a position channel; left out: 20 rad/s.",
+    ),
+    Field::optional(
+        "damping_ratio",
+        Kind::Number(Sign::Positive),
+        "Damping ratio of a position channel; left out: 0.7.",
+    ),
+    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
+    Field::optional(
+        "load",
+        Kind::Name,
+        "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.",
+    ),
+];
+
+fn channels(values: &Values) -> impl Iterator<Item = &Values> {
+    values.tables("channels").unwrap_or_default().iter()
+}
+
+fn is_position(channel: &Values) -> bool {
+    channel.word("kind") == Some("position")
+}
+
+fn references(values: &Values) -> Vec<Reference> {
+    let mut out = Vec::new();
+    for channel in channels(values) {
+        let output = channel.word("output").unwrap_or_default();
+        if let Some(name) = channel.word("reference") {
+            let (physical, what) = if is_position(channel) {
+                (Physical::Angle, "position reference of")
+            } else {
+                (Physical::Torque, "torque reference along")
+            };
+            out.push(Reference { name: name.into(), physical, description: format!("{what} {output}") });
+        }
+        if let Some(name) = channel.word("load") {
+            let description = format!("load estimate along {output}");
+            out.push(Reference { name: name.into(), physical: Physical::Torque, description });
+        }
+    }
+    out
+}
+
+/// A channel to design: an output shaft and an input of the linear model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChannelDesign {
+    /// Number of the output shaft.
+    pub shaft: usize,
+    /// Number of the input.
+    pub input: usize,
+}
+
+/// The exact gains of a noninteracting law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoninteractingDesign {
+    /// Kx, one row per channel's input, columns: reduced coordinates, then their speeds.
+    pub state_gain: Matrix<Rational>,
+    /// Ku = (C H⁻¹ F)⁻¹, columns: accelerations asked of the outputs.
+    pub acceleration_gain: Matrix<Rational>,
+    /// The decoupling matrix C H⁻¹ F.
+    pub decoupling_matrix: Matrix<Rational>,
+    /// Inertia felt along each output, kg m².
+    pub effective_inertia: Vec<Rational>,
+}
+
+/// Designs the gains of `u = Kx x + Ku v` for which `ÿ = v + C H⁻¹ F_other τ_other` holds exactly.
+///
+/// With `H q̈ + D q̇ + S q = F u + …` and `y = C q`: `ÿ = C H⁻¹ (F u − D q̇ − S q) + …`, hence
+/// `Ku = (C H⁻¹ F)⁻¹`, `Kx = Ku·C H⁻¹ [S D]`. For the steering system these are (6.124) and the corrected (6.130).
+/// All arithmetic is rational; cost O(n³) rational operations.
+///
+/// # Errors
+/// [`SynthesisError::NotDecouplable`] with the exact rank if `C H⁻¹ F` is singular.
+///
+/// # Panics
+/// If the inertia matrix is singular.
+pub fn design_noninteracting(
+    model: &LinearModel,
+    channels: &[ChannelDesign],
+    names: &dyn Fn(&ChannelDesign) -> (String, String),
+) -> Result<NoninteractingDesign, SynthesisError> {
+    let (r, m) = (model.inertia.rows(), channels.len());
+    let output = Matrix::from_fn(m, r, |i, j| model.basis[(channels[i].shaft, j)].clone());
+    // (C H⁻¹)ᵀ = H⁻¹ Cᵀ, H symmetric.
+    let weighted = model.inertia.solve(&output.transpose()).expect("reduced inertia is positive definite").transpose();
+    let input = Matrix::from_fn(r, m, |i, j| model.input[(i, channels[j].input)].clone());
+    let decoupling_matrix = weighted.multiply(&input);
+    let Some(acceleration_gain) = decoupling_matrix.solve(&Matrix::identity(m)) else {
+        let (outputs, inputs): (Vec<String>, Vec<String>) = channels.iter().map(names).unzip();
+        let not_reached = (0..m)
+            .filter(|&i| decoupling_matrix.row(i).iter().all(Scalar::is_zero))
+            .map(|i| outputs[i].clone())
+            .collect();
+        let rank = echelon(&decoupling_matrix, &(0..m).collect::<Vec<_>>()).rank();
+        return Err(SynthesisError::NotDecouplable { outputs, inputs, rank, not_reached });
+    };
+    let projector = acceleration_gain.multiply(&weighted);
+    let (stiffness, damping) = (projector.multiply(&model.stiffness), projector.multiply(&model.damping));
+    let state_gain = Matrix::from_fn(m, 2 * r, |i, j| {
+        if j < r { stiffness[(i, j)].clone() } else { damping[(i, j - r)].clone() }
+    });
+    let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
+    Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
+}
+
+struct Running {
+    name: String,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
+    coordinates: Vec<String>,
+    references: Vec<Reference>,
+    /// Where each channel finds its load among the references.
+    told: Vec<(usize, Option<usize>)>,
+    coordinate_shafts: Vec<usize>,
+    output_shafts: Vec<usize>,
+    shafts: usize,
+    state_gain: Vec<f64>,
+    acceleration_gain: Vec<f64>,
+    channels: Vec<Channel<f64>>,
+    design: NoninteractingDesign,
+    // Memory of one evaluation.
+    state: Vec<f64>,
+    positions: Vec<f64>,
+    speeds: Vec<f64>,
+    reference_values: Vec<f64>,
+    loads: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let model = request.model;
+    let mut designs = Vec::new();
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    for channel in channels(request.values) {
+        let output = channel.word("output").unwrap_or_default().to_string();
+        let input = channel.word("input").unwrap_or_default().to_string();
+        let shaft = output_shaft(&output, request.shafts)?;
+        let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
+        for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
+            if list.contains(name) {
+                return Err(SynthesisError::Twice { name: name.clone(), what });
+            }
+        }
+        inputs.push(input);
+        outputs.push(output);
+        designs.push(ChannelDesign { shaft, input: number });
+    }
+    let names = |channel: &ChannelDesign| {
+        (format!("{}.phi", request.shafts[channel.shaft]), model.inputs[channel.input].clone())
+    };
+    let design = design_noninteracting(model, &designs, &names)?;
+    let references = references(request.values);
+    let find = |name: Option<&str>| name.and_then(|name| references.iter().position(|r| r.name == name));
+    let mut told = Vec::new();
+    let mut blocks = Vec::new();
+    for (channel, inertia) in channels(request.values).zip(&design.effective_inertia) {
+        let inverse_inertia = 1.0 / rational_to_f64(inertia);
+        told.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
+        blocks.push(if is_position(channel) {
+            let position_loop = PositionLoop {
+                natural_frequency: channel.number("natural_frequency").unwrap_or(20.0),
+                damping_ratio: channel.number("damping_ratio").unwrap_or(0.7),
+            };
+            Channel::Position { position_loop, inverse_inertia }
+        } else {
+            Channel::Torque { inverse_inertia }
+        });
+    }
+    let shaft = |name: &String| request.shafts.iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
+    let m = designs.len();
+    Ok(Box::new(Running {
+        name: request.name.to_string(),
+        inputs,
+        outputs,
+        coordinates: model.coordinates.clone(),
+        references,
+        told,
+        coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
+        output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
+        shafts: request.shafts.len(),
+        state_gain: design.state_gain.to_f64().as_slice().to_vec(),
+        acceleration_gain: design.acceleration_gain.to_f64().as_slice().to_vec(),
+        channels: blocks,
+        design,
+        state: vec![0.0; 2 * model.coordinates.len()],
+        positions: vec![0.0; m],
+        speeds: vec![0.0; m],
+        reference_values: vec![0.0; m],
+        loads: vec![0.0; m],
+        accelerations: vec![0.0; m],
+    }))
+}
+
+impl Law for Running {
+    fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]) {
+        let r = self.coordinate_shafts.len();
+        for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
+            self.state[k] = angles[shaft];
+            self.state[r + k] = speeds[shaft];
+        }
+        for (k, &shaft) in self.output_shafts.iter().enumerate() {
+            self.positions[k] = angles[shaft];
+            self.speeds[k] = speeds[shaft];
+            self.reference_values[k] = references[self.told[k].0];
+            self.loads[k] = self.told[k].1.map_or(0.0, |load| references[load]);
+        }
+        let (Some(state_gain), Some(acceleration_gain)) =
+            (Gain::new(&self.state_gain, 2 * r), Gain::new(&self.acceleration_gain, self.channels.len()))
+        else {
+            unreachable!("gain matrices are made of whole rows by the design");
+        };
+        let law = Noninteracting { state_gain, acceleration_gain, channels: &self.channels };
+        let measured = Measurement {
+            state: &self.state,
+            positions: &self.positions,
+            speeds: &self.speeds,
+            references: &self.reference_values,
+            loads: &self.loads,
+        };
+        law.torques(measured, &mut self.accelerations, out);
+    }
+
+    fn gains(&self) -> (Matrix<f64>, Matrix<f64>) {
+        let (m, r) = (self.inputs.len(), self.coordinate_shafts.len());
+        let mut on_angles = Matrix::zeros(m, self.shafts);
+        let mut on_speeds = Matrix::zeros(m, self.shafts);
+        for i in 0..m {
+            for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
+                on_angles[(i, shaft)] += self.state_gain[i * 2 * r + k];
+                on_speeds[(i, shaft)] += self.state_gain[i * 2 * r + r + k];
+            }
+            for (k, &shaft) in self.output_shafts.iter().enumerate() {
+                if let Channel::Position { position_loop, .. } = &self.channels[k] {
+                    let gain = self.acceleration_gain[i * m + k];
+                    let omega = position_loop.natural_frequency;
+                    on_angles[(i, shaft)] -= gain * omega * omega;
+                    on_speeds[(i, shaft)] -= gain * 2.0 * position_loop.damping_ratio * omega;
+                }
+            }
+        }
+        (on_angles, on_speeds)
+    }
+
+    fn summary(&self) -> LawSummary {
+        let state: Vec<String> =
+            self.coordinates.iter().map(|c| format!("{c}.phi")).chain(self.coordinates.iter().map(|c| format!("{c}.w"))).collect();
+        let accelerations: Vec<String> = self.outputs.iter().map(|output| format!("{output}''")).collect();
+        let matrix = |title: &str, unit: &str, rows: &[String], columns: &[String], values: &Matrix<Rational>| NamedMatrix {
+            title: title.into(),
+            unit: unit.into(),
+            rows: rows.to_vec(),
+            columns: columns.to_vec(),
+            values: values.to_rows(),
+        };
+        let notes = self.outputs.iter().zip(&self.design.effective_inertia).map(|(output, inertia)| {
+            format!("Relative degree of {output}: 2; effective inertia along it: {:.9} kg m^2.", rational_to_f64(inertia))
+        });
+        LawSummary {
+            name: self.name.clone(),
+            law: NONINTERACTING.keyword.into(),
+            gains: vec![
+                matrix("state gain Kx", "N m/rad, N m s/rad", &self.inputs, &state, &self.design.state_gain),
+                matrix("acceleration gain Ku", "N m s^2/rad", &self.inputs, &accelerations, &self.design.acceleration_gain),
+                matrix("decoupling matrix", "rad/(N m s^2)", &accelerations, &self.inputs, &self.design.decoupling_matrix),
+            ],
+            notes: notes.collect(),
+        }
+    }
+}

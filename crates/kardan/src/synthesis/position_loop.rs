@@ -1,0 +1,131 @@
+use kardan_rt::PositionLoop;
+
+use super::{Law, LawKind, Reference, Request, SynthesisError, effective_inertia, output_shaft};
+use crate::element::Values;
+use crate::num::{Matrix, rational_to_f64};
+use crate::results::{LawSummary, Physical};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A position loop on one input, the driver model of \[diss. (6.138)\].
+pub const POSITION_LOOP: LawKind = LawKind {
+    keyword: "position_loop",
+    summary: "A position loop on a single input: torque = inertia (w^2 (reference - angle) - 2 xi w speed) - load; \
+              the driver model of the source.",
+    fields: &[
+        Field::required("output", Kind::Signal, "The shaft angle to control: `<shaft>.phi`."),
+        Field::required("input", Kind::Element(&["motor"]), "The input that acts on it."),
+        Field::optional(
+            "natural_frequency",
+            Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+            "Natural frequency; left out: 20 rad/s.",
+        ),
+        Field::optional("damping_ratio", Kind::Number(Sign::Positive), "Damping ratio; left out: 0.7."),
+        Field::optional(
+            "inertia",
+            Kind::Quantity(Dimension::INERTIA, Sign::Positive),
+            "Inertia to move; left out: the inertia that a torque along the output feels in the design model.",
+        ),
+        Field::required("reference", Kind::Name, "Name of the reference angle, set by the scenario."),
+        Field::optional(
+            "load",
+            Kind::Name,
+            "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.",
+        ),
+    ],
+    example: "\
+[control.driver_model]
+law = \"position_loop\"
+output = \"fs.phi\"
+input = \"driver\"
+natural_frequency = \"20 rad/s\"
+damping_ratio = 0.7
+reference = \"ref_fs\"
+",
+    inputs: |values| values.word("input").map(str::to_string).into_iter().collect(),
+    references,
+    design,
+};
+
+fn references(values: &Values) -> Vec<Reference> {
+    let output = values.word("output").unwrap_or_default();
+    let reference = values.word("reference").map(|name| Reference {
+        name: name.into(),
+        physical: Physical::Angle,
+        description: format!("position reference of {output}"),
+    });
+    let load = values.word("load").map(|name| Reference {
+        name: name.into(),
+        physical: Physical::Torque,
+        description: format!("load estimate along {output}"),
+    });
+    reference.into_iter().chain(load).collect()
+}
+
+struct Running {
+    name: String,
+    inputs: Vec<String>,
+    output: String,
+    references: Vec<Reference>,
+    shaft: usize,
+    shafts: usize,
+    inertia: f64,
+    position_loop: PositionLoop<f64>,
+}
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let values = request.values;
+    let output = values.word("output").unwrap_or_default().to_string();
+    let shaft = output_shaft(&output, request.shafts)?;
+    let inertia =
+        values.number("inertia").unwrap_or_else(|| rational_to_f64(&effective_inertia(request.model, shaft)));
+    Ok(Box::new(Running {
+        name: request.name.to_string(),
+        inputs: (POSITION_LOOP.inputs)(values),
+        output,
+        references: references(values),
+        shaft,
+        shafts: request.shafts.len(),
+        inertia,
+        position_loop: PositionLoop {
+            natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
+            damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
+        },
+    }))
+}
+
+impl Law for Running {
+    fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]) {
+        let load = references.get(1).copied().unwrap_or(0.0) / self.inertia;
+        out[0] = self.inertia
+            * self.position_loop.acceleration(references[0], angles[self.shaft], speeds[self.shaft], load);
+    }
+
+    fn gains(&self) -> (Matrix<f64>, Matrix<f64>) {
+        let omega = self.position_loop.natural_frequency;
+        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.shaft { gain } else { 0.0 });
+        (row(-self.inertia * omega * omega), row(-self.inertia * 2.0 * self.position_loop.damping_ratio * omega))
+    }
+
+    fn summary(&self) -> LawSummary {
+        let PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+        LawSummary {
+            name: self.name.clone(),
+            law: POSITION_LOOP.keyword.into(),
+            gains: Vec::new(),
+            notes: vec![format!(
+                "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
+                 {damping_ratio}, for an inertia of {:.9} kg m^2.",
+                self.output, self.inertia
+            )],
+        }
+    }
+}
