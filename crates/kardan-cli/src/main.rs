@@ -1,2 +1,16 @@
-//! The kardan command.
-fn main() {}
+//! The kardan command: from a model file to equations, runs and reports.
+//!
+//! All that touches files, terminal and processes is here; the library is pure.
+
+mod api;
+mod args;
+mod commands;
+mod input;
+mod output;
+mod progress;
+mod render;
+mod summary;
+
+fn main() -> std::process::ExitCode {
+    std::process::ExitCode::from(commands::main(std::env::args_os().collect()))
+}

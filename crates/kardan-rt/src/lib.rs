@@ -1,2 +1,24 @@
+//! Controller blocks for firmware and for the simulation: the same code in both.
+//!
+//! `no_std`, no heap, no panic: a block reads slices, writes slices, and stops at the shorter one. Gains are data that
+//! the `kardan` library designs; a firmware project keeps them as constants.
+//!
+//! ```
+//! use kardan_rt::PositionLoop;
+//! let rack = PositionLoop { natural_frequency: 20.0, damping_ratio: 0.7 };
+//! // At the reference and at rest, nothing is asked for but the compensation of the load.
+//! assert_eq!(rack.acceleration(1.0, 1.0, 0.0, 0.5), -0.5);
+//! ```
 #![no_std]
-//! Controller blocks.
+#![forbid(unsafe_code)]
+#![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod feedback;
+mod noninteracting;
+mod position_loop;
+mod real;
+
+pub use feedback::Gain;
+pub use noninteracting::{Channel, Measurement, Noninteracting};
+pub use position_loop::PositionLoop;
+pub use real::Real;

@@ -1,5 +1,6 @@
 //! kardan: from one model file of a drivetrain to its equations, controllers and closed-loop runs.
 
+pub mod analysis;
 pub mod assemble;
 pub mod diagnostics;
 pub mod element;
@@ -12,5 +13,6 @@ pub mod report;
 pub mod results;
 pub mod schema;
 pub mod simulate;
+pub mod study;
 pub mod synthesis;
 pub mod units;

@@ -46,7 +46,7 @@ pub struct Dimension {
 impl Dimension {
     /// A number without a unit.
     pub const NONE: Self = Self::mechanical(0, 0, 0, 0);
-    /// An angle [rad].
+    /// An angle \[rad\].
     pub const ANGLE: Self = Self::mechanical(0, 0, 0, 1);
     /// An angular velocity [rad/s].
     pub const ANGULAR_VELOCITY: Self = Self::mechanical(0, 0, -1, 1);
@@ -62,7 +62,7 @@ impl Dimension {
     pub const STIFFNESS: Self = Self::mechanical(1, 2, -2, -1);
     /// A torsional damping [N m s/rad].
     pub const DAMPING: Self = Self::mechanical(1, 2, -1, -1);
-    /// A time [s].
+    /// A time \[s\].
     pub const TIME: Self = Self::mechanical(0, 0, 1, 0);
 
     /// A dimension of mass, length, time and angle.
@@ -342,6 +342,11 @@ impl Exact {
     }
 
     /// The reciprocal, or nothing for zero.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(-2, 3).recip(), Some(Exact::from_ratio(-3, 2)));
+    /// ```
     pub fn recip(&self) -> Option<Self> {
         if self.is_zero() {
             return None;
@@ -663,6 +668,10 @@ fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
     let first = letters.next()?;
     let power = PREFIXES.iter().find(|(letter, _)| *letter == first)?.1;
     let unit = plain(letters.as_str(), true)?;
+    // No one means 10^9 rad: "30 Grad" is German for 30 deg.
+    if unit.name == "rad" && power > 0 {
+        return None;
+    }
     Some((&exact(unit) * &Exact::from_integer(10).pow(power)?, unit.dimension))
 }
 
@@ -673,6 +682,9 @@ fn unit_help(name: &str) -> String {
         if find_unit(left).is_some() && find_unit(right).is_some() {
             return format!("put a space between two units: `{left} {right}`");
         }
+    }
+    if name.eq_ignore_ascii_case("grad") {
+        return "did you mean `deg` or `rad`?".to_string();
     }
     if name == "%" {
         return "write a percentage as a decimal: \"0.05\" for 5 %".to_string();
@@ -1092,6 +1104,7 @@ mod tests {
         for (text, expected) in [
             ("130 kq mm^2", "unknown unit `kq` @ `kq` (did you mean `kg`?)"),
             ("5 Nmm", "unknown unit `Nmm` @ `Nmm` (put a space between two units: `N mm`)"),
+            ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),
             ("5 RPM", "unknown unit `RPM` @ `RPM` (did you mean `rpm`?)"),
             ("5 %", "unknown unit `%` @ `%` (write a percentage as a decimal: \"0.05\" for 5 %)"),
             ("5 kg m2", "unexpected `2` in a unit @ `m2` (write a power as `m^2`)"),

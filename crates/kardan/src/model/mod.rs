@@ -1,3 +1,52 @@
-//! From the text of a model file to a model.
+//! From the text of a model file to a model: parse, resolve, describe.
+//!
+//! Only this folder knows the syntax of the file.
 
+mod document;
+mod manual;
 pub mod parse;
+mod resolve;
+
+pub use document::{Control, Document, Instance, Parameter, Variants, read};
+pub use manual::{manual, manual_of};
+pub use resolve::{ControlSpec, Model, Setting, TableReader};
+
+/// A model that is part of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Builtin {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// The model file.
+    pub source: &'static str,
+}
+
+/// The models that are part of the program; the files are in `models/`.
+pub const BUILTIN: &[Builtin] = &[
+    Builtin {
+        name: "sia-steering",
+        summary: "Car steering with a harmonic drive in differential mode, noninteracting control (source 6.3, Table 6.4)",
+        source: include_str!("../../../../models/sia-steering.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive",
+        summary: "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
+        source: include_str!("../../../../models/harmonic-drive.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-spring",
+        summary: "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
+        source: include_str!("../../../../models/harmonic-drive-spring.toml"),
+    },
+    Builtin {
+        name: "two-bodies",
+        summary: "Two equal bodies joined by a spring and a damper (source, appendix B)",
+        source: include_str!("../../../../models/two-bodies.toml"),
+    },
+];
+
+/// The built-in model of that name.
+pub fn builtin(name: &str) -> Option<&'static Builtin> {
+    BUILTIN.iter().find(|builtin| builtin.name == name)
+}

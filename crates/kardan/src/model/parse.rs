@@ -76,6 +76,18 @@ pub fn syntax(source: &str) -> (Toml<DeTable<'_>>, Vec<Diagnostic>) {
 }
 
 /// A table of the document with its name and its place.
+///
+/// ```
+/// use kardan::model::parse::{Node, syntax};
+/// let (document, mut mistakes) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
+/// let root = Node::root(&document);
+/// root.expect_keys(&["model", "scenario"], "the file", &mut mistakes);
+/// let scenario = root.child("scenario", &mut mistakes).ok_or("no scenario")?;
+/// scenario.expect_keys(&["event"], "the scenario", &mut mistakes);
+/// assert_eq!(mistakes[0].help.as_deref(), Some("did you mean `event`?"));
+/// assert_eq!(scenario.list("event", &mut mistakes)[0].entries()[0].0, "time");
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Node<'t> {
     /// The key that leads to it; for an entry of a list the key of the list.

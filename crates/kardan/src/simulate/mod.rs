@@ -1,4 +1,13 @@
-//! Simulation.
+//! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
 pub mod dop853;
 pub mod friction;
+mod machine;
+mod outputs;
+mod run;
+mod scenario;
+
+pub use machine::{Machine, Setup};
+pub use outputs::signal_names;
+pub use run::{RunResult, Tolerance, simulate};
+pub use scenario::{Profile, Scenario, SignalEvent, Source, SourceTarget};

@@ -1,0 +1,125 @@
+//! What can be asked for on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+/// From one model file of a drivetrain to its equations, controllers, closed-loop runs and a report.
+#[derive(Debug, Parser)]
+#[command(
+    name = "kardan",
+    version,
+    arg_required_else_help = true,
+    after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n\n\
+                  Exit codes: 0 done, 1 a requirement of the study failed, 2 error."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+    /// No progress bars and no notes.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Run(RunArgs),
+    Equations(EquationsArgs),
+    Check(CheckArgs),
+    Models(ModelsArgs),
+    Elements(ElementsArgs),
+    Completions(CompletionsArgs),
+}
+
+/// Run the study of a model file: one table for each variant, the plots and a report.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  kardan run\n  kardan run ./my.toml --out my-out --variant beta-10deg\n  \
+                        kardan run my.toml --json | jq '.variants[].signals[\"rk.phi\"].max'")]
+pub struct RunArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    #[arg(default_value = "sia-steering")]
+    pub model: PathBuf,
+    /// Folder for all files; made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "kardan-out")]
+    pub out: PathBuf,
+    /// Format of the tables.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub format: Format,
+    /// Print one JSON object instead of the summary.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the tables only, neither report nor plots.
+    #[arg(long)]
+    pub no_report: bool,
+    /// Keep only these variants (may be given several times).
+    #[arg(long = "variant", value_name = "NAME")]
+    pub variants: Vec<String>,
+}
+
+/// How tables are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Comma-separated values.
+    Csv,
+    /// Apache Parquet, with units in the metadata.
+    Parquet,
+}
+
+/// Print the equations of motion of a model.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  kardan equations sia-steering --latex > equations.tex")]
+pub struct EquationsArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input.
+    pub model: PathBuf,
+    /// LaTeX instead of plain text.
+    #[arg(long)]
+    pub latex: bool,
+}
+
+/// Look for mistakes in a model file; nothing is run.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  kardan check my.toml")]
+pub struct CheckArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input.
+    pub model: PathBuf,
+}
+
+/// List the built-in models, or print or save one of them.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  kardan models\n  kardan models sia-steering --write my.toml")]
+pub struct ModelsArgs {
+    /// The model whose TOML is wanted.
+    pub name: Option<String>,
+    /// Save it there instead of printing it; a file that exists is not touched.
+    #[arg(long, value_name = "FILE", requires = "name")]
+    pub write: Option<PathBuf>,
+}
+
+/// Print the manual of the tables that a model file may have.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  kardan elements harmonic_drive")]
+pub struct ElementsArgs {
+    /// The table whose page is wanted.
+    pub name: Option<String>,
+}
+
+/// Print a completion script for a shell.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  kardan completions bash > ~/.local/share/bash-completion/completions/kardan")]
+pub struct CompletionsArgs {
+    /// The shell.
+    pub shell: Shell,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,21 @@
+//! `kardan check`: the diagnostics of a model file and nothing else.
+
+use kardan::diagnostics::Severity;
+
+use super::DONE;
+use crate::api::model;
+use crate::args::CheckArgs;
+use crate::input;
+use crate::output::print;
+use crate::render::{self, Failure, visible};
+
+pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
+    let source = input::read(&args.model, quiet)?;
+    let diagnostics = model::check(&source.text);
+    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics });
+    }
+    render::show(Some(&source), &diagnostics);
+    print(&visible(&format!("{source}: no mistakes\n")))?;
+    Ok(DONE)
+}

@@ -1,0 +1,58 @@
+//! One file for each command; here they are chosen, and what went wrong is said.
+
+mod check;
+mod completions;
+mod elements;
+mod equations;
+mod models;
+mod run;
+
+use std::ffi::OsString;
+
+use clap::Parser;
+
+use crate::args::{Cli, Command};
+use crate::output::print;
+use crate::render::Failure;
+
+/// Exit code: done.
+const DONE: u8 = 0;
+/// Exit code: a requirement of the study failed.
+const REQUIREMENT_FAILED: u8 = 1;
+/// Exit code: bad input, a file that cannot be read or written, or a run that failed.
+const ERROR: u8 = 2;
+
+/// Does what the arguments (with the program's name first) ask for, and gives the exit code.
+pub fn main(arguments: Vec<OsString>) -> u8 {
+    let json_wanted = arguments.iter().any(|argument| argument == "--json");
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            if json_wanted && usage.use_stderr() {
+                let _ = print(&(kardan::export::json_error(usage.to_string().trim(), "", &[]) + "\n"));
+            }
+            let _ = usage.print();
+            return if usage.use_stderr() { ERROR } else { DONE };
+        }
+    };
+    let json = matches!(&cli.command, Command::Run(run) if run.json);
+    dispatch(&cli).unwrap_or_else(|failure| {
+        if json {
+            let object = kardan::export::json_error(&failure.message(), failure.text(), &failure.diagnostics);
+            let _ = print(&(object + "\n"));
+        }
+        failure.show();
+        ERROR
+    })
+}
+
+fn dispatch(cli: &Cli) -> Result<u8, Failure> {
+    match &cli.command {
+        Command::Run(args) => run::run(args, cli.quiet),
+        Command::Equations(args) => equations::equations(args, cli.quiet),
+        Command::Check(args) => check::check(args, cli.quiet),
+        Command::Models(args) => models::models(args, cli.quiet),
+        Command::Elements(args) => elements::elements(args),
+        Command::Completions(args) => completions::completions(args),
+    }
+}

@@ -1,0 +1,113 @@
+//! `kardan run`: the study of a model file, its tables, plots and report.
+
+use kardan::diagnostics::{Diagnostic, Severity, nearest};
+use kardan::export::{self, Files};
+use kardan::results::{Outcome, Run, Study};
+
+use super::{DONE, ERROR, REQUIREMENT_FAILED};
+use crate::api::study::Settings;
+use crate::api::{model, report, study};
+use crate::args::{Format, RunArgs};
+use crate::input::{self, Source};
+use crate::output::{Folder, print};
+use crate::progress::Bars;
+use crate::render::{self, Failure};
+use crate::summary::summary;
+
+pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
+    let source = input::read(&args.model, quiet)?;
+    let known = model::check(&source.text);
+    if known.iter().any(|d| d.severity == Severity::Error) {
+        return Err(Failure { source: Some(source), diagnostics: known });
+    }
+    render::show(Some(&source), &known);
+    let folder = Folder::prepare(&args.out)?;
+    let mut study = compute(&source, quiet).map_err(|mut diagnostics| {
+        diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
+        Failure { source: Some(source.clone()), diagnostics }
+    })?;
+    select(&mut study, &args.variants)?;
+    let (files, problems) = write(&study, folder, args);
+    if args.json {
+        print(&(export::json(&study, &files) + "\n"))?;
+    } else {
+        print(&summary(&study, &files, &source.to_string()))?;
+    }
+    render::show(None, &problems);
+    Ok(if problems.is_empty() { verdict(&study.runs) } else { ERROR })
+}
+
+fn compute(source: &Source, quiet: bool) -> Result<Study, Vec<Diagnostic>> {
+    let bars = Bars::new(quiet);
+    let study = study::run(&source.text, &Settings::default(), &bars);
+    bars.finish();
+    study
+}
+
+/// Keeps the variants asked for (all, if none is), and the plots that have one of them.
+fn select(study: &mut Study, wanted: &[String]) -> Result<(), Diagnostic> {
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    let names = || study.runs.iter().map(|run| run.name.as_str());
+    if let Some(unknown) = wanted.iter().find(|name| !names().any(|known| known == *name)) {
+        let list = names().collect::<Vec<_>>().join(", ");
+        let hint = match nearest(unknown, names()) {
+            Some(near) => format!("did you mean `{near}`? (variants: {list})"),
+            None => format!("variants: {list}"),
+        };
+        return Err(Diagnostic::error("variant::unknown", format!("the study has no variant `{unknown}`")).help(hint));
+    }
+    study.runs.retain(|run| wanted.contains(&run.name));
+    study.plots.retain_mut(|plot| {
+        let all = plot.variants.is_empty(); // an empty list stands for all variants, a list that becomes empty does not
+        plot.variants.retain(|name| wanted.contains(name));
+        all || !plot.variants.is_empty()
+    });
+    Ok(())
+}
+
+/// Writes everything that can be written, tables first; gives what could not.
+fn write(study: &Study, mut folder: Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
+    let mut files = Files::default();
+    let mut problems = Vec::new();
+    for run in &study.runs {
+        let table = table(&study.model.name, run, args.format);
+        let written = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
+        files.runs.push(written.map_err(|problem| problems.push(problem)).into_iter().collect());
+    }
+    if !args.no_report {
+        for plot in report::plots(study) {
+            let stem = plot.name.strip_suffix(".svg").unwrap_or(&plot.name);
+            match folder.write(stem, "svg", plot.svg.as_bytes()) {
+                Ok(path) => files.plots.push(path),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        match folder.write("report", "html", report::html(study).as_bytes()) {
+            Ok(path) => files.report = Some(path),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    files.unwritten = problems.iter().map(|problem| problem.message.clone()).collect();
+    (files, problems)
+}
+
+fn table(model: &str, run: &Run, format: Format) -> Result<(&'static str, Vec<u8>), Diagnostic> {
+    match format {
+        Format::Csv => Ok(("csv", export::csv(run))),
+        Format::Parquet => export::parquet(model, run).map(|bytes| ("parquet", bytes)).map_err(|error| {
+            Diagnostic::error("export::parquet", format!("cannot make a Parquet file of `{}`: {error}", run.name))
+        }),
+    }
+}
+
+fn verdict(runs: &[Run]) -> u8 {
+    if runs.iter().any(|run| run.outcome != Outcome::Completed) {
+        ERROR
+    } else if runs.iter().flat_map(|run| &run.requirements).any(|requirement| !requirement.passed) {
+        REQUIREMENT_FAILED
+    } else {
+        DONE
+    }
+}

@@ -1,0 +1,148 @@
+//! Where a model comes from: a built-in one, a file or standard input; every way that can fail is said kindly.
+
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use kardan::diagnostics::{Diagnostic, nearest};
+
+use crate::api::model::BUILTIN;
+use crate::output::reason;
+use crate::render;
+
+/// The largest model file that is read, bytes.
+const LIMIT: u64 = 16 << 20;
+
+/// The text of a model and where it was found.
+#[derive(Debug, Clone)]
+pub struct Source {
+    pub name: String,
+    pub text: String,
+    pub origin: Origin,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    Builtin,
+    File,
+    Stdin,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.origin {
+            Origin::Builtin => write!(f, "built-in model {}", self.name),
+            Origin::File => write!(f, "{}", self.name),
+            Origin::Stdin => write!(f, "standard input"),
+        }
+    }
+}
+
+/// Reads the model that the user named, and says so if it is a built-in one.
+pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
+    if model.as_os_str() == "-" {
+        let text = decode("standard input", &bounded("standard input", std::io::stdin().lock())?)?;
+        return Ok(Source { name: "standard input".into(), text, origin: Origin::Stdin });
+    }
+    if let Some(builtin) = BUILTIN.iter().find(|builtin| model.as_os_str() == builtin.name) {
+        let name = builtin.name.to_owned();
+        if !quiet && model.exists() {
+            render::note(&format!("taking the built-in model {name}; the file of that name is ./{name}"));
+        } else if !quiet {
+            render::note(&format!("taking the built-in model {name}"));
+        }
+        return Ok(Source { name, text: builtin.source.to_owned(), origin: Origin::Builtin });
+    }
+    let name = model.display().to_string();
+    let text = decode(&name, &file(model, &name)?)?;
+    Ok(Source { name, text, origin: Origin::File })
+}
+
+/// `a, b, c` of the built-in models.
+pub fn builtin_names() -> String {
+    BUILTIN.iter().map(|builtin| builtin.name).collect::<Vec<_>>().join(", ")
+}
+
+/// A hint for a name that is not that of a built-in model.
+pub fn builtin_hint(name: &str) -> String {
+    let list = format!("built-in models: {}", builtin_names());
+    match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
+        Some(near) => format!("did you mean the built-in model `{near}`? ({list})"),
+        None => list,
+    }
+}
+
+fn file(path: &Path, name: &str) -> Result<Vec<u8>, Diagnostic> {
+    let unreadable = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"))
+                .help(builtin_hint(&stem))
+        }
+        _ => Diagnostic::error("file::unreadable", format!("cannot read `{name}`: {}", reason(&error))),
+    };
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a model file"))
+            .help("name a file inside it"));
+    }
+    if metadata.len() > LIMIT {
+        return Err(too_large(name));
+    }
+    bounded(name, File::open(path).map_err(unreadable)?)
+}
+
+/// Reads to the end, but never much more than [`LIMIT`]: pipes and devices do not tell their size.
+fn bounded(name: &str, from: impl Read) -> Result<Vec<u8>, Diagnostic> {
+    let mut bytes = Vec::new();
+    from.take(LIMIT + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|error| Diagnostic::error("file::unreadable", format!("cannot read {name}: {}", reason(&error))))?;
+    if bytes.len() as u64 > LIMIT { Err(too_large(name)) } else { Ok(bytes) }
+}
+
+fn too_large(name: &str) -> Diagnostic {
+    let message = format!("`{name}` is larger than {} MiB, too large for a model file", LIMIT >> 20);
+    Diagnostic::error("file::too-large", message).help("is it the file that you meant?")
+}
+
+fn decode(name: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(Diagnostic::error("file::utf-16", format!("`{name}` is UTF-16 text, a model file is UTF-8"))
+            .help("save it as UTF-8, or convert it: iconv -f UTF-16 -t UTF-8 OLD > NEW"));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let byte = bytes[at];
+        let message = format!("`{name}` is not UTF-8 text: byte 0x{byte:02X} at offset {at} (line {line})");
+        Diagnostic::error("file::not-utf-8", message).help("a model file is text; save it as UTF-8")
+    })?;
+    if text.trim().is_empty() {
+        return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help(format!(
+            "a model needs at least one shaft, such as [shaft.wheel] with inertia = \"0.1 kg m^2\"; `kardan elements` \
+             lists all tables, and `kardan models {} --write my.toml` gives a file to start from",
+            BUILTIN.first().map_or("NAME", |builtin| builtin.name)
+        )));
+    }
+    Ok(text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_order_mark_is_taken_off() {
+        assert_eq!(decode("x", b"\xef\xbb\xbfa = 1").unwrap(), "a = 1");
+        assert_eq!(decode("x", b"\xef\xbb\xbf \n").unwrap_err().code, "file::empty");
+    }
+
+    #[test]
+    fn an_endless_source_is_refused() {
+        assert_eq!(bounded("zeros", std::io::repeat(0)).unwrap_err().code, "file::too-large");
+        assert_eq!(bounded("just fits", std::io::repeat(b' ').take(LIMIT)).unwrap().len() as u64, LIMIT);
+    }
+}

@@ -1,0 +1,55 @@
+//! How far the variants are, on standard error if somebody looks.
+
+use std::collections::HashMap;
+use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::api::study::Progress;
+
+const STEPS: u64 = 1000;
+
+/// One bar for each variant that is running; drawn only on a terminal.
+pub struct Bars {
+    all: MultiProgress,
+    running: Mutex<HashMap<usize, ProgressBar>>,
+}
+
+impl Bars {
+    /// Bars, or nothing if the user wants it quiet.
+    pub fn new(quiet: bool) -> Self {
+        let seen = !quiet && std::io::stderr().is_terminal();
+        let target = if seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default() }
+    }
+
+    /// Takes the bars off the screen.
+    pub fn finish(&self) {
+        for bar in self.running.lock().unwrap_or_else(PoisonError::into_inner).values() {
+            bar.finish_and_clear();
+        }
+        let _ = self.all.clear();
+    }
+}
+
+impl Progress for Bars {
+    fn advance(&self, variant: usize, name: &str, fraction: f64) {
+        if self.all.is_hidden() {
+            return;
+        }
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        let bar = running.entry(variant).or_insert_with(|| {
+            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %")
+                .unwrap_or_else(|_| ProgressStyle::default_bar());
+            let bar = ProgressBar::new(STEPS).with_style(style.progress_chars("=> "));
+            self.all.add(bar).with_message(crate::render::visible(name))
+        });
+        if fraction >= 1.0 {
+            bar.finish_and_clear();
+            self.all.remove(bar);
+        } else {
+            bar.set_position((fraction.max(0.0) * STEPS as f64) as u64);
+        }
+    }
+}

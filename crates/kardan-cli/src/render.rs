@@ -1,0 +1,222 @@
+//! Diagnostics as text for a reader: all of them with the source underneath, then how many there are.
+
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
+use std::sync::Arc;
+
+use kardan::diagnostics::{Diagnostic, Severity, line_column};
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+
+use crate::input::Source;
+
+/// Lines longer than this many bytes are not shown.
+const LONG: usize = 400;
+
+/// Why a command gave up.
+#[derive(Debug)]
+pub struct Failure {
+    /// The model file, if the diagnostics are about its text.
+    pub source: Option<Source>,
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl From<Diagnostic> for Failure {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { source: None, diagnostics: vec![diagnostic] }
+    }
+}
+
+impl Failure {
+    /// The text that the places of the diagnostics refer to.
+    pub fn text(&self) -> &str {
+        self.source.as_ref().map_or("", |source| &source.text)
+    }
+
+    /// The whole failure in one sentence.
+    pub fn message(&self) -> String {
+        let mut errors = self.diagnostics.iter().filter(|d| d.severity == Severity::Error);
+        match (errors.next(), errors.next(), &self.source) {
+            (Some(only), None, _) => only.message.clone(),
+            (_, _, Some(source)) => count(&self.diagnostics, source),
+            _ => "several errors".into(),
+        }
+    }
+
+    /// Prints it on standard error.
+    pub fn show(&self) {
+        show(self.source.as_ref(), &self.diagnostics);
+    }
+}
+
+/// Prints diagnostics on standard error; those about a model file end with a line that counts them.
+pub fn show(source: Option<&Source>, diagnostics: &[Diagnostic]) {
+    if diagnostics.is_empty() {
+        return;
+    }
+    let mut text = String::new();
+    let handler = handler();
+    let shared = source.map(|source| (visible(&source.name), Arc::<str>::from(visible(&source.text))));
+    for diagnostic in diagnostics {
+        render(&mut text, &handler, diagnostic, shared.as_ref().map(|(name, text)| (name.as_str(), text)));
+    }
+    if let Some(source) = source {
+        let _ = writeln!(text, "{}", count(diagnostics, source));
+    }
+    stderr(&text);
+}
+
+/// A remark on standard error.
+pub fn note(text: &str) {
+    stderr(&format!("note: {}\n", visible(text)));
+}
+
+/// Writes to standard error; nobody can be told if that fails.
+pub fn stderr(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// The text with control characters (terminal escapes) replaced; every byte offset stays what it was.
+pub fn visible(text: &str) -> String {
+    let hidden = |c: char| c.is_control() && !matches!(c, '\n' | '\r' | '\t');
+    if !text.contains(hidden) {
+        return text.to_owned();
+    }
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        if hidden(c) { out.extend(std::iter::repeat_n('?', c.len_utf8())) } else { out.push(c) }
+    }
+    out
+}
+
+fn handler() -> GraphicalReportHandler {
+    let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let theme = if colours { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let width = terminal_size::terminal_size_of(std::io::stderr()).map_or(100, |(width, _)| usize::from(width.0));
+    GraphicalReportHandler::new_themed(theme).with_width(width.clamp(40, 120)).with_links(false).with_break_words(false).with_word_splitter(textwrap::WordSplitter::NoHyphenation)
+}
+
+fn count(diagnostics: &[Diagnostic], source: &Source) -> String {
+    let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
+    let warnings = diagnostics.len() - errors;
+    let some = |n: usize, word: &str| match n {
+        0 => None,
+        1 => Some(format!("1 {word}")),
+        _ => Some(format!("{n} {word}s")),
+    };
+    let parts: Vec<String> = [some(errors, "error"), some(warnings, "warning")].into_iter().flatten().collect();
+    format!("{} in {}", parts.join(" and "), visible(&source.to_string()))
+}
+
+fn render(
+    out: &mut String,
+    handler: &GraphicalReportHandler,
+    diagnostic: &Diagnostic,
+    source: Option<(&str, &Arc<str>)>,
+) {
+    let severity = match diagnostic.severity {
+        Severity::Error => miette::Severity::Error,
+        Severity::Warning => miette::Severity::Warning,
+    };
+    let mut shown =
+        MietteDiagnostic::new(visible(&diagnostic.message)).with_code(diagnostic.code).with_severity(severity);
+    if let Some(help) = &diagnostic.help {
+        shown = shown.with_help(visible(help));
+    }
+    let report = match source {
+        Some((name, text)) if !diagnostic.labels.is_empty() => {
+            let labels: Vec<LabeledSpan> = diagnostic
+                .labels
+                .iter()
+                .map(|label| {
+                    let (start, end) = clamp(text, label.span.start, label.span.end);
+                    LabeledSpan::new((!label.text.is_empty()).then(|| visible(&label.text)), start, end - start)
+                })
+                .collect();
+            if labels.iter().any(|label| unreadable(text, label)) {
+                let (line, column) = line_column(text, labels[0].offset());
+                shown.message = format!("{name}:{line}:{column}: {}", shown.message);
+                miette::Report::new(shown)
+            } else {
+                let source = NamedSource::new(name, Arc::clone(text));
+                miette::Report::new(shown.with_labels(labels)).with_source_code(source)
+            }
+        }
+        _ => miette::Report::new(shown),
+    };
+    let start = out.len();
+    if handler.render_report(out, report.as_ref()).is_err() {
+        out.truncate(start);
+        let _ = writeln!(out, "{}", visible(&diagnostic.to_string()));
+    }
+    out.push('\n');
+}
+
+/// A span inside the text, on character boundaries and of a few lines at most.
+fn clamp(text: &str, start: usize, end: usize) -> (usize, usize) {
+    let start = text.floor_char_boundary(start);
+    let end = text.floor_char_boundary(end).max(start);
+    let inside = &text[start..end];
+    match inside.find('\n') {
+        Some(first) if inside.matches('\n').count() > 12 => (start, start + first),
+        _ => (start, end),
+    }
+}
+
+/// Whether a line that would be shown for this label is too long for a reader.
+fn unreadable(text: &str, label: &LabeledSpan) -> bool {
+    let line_before = |at: usize| text[..at].rfind('\n').unwrap_or(0);
+    let line_after = |at: usize| text[at..].find('\n').map_or(text.len(), |more| at + more);
+    let end = line_after(label.offset() + label.len());
+    let shown = line_before(line_before(label.offset()))..line_after((end + 1).min(text.len()).max(end));
+    text.get(shown).is_some_and(|lines| lines.lines().any(|line| line.len() > LONG))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rendered(text: &str, diagnostic: Diagnostic) -> String {
+        let mut out = String::new();
+        let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
+        render(&mut out, &handler, &diagnostic, Some(("gear.toml", &Arc::from(visible(text)))));
+        out
+    }
+
+    #[test]
+    fn a_place_is_shown_with_its_line_and_help() {
+        let mistake = Diagnostic::error("unit::unknown", "unknown unit").at(10..12, "here").help("use kg");
+        let out = rendered("a = 1\nb = kq\nc = 2\n", mistake);
+        for part in ["unit::unknown", "unknown unit", "gear.toml:2:5", "b = kq", "here", "help: use kg"] {
+            assert!(out.contains(part), "{part} missing in\n{out}");
+        }
+    }
+
+    #[test]
+    fn spans_outside_the_text_or_inside_a_letter_do_no_harm() {
+        for span in [0..0, 1..2, 3..900, 900..901, std::ops::Range { start: 5, end: 2 }] {
+            for text in ["", "β", "a = 'β'", "\n\n", "β\nβ\r\n"] {
+                let out = rendered(text, Diagnostic::error("a::b", "wrong").at(span.clone(), "here"));
+                assert!(out.contains("wrong") && !out.contains("Failed to read"), "{span:?} of {text:?}:\n{out}");
+            }
+        }
+    }
+
+    #[test]
+    fn long_lines_give_a_place_and_no_text() {
+        let text = format!("a = 1\nb = \"{}\"\n", "x".repeat(100_000));
+        let out = rendered(&text, Diagnostic::error("a::b", "wrong").at(10..20, "here"));
+        assert!(out.contains("gear.toml:2:5: wrong") && out.len() < 500, "{out}");
+    }
+
+    #[test]
+    fn long_spans_show_their_first_line() {
+        let text = "a = 1\n".repeat(1000);
+        assert!(rendered(&text, Diagnostic::error("a::b", "wrong").at(6..6000, "here")).len() < 1000);
+    }
+
+    #[test]
+    fn terminal_escapes_are_defused_and_offsets_kept() {
+        assert_eq!(visible("a\u{1b}[31m\u{85}\tb"), "a?[31m??\tb");
+        assert!(!rendered("a\u{1b}[31m", Diagnostic::error("a::b", "\u{1b}").at(0..3, "\u{7}")).contains('\u{1b}'));
+    }
+}

@@ -1,0 +1,35 @@
+use crate::Real;
+
+/// A constant gain matrix, row by row: `out += G·x`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain<'a, T> {
+    entries: &'a [T],
+    columns: usize,
+}
+
+impl<'a, T: Real> Gain<'a, T> {
+    /// A matrix of the given number of columns; `None` if the entries do not fill whole rows.
+    ///
+    /// ```
+    /// let gain = kardan_rt::Gain::new(&[1.0, 2.0, 3.0, 4.0], 2).unwrap();
+    /// let mut out = [0.0, 100.0];
+    /// gain.add_to(&[10.0, 1.0], &mut out);
+    /// assert_eq!(out, [12.0, 134.0]);
+    /// assert!(kardan_rt::Gain::new(&[1.0, 2.0, 3.0], 2).is_none());
+    /// ```
+    pub fn new(entries: &'a [T], columns: usize) -> Option<Self> {
+        (entries.len().checked_rem(columns) == Some(0)).then_some(Self { entries, columns })
+    }
+
+    /// Adds `G·x` to `out`; one entry of `x` per column, one of `out` per row.
+    #[inline]
+    pub fn add_to(&self, x: &[T], out: &mut [T]) {
+        for (row, value) in self.entries.chunks_exact(self.columns.max(1)).zip(out) {
+            let mut sum = *value;
+            for (gain, state) in row.iter().zip(x) {
+                sum = sum + *gain * *state;
+            }
+            *value = sum;
+        }
+    }
+}

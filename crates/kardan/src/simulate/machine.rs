@@ -1,0 +1,797 @@
+//! The closed loop as a differential equation in one set of modes, and the decisions between modes.
+
+use super::friction::{BoxProblem, Mode};
+use super::scenario::{Profile, Scenario, SourceTarget};
+use crate::equations::InputKind;
+use crate::num::{Cholesky, dot};
+use crate::reduce::{Dynamics, Reduced, Work};
+use crate::synthesis::Law;
+
+/// What a motor without lag in its limits does: follow its command, or move at its rate limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rate {
+    Follow,
+    Rise,
+    Fall,
+}
+
+/// Where the command stands against the torque limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Limit {
+    Inside,
+    High,
+    Low,
+}
+
+/// A motor in the loop: limit, then rate limit, then lag.
+#[derive(Debug, Clone)]
+struct Drive {
+    limit: Option<f64>,
+    rate: Option<f64>,
+    lag: Option<f64>,
+    limit_mode: Limit,
+    rate_mode: Rate,
+    /// Place of the rate limiter's output in the state.
+    rate_state: Option<usize>,
+    /// Place of the lagged torque in the state.
+    lag_state: Option<usize>,
+}
+
+impl Drive {
+    fn limited(&self, command: f64) -> f64 {
+        match (self.limit, self.limit_mode) {
+            (Some(limit), Limit::High) => limit,
+            (Some(limit), Limit::Low) => -limit,
+            _ => command,
+        }
+    }
+
+    fn limit_mode(&self, command: f64) -> Limit {
+        match self.limit {
+            Some(limit) if command > limit => Limit::High,
+            Some(limit) if command < -limit => Limit::Low,
+            _ => Limit::Inside,
+        }
+    }
+}
+
+/// A law with its wiring.
+struct Wired {
+    law: Box<dyn Law>,
+    inputs: Vec<usize>,
+    references: Vec<usize>,
+    reference_values: Vec<f64>,
+    commands: Vec<f64>,
+}
+
+/// What a machine is made of.
+pub struct Setup<'a> {
+    /// The plant.
+    pub reduced: &'a Reduced,
+    /// The laws, in any order; each input is commanded by one law or by the scenario.
+    pub laws: Vec<Box<dyn Law>>,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+}
+
+/// The closed loop: plant, motors, laws and sources, with the current modes.
+///
+/// State: reduced coordinates, their speeds, motor states, work of the inputs \[J\], loss \[J\].
+pub struct Machine {
+    pub(super) dynamics: Dynamics,
+    pub(super) work: Work,
+    laws: Vec<Wired>,
+    drives: Vec<Drive>,
+    profiles: Vec<Profile>,
+    targets: Vec<SourceTarget>,
+    /// `(value, slope, start)` of each source in the current segment.
+    lines: Vec<(f64, f64, f64)>,
+    pub(super) modes: Vec<Mode>,
+    /// Independent directions among those that stick.
+    holding: Vec<usize>,
+    /// Directions that stick but follow from the holding ones.
+    following: Vec<usize>,
+    /// Reduced coordinates that stand still exactly.
+    still: Vec<usize>,
+    freedoms: usize,
+    size: usize,
+    pub(super) sources: Vec<f64>,
+    pub(super) commands: Vec<f64>,
+    pub(super) torques: Vec<f64>,
+    force: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
+    weighted: Vec<f64>,
+    hold_matrix: Vec<f64>,
+    hold_factor: Cholesky,
+    hold_torque: Vec<f64>,
+    box_problem: BoxProblem,
+    scratch: Vec<f64>,
+    pub(super) friction_torques: Vec<f64>,
+}
+
+/// Relative size of an acceleration along a sticking direction that counts as breaking away.
+const BREAKAWAY: f64 = 1e-9;
+
+impl Machine {
+    /// Wires plant, laws and scenario.
+    ///
+    /// # Panics
+    /// If a law names an input or reference that does not exist (the model checks this before).
+    pub fn new(setup: Setup<'_>) -> Self {
+        let (dynamics, work) = Dynamics::new(setup.reduced);
+        let (r, m) = (dynamics.freedoms, dynamics.friction_count());
+        let inputs = &setup.reduced.equations.inputs;
+        let scenario = setup.scenario;
+        let mut size = 2 * r;
+        let mut place = |needed: bool| {
+            needed.then(|| {
+                size += 1;
+                size - 1
+            })
+        };
+        let drives: Vec<Drive> = inputs
+            .iter()
+            .map(|input| {
+                let motor = match &input.value {
+                    InputKind::Motor(motor) => motor.clone(),
+                    InputKind::Disturbance => Default::default(),
+                };
+                let number = |x: &Option<crate::units::Exact>| x.as_ref().map(|x| x.to_f64());
+                Drive {
+                    limit: number(&motor.torque_limit),
+                    rate: number(&motor.rate_limit),
+                    lag: number(&motor.lag),
+                    limit_mode: Limit::Inside,
+                    rate_mode: Rate::Follow,
+                    rate_state: place(motor.rate_limit.is_some()),
+                    lag_state: place(motor.lag.is_some()),
+                }
+            })
+            .collect();
+        let laws = setup
+            .laws
+            .into_iter()
+            .map(|law| {
+                let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
+                let wired: Vec<usize> = law.inputs().iter().map(input).collect();
+                let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
+                let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+                Wired {
+                    reference_values: vec![0.0; references.len()],
+                    commands: vec![0.0; wired.len()],
+                    inputs: wired,
+                    references,
+                    law,
+                }
+            })
+            .collect();
+        let profiles = (0..scenario.sources.len())
+            .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
+            .collect::<Vec<_>>();
+        Self {
+            laws,
+            targets: scenario.sources.iter().map(|source| source.target).collect(),
+            lines: vec![(0.0, 0.0, 0.0); profiles.len()],
+            sources: vec![0.0; profiles.len()],
+            profiles,
+            modes: vec![Mode::Stick; m],
+            holding: Vec::with_capacity(r),
+            following: Vec::with_capacity(m),
+            still: Vec::with_capacity(r),
+            freedoms: r,
+            size: size + 2,
+            commands: vec![0.0; inputs.len()],
+            torques: vec![0.0; inputs.len()],
+            force: vec![0.0; r],
+            acceleration: vec![0.0; r],
+            weighted: vec![0.0; m * r],
+            hold_matrix: vec![0.0; m * m],
+            hold_factor: Cholesky::new(0),
+            hold_torque: vec![0.0; m],
+            box_problem: BoxProblem::new(m),
+            scratch: vec![0.0; r.max(m)],
+            friction_torques: vec![0.0; m],
+            drives,
+            dynamics,
+            work,
+        }
+    }
+
+    /// Number of state variables.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.freedoms
+    }
+
+    /// The profile of a source.
+    pub(super) fn profile(&self, source: usize) -> &Profile {
+        &self.profiles[source]
+    }
+
+    /// Takes the lines of all sources that hold from a time on.
+    pub fn enter_segment(&mut self, time: f64) {
+        for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
+            *line = profile.piece(time);
+        }
+    }
+
+    /// Kinematics, sources, commands, torques and the force without friction. False if the inertia is singular.
+    fn forces(&mut self, time: f64, state: &[f64]) -> bool {
+        let r = self.freedoms;
+        let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
+            *value = at + slope * (time - start);
+        }
+        self.commands.fill(0.0);
+        for (target, value) in self.targets.iter().zip(&self.sources) {
+            if let SourceTarget::Input(input) = target {
+                self.commands[*input] += value;
+            }
+        }
+        for wired in &mut self.laws {
+            for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+                *value = self.sources[source];
+            }
+            let kinematics = &self.work.kinematics;
+            wired.law.command(&kinematics.angles, &kinematics.speeds, &wired.reference_values, &mut wired.commands);
+            for (&input, command) in wired.inputs.iter().zip(&wired.commands) {
+                self.commands[input] += command;
+            }
+        }
+        self.force.copy_from_slice(&self.work.passive);
+        for (k, drive) in self.drives.iter().enumerate() {
+            let limited = drive.limited(self.commands[k]);
+            let after_rate = match (drive.rate_mode, drive.rate_state) {
+                (Rate::Follow, _) | (_, None) => limited,
+                (_, Some(place)) => state[place],
+            };
+            let torque = drive.lag_state.map_or(after_rate, |place| state[place]);
+            self.torques[k] = torque;
+            for (force, g) in self.force.iter_mut().zip(&self.work.input_rows[k * r..(k + 1) * r]) {
+                *force += torque * g;
+            }
+        }
+        regular
+    }
+
+    /// Adds the friction of slipping directions to the force.
+    fn slip_forces(&mut self) {
+        let r = self.freedoms;
+        for (k, mode) in self.modes.iter().enumerate() {
+            if *mode != Mode::Stick {
+                let torque = mode.sign() * self.dynamics.friction_torques()[k];
+                for (force, g) in self.force.iter_mut().zip(&self.work.friction_rows[k * r..(k + 1) * r]) {
+                    *force -= torque * g;
+                }
+            }
+        }
+    }
+
+    /// The accelerations in the current modes, from the force with slip friction.
+    fn accelerate(&mut self) {
+        let r = self.freedoms;
+        self.acceleration.copy_from_slice(&self.force);
+        self.work.factor.solve(&mut self.acceleration);
+        let count = self.holding.len();
+        if count == 0 {
+            return;
+        }
+        if count == r {
+            // Nothing moves: with all speeds zero, every acceleration bias vanishes too.
+            self.acceleration.fill(0.0);
+            self.hold_torques_of_force();
+            return;
+        }
+        self.factor_holding();
+        for a in 0..count {
+            let k = self.holding[a];
+            self.hold_torque[a] =
+                dot(&self.work.friction_rows[k * r..(k + 1) * r], &self.acceleration) + self.work.friction_bias[k];
+        }
+        self.hold_factor.solve(&mut self.hold_torque[..count]);
+        for a in 0..count {
+            for i in 0..r {
+                self.acceleration[i] -= self.weighted[a * r + i] * self.hold_torque[a];
+            }
+        }
+        // One refinement keeps the sticking speeds at zero to the last bits.
+        for a in 0..count {
+            let k = self.holding[a];
+            self.scratch[a] =
+                dot(&self.work.friction_rows[k * r..(k + 1) * r], &self.acceleration) + self.work.friction_bias[k];
+        }
+        self.hold_factor.solve(&mut self.scratch[..count]);
+        for a in 0..count {
+            self.hold_torque[a] += self.scratch[a];
+            for i in 0..r {
+                self.acceleration[i] -= self.weighted[a * r + i] * self.scratch[a];
+            }
+        }
+        for &i in &self.still {
+            self.acceleration[i] = 0.0;
+        }
+    }
+
+    /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions.
+    fn factor_holding(&mut self) {
+        let (r, count) = (self.freedoms, self.holding.len());
+        for a in 0..count {
+            let k = self.holding[a];
+            let row = &mut self.weighted[a * r..(a + 1) * r];
+            row.copy_from_slice(&self.work.friction_rows[k * r..(k + 1) * r]);
+            self.work.factor.solve(row);
+        }
+        for a in 0..count {
+            for b in 0..count {
+                let k = self.holding[b];
+                self.hold_matrix[a * count + b] =
+                    dot(&self.weighted[a * r..(a + 1) * r], &self.work.friction_rows[k * r..(k + 1) * r]);
+            }
+        }
+        self.hold_factor.factor(&self.hold_matrix[..count * count]);
+    }
+
+    /// Holding torques when everything stands still: `Gᵀ λ = force`.
+    fn hold_torques_of_force(&mut self) {
+        let (r, count) = (self.freedoms, self.holding.len());
+        self.factor_holding();
+        for a in 0..count {
+            self.hold_torque[a] = dot(&self.weighted[a * r..(a + 1) * r], &self.force);
+        }
+        self.hold_factor.solve(&mut self.hold_torque[..count]);
+    }
+
+    /// The right-hand side in the current modes.
+    pub fn derivative(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        let r = self.freedoms;
+        if !self.forces(time, state) {
+            out.fill(f64::NAN);
+            return;
+        }
+        self.slip_forces();
+        self.accelerate();
+        out[..r].copy_from_slice(&state[r..2 * r]);
+        for &i in &self.still {
+            out[i] = 0.0;
+        }
+        out[r..2 * r].copy_from_slice(&self.acceleration);
+        let mut input_power = 0.0;
+        for (k, drive) in self.drives.iter().enumerate() {
+            let limited = drive.limited(self.commands[k]);
+            let mut after_rate = limited;
+            if let (Some(place), Some(rate)) = (drive.rate_state, drive.rate) {
+                out[place] = match drive.rate_mode {
+                    Rate::Follow => 0.0,
+                    Rate::Rise => rate,
+                    Rate::Fall => -rate,
+                };
+                if drive.rate_mode != Rate::Follow {
+                    after_rate = state[place];
+                }
+            }
+            if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
+                out[place] = (after_rate - state[place]) / lag;
+            }
+            input_power += self.torques[k] * self.dynamics.input_speed(k, &self.work);
+        }
+        let mut loss = self.dynamics.damping_power(&self.work);
+        for (k, mode) in self.modes.iter().enumerate() {
+            loss += mode.sign() * self.dynamics.friction_torques()[k] * self.dynamics.friction_speed(k, &self.work);
+        }
+        out[self.size - 2] = input_power;
+        out[self.size - 1] = loss;
+    }
+
+    /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
+    pub fn observe(&mut self, time: f64, state: &[f64]) {
+        self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
+        for (k, mode) in self.modes.iter().enumerate() {
+            self.friction_torques[k] = mode.sign() * self.dynamics.friction_torques()[k];
+        }
+        for a in 0..self.holding.len() {
+            self.friction_torques[self.holding[a]] = self.hold_torque[a];
+        }
+        if !self.following.is_empty() {
+            self.split_friction();
+        }
+    }
+
+    /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
+    /// each direction's Coulomb torque, `min Σ (λ/c)²`.
+    fn split_friction(&mut self) {
+        let (r, count) = (self.freedoms, self.holding.len());
+        self.factor_holding();
+        let c = self.dynamics.friction_torques();
+        // Rows of B: each sticking direction as a combination of the holding ones.
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        let mut combination = vec![0.0; sticking.len() * count];
+        for (row, &k) in sticking.iter().enumerate() {
+            let coefficients = &mut combination[row * count..(row + 1) * count];
+            for (a, value) in coefficients.iter_mut().enumerate() {
+                *value = dot(&self.weighted[a * r..(a + 1) * r], &self.work.friction_rows[k * r..(k + 1) * r]);
+            }
+            self.hold_factor.solve(coefficients);
+        }
+        // (Bᵀ C² B) z = μ, λ = C² B z.
+        let mut normal = vec![0.0; count * count];
+        for (row, &k) in sticking.iter().enumerate() {
+            let b = &combination[row * count..(row + 1) * count];
+            for i in 0..count {
+                for j in 0..count {
+                    normal[i * count + j] += c[k] * c[k] * b[i] * b[j];
+                }
+            }
+        }
+        let mut z = self.hold_torque[..count].to_vec();
+        let mut factor = Cholesky::new(count);
+        if factor.factor(&normal) {
+            factor.solve(&mut z);
+            let shares: Vec<f64> = sticking
+                .iter()
+                .enumerate()
+                .map(|(row, &k)| c[k] * c[k] * dot(&combination[row * count..(row + 1) * count], &z))
+                .collect();
+            if shares.iter().zip(&sticking).all(|(share, &k)| share.abs() <= c[k] * (1.0 + 1e-9)) {
+                for (share, &k) in shares.iter().zip(&sticking) {
+                    self.friction_torques[k] = *share;
+                }
+                return;
+            }
+        }
+        let (_, torques) = self.solve_box(&sticking);
+        for (torque, &k) in torques.iter().zip(&sticking) {
+            self.friction_torques[k] = *torque;
+        }
+    }
+
+    /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
+    ///
+    /// Needs `force` with the friction of all other directions.
+    fn solve_box(&mut self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let (r, m) = (self.freedoms, directions.len());
+        let mut free = self.force.clone();
+        self.work.factor.solve(&mut free);
+        let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut weighted = vec![0.0; m * r];
+        for (a, &k) in directions.iter().enumerate() {
+            weighted[a * r..(a + 1) * r].copy_from_slice(row(k));
+            self.work.factor.solve(&mut weighted[a * r..(a + 1) * r]);
+        }
+        let w: Vec<f64> = (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
+        let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
+        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.friction_torques()[k]).collect();
+        let mut torques = vec![0.0; m];
+        self.box_problem.solve(&w, &right, &c, &mut torques);
+        let accelerations = (0..m)
+            .map(|a| {
+                let acceleration = right[a] - dot(&w[a * m..(a + 1) * m], &torques);
+                let noise = BREAKAWAY * w[a * m + a] * c[a];
+                if acceleration.abs() > noise { acceleration } else { 0.0 }
+            })
+            .collect();
+        (accelerations, torques)
+    }
+
+    /// Whether the sticking directions can no longer hold at this point.
+    pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
+        if self.holding.is_empty() {
+            return false;
+        }
+        self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
+        let c = self.dynamics.friction_torques();
+        if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
+            return false;
+        }
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        self.solve_box(&sticking).0.iter().any(|acceleration| *acceleration != 0.0)
+    }
+
+    /// Slipping directions whose speed has the wrong sign at this point, beyond rounding.
+    pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
+        out.clear();
+        let r = self.freedoms;
+        if !self.modes.iter().any(|mode| *mode != Mode::Stick) {
+            return;
+        }
+        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
+        for (k, mode) in self.modes.iter().enumerate() {
+            if *mode != Mode::Stick && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -1e-14 * scale {
+                out.push(k);
+            }
+        }
+    }
+
+    /// Motors whose limits no longer fit their mode at this point.
+    pub fn drives_switch(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64], out: &mut Vec<usize>) {
+        out.clear();
+        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) {
+            return;
+        }
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let (drive, command) = (&self.drives[k], self.commands[k]);
+            let slack = 1e-13 * drive.limit.unwrap_or(0.0);
+            let limit_left = match (drive.limit, drive.limit_mode) {
+                (None, _) => false,
+                (Some(limit), Limit::Inside) => command.abs() > limit + slack,
+                (Some(limit), Limit::High) => command < limit - slack,
+                (Some(limit), Limit::Low) => command > -limit + slack,
+            };
+            let rate_left = match (drive.rate_state, drive.rate_mode) {
+                (None, _) | (Some(_), Rate::Follow) => false,
+                (Some(place), Rate::Rise) => drive.limited(command) < state[place],
+                (Some(place), Rate::Fall) => drive.limited(command) > state[place],
+            };
+            if limit_left || rate_left {
+                out.push(k);
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let rates = self.command_rates(time, state, derivative, moved);
+            for (k, drive) in self.drives.iter().enumerate() {
+                let fast = drive.rate.is_some_and(|rate| rates[k].abs() > rate * (1.0 + 1e-6));
+                if drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside && fast && !out.contains(&k) {
+                    out.push(k);
+                }
+            }
+        }
+    }
+
+    /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
+    fn command_rates(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64]) -> Vec<f64> {
+        self.derivative(time, state, derivative);
+        let before = self.commands.clone();
+        let step = 1e-7;
+        for ((value, x), dx) in moved.iter_mut().zip(state).zip(derivative.iter()) {
+            *value = x + step * dx;
+        }
+        self.forces(time + step, moved);
+        self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
+    }
+
+    /// Decides all modes anew at a point, with the sources of the segment that begins there.
+    ///
+    /// `crossing` are slipping directions that have just come to rest; `everything` asks for all directions at rest to
+    /// be found from their speeds (the beginning of a run). Speeds along directions at rest are set to zero by the
+    /// smallest change in the metric of the inertia. Returns what happened in words.
+    pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool, names: &[String], input_names: &[String]) -> Vec<String> {
+        let r = self.freedoms;
+        let before = self.modes.clone();
+        let mut events = Vec::new();
+        self.settle_drives(time, state, everything, input_names, &mut events);
+        self.forces(time, state);
+        let mut resting: Vec<usize> = (0..self.modes.len())
+            .filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k))
+            .collect();
+        if everything {
+            let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
+            resting = (0..self.modes.len())
+                .filter(|&k| self.dynamics.friction_speed(k, &self.work).abs() <= 1e-13 * scale)
+                .collect();
+            for k in 0..self.modes.len() {
+                let speed = self.dynamics.friction_speed(k, &self.work);
+                self.modes[k] = if speed < 0.0 { Mode::Backward } else { Mode::Forward };
+            }
+        }
+        // Directions that depend on resting ones rest too.
+        self.choose_holding(&resting);
+        let dependent: Vec<usize> =
+            (0..self.modes.len()).filter(|k| !resting.contains(k) && self.depends_on_holding(*k)).collect();
+        resting.extend(dependent);
+        resting.sort_unstable();
+        // Speeds along them are zero: v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v.
+        self.factor_holding();
+        let count = self.holding.len();
+        let mut lambda: Vec<f64> = self
+            .holding
+            .iter()
+            .map(|&k| dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]))
+            .collect();
+        self.hold_factor.solve(&mut lambda);
+        if count == r {
+            state[r..2 * r].fill(0.0);
+        } else {
+            for a in 0..count {
+                for i in 0..r {
+                    state[r + i] -= self.weighted[a * r + i] * lambda[a];
+                }
+            }
+        }
+        for &i in &self.still {
+            state[r + i] = 0.0;
+        }
+        self.forces(time, state);
+        for &k in &resting {
+            self.modes[k] = Mode::Stick;
+        }
+        self.slip_forces();
+        let (accelerations, _) = self.solve_box(&resting);
+        for (&k, acceleration) in resting.iter().zip(&accelerations) {
+            self.modes[k] = match acceleration {
+                a if *a > 0.0 => Mode::Forward,
+                a if *a < 0.0 => Mode::Backward,
+                _ => Mode::Stick,
+            };
+        }
+        let sticking: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
+        self.choose_holding(&sticking);
+        if !everything {
+            for (k, (was, is)) in before.iter().zip(&self.modes).enumerate() {
+                if was != is {
+                    events.push(match is {
+                        Mode::Stick => format!("{} sticks", names[k]),
+                        Mode::Forward => format!("{} slips forward", names[k]),
+                        Mode::Backward => format!("{} slips backward", names[k]),
+                    });
+                }
+            }
+        }
+        events
+    }
+
+    /// Names of sticking directions whose torques are not unique.
+    pub fn shared_friction(&self) -> Vec<usize> {
+        if self.following.is_empty() {
+            return Vec::new();
+        }
+        // Only holding directions that a following one depends on take part; with dependence through several, all do.
+        let mut out: Vec<usize> = self.following.clone();
+        let r = self.freedoms;
+        for (a, &k) in self.holding.iter().enumerate() {
+            let takes_part = self.following.iter().any(|&f| {
+                let mut row: Vec<f64> = (0..self.holding.len())
+                    .map(|b| dot(&self.weighted[b * r..(b + 1) * r], &self.work.friction_rows[f * r..(f + 1) * r]))
+                    .collect();
+                self.hold_factor.solve(&mut row);
+                row[a].abs() > 1e-9 * row.iter().fold(0.0f64, |m, x| m.max(x.abs()))
+            });
+            if takes_part {
+                out.push(k);
+            }
+        }
+        out.sort_unstable();
+        out
+    }
+
+    fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool, names: &[String], events: &mut Vec<String>) {
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let command = self.commands[k];
+            let drive = &mut self.drives[k];
+            let mode = drive.limit_mode(command);
+            if mode != drive.limit_mode {
+                events.push(match mode {
+                    Limit::Inside => format!("{} leaves its torque limit", names[k]),
+                    _ => format!("{} reaches its torque limit", names[k]),
+                });
+                drive.limit_mode = mode;
+            }
+            let limited = drive.limited(command);
+            if let Some(place) = drive.rate_state {
+                if everything {
+                    state[place] = 0.0;
+                }
+                let gap = limited - state[place];
+                // A gap that the limiter closes within a nanosecond is none.
+                let small = 1e-12 * (limited.abs() + state[place].abs()) + 1e-9 * drive.rate.unwrap_or(0.0);
+                let mode = if gap > small {
+                    Rate::Rise
+                } else if gap < -small {
+                    Rate::Fall
+                } else {
+                    Rate::Follow
+                };
+                drive.rate_mode = mode;
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let (mut derivative, mut moved) = (vec![0.0; self.size], vec![0.0; self.size]);
+            let rates = self.command_rates(time, state, &mut derivative, &mut moved);
+            for (k, rate) in rates.iter().enumerate() {
+                let drive = &mut self.drives[k];
+                let inside = drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside;
+                if let Some(limit) = drive.rate
+                    && inside
+                    && rate.abs() > limit
+                {
+                    drive.rate_mode = if *rate > 0.0 { Rate::Rise } else { Rate::Fall };
+                }
+            }
+        }
+    }
+
+    /// Before a restart: a rate limiter that followed its command takes its value as state.
+    pub fn remember_commands(&mut self, time: f64, state: &mut [f64]) {
+        self.forces(time, state);
+        for (k, drive) in self.drives.iter().enumerate() {
+            if let Some(place) = drive.rate_state
+                && drive.rate_mode == Rate::Follow
+            {
+                state[place] = drive.limited(self.commands[k]);
+            }
+        }
+    }
+
+    /// Chooses independent directions among those given (largest pivot first) and notes which coordinates stand still.
+    fn choose_holding(&mut self, sticking: &[usize]) {
+        let r = self.freedoms;
+        self.holding.clear();
+        self.following.clear();
+        // Rows in the metric H⁻¹, orthogonalised one by one; what is left of a dependent row is rounding.
+        let mut rows: Vec<(usize, Vec<f64>, f64)> = sticking
+            .iter()
+            .map(|&k| {
+                let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
+                self.work.factor.half_solve(&mut row);
+                let size = dot(&row, &row);
+                (k, row, size)
+            })
+            .collect();
+        while !rows.is_empty() && self.holding.len() < r {
+            let left = |(_, row, size): &(usize, Vec<f64>, f64)| dot(row, row) / size;
+            let Some(best) = (0..rows.len()).max_by(|&a, &b| left(&rows[a]).total_cmp(&left(&rows[b])).then(b.cmp(&a))) else {
+                break;
+            };
+            if !(left(&rows[best]) > 1e-20) {
+                break;
+            }
+            let (k, pivot, _) = rows.remove(best);
+            let size = dot(&pivot, &pivot);
+            for (_, row, _) in &mut rows {
+                for _ in 0..2 {
+                    let factor = dot(row, &pivot) / size;
+                    row.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= factor * p);
+                }
+            }
+            self.holding.push(k);
+        }
+        self.following.extend(rows.into_iter().map(|(k, _, _)| k));
+        self.hold_factor = Cholesky::new(self.holding.len());
+        self.still.clear();
+        if self.holding.len() == r {
+            self.still.extend(0..r);
+        } else {
+            for &k in &self.holding {
+                let row = &self.work.friction_rows[k * r..(k + 1) * r];
+                let mut entries = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
+                if let (Some((i, _)), None) = (entries.next(), entries.next()) {
+                    self.still.push(i);
+                }
+            }
+        }
+        self.factor_holding();
+    }
+
+    /// Whether a direction is a combination of the holding ones.
+    fn depends_on_holding(&self, k: usize) -> bool {
+        let (r, count) = (self.freedoms, self.holding.len());
+        if count == r {
+            return true;
+        }
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut coefficients: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+        self.hold_factor.solve(&mut coefficients);
+        let scale = row.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        (0..r).all(|i| {
+            let combined: f64 =
+                (0..count).map(|a| coefficients[a] * self.work.friction_rows[self.holding[a] * r + i]).sum();
+            (combined - row[i]).abs() <= 1e-10 * scale
+        })
+    }
+
+    /// Kinetic and potential energy at a state, J.
+    pub fn energy(&mut self, state: &[f64]) -> f64 {
+        let r = self.freedoms;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.dynamics.energy(&self.work)
+    }
+}

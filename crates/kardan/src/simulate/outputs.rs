@@ -1,0 +1,234 @@
+//! The columns of a run: which signals there are and how they are read from the machine.
+
+use super::Machine;
+use super::scenario::{Scenario, Source, SourceTarget};
+use crate::equations::{InputKind, Measured, Sensor};
+use crate::reduce::{Multipliers, Reduced};
+use crate::results::{Physical, Signal};
+
+#[derive(Debug, Clone)]
+enum Read {
+    Angle(usize),
+    Speed(usize),
+    Torque(usize),
+    Command(usize),
+    Multiplier(usize),
+    ConstraintTorque(usize, usize),
+    SpringDamper { springs: Vec<usize>, dampers: Vec<usize> },
+    Friction(usize),
+    Source(usize),
+    Sensor(usize),
+}
+
+/// A sensor with its held reading.
+#[derive(Debug, Clone)]
+struct Sampler {
+    quantity: Read,
+    /// Step of the angle (or of the torque), SI.
+    step: Option<f64>,
+    period: Option<f64>,
+    differentiate: bool,
+    next: u64,
+    last_angle: f64,
+    held: f64,
+}
+
+/// Names and kinds of all signals of a run, in the order of the columns.
+pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Physical)> {
+    Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
+}
+
+/// Reads all signals of a run.
+pub(super) struct Outputs {
+    reads: Vec<Read>,
+    /// The signals, filled row by row.
+    pub signals: Vec<Signal>,
+    samplers: Vec<Sampler>,
+    multipliers: Multipliers,
+    lambda: Vec<f64>,
+    constraint_force: Vec<f64>,
+}
+
+impl Outputs {
+    /// Lists the signals of a model.
+    pub fn new(reduced: &Reduced, scenario: &Scenario) -> Self {
+        let equations = &reduced.equations;
+        let multipliers = Multipliers::new(reduced);
+        let mut columns: Vec<(String, Physical, String, Read)> = Vec::new();
+        let mut add = |name: String, physical, description: String, read| columns.push((name, physical, description, read));
+        for (k, shaft) in equations.shafts.iter().enumerate() {
+            add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
+            add(format!("{shaft}.w"), Physical::Speed, format!("angular velocity of shaft {shaft}"), Read::Speed(k));
+        }
+        for (k, input) in equations.inputs.iter().enumerate() {
+            let name = &input.element;
+            if let InputKind::Motor(motor) = &input.value {
+                add(format!("{name}.tau"), Physical::Torque, format!("torque of {name}"), Read::Torque(k));
+                if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
+                    let description = format!("torque asked of {name}, before limits and lag");
+                    add(format!("{name}.command"), Physical::Torque, description, Read::Command(k));
+                }
+            }
+        }
+        for (k, element) in multipliers.elements.iter().enumerate() {
+            let description = format!("constraint multiplier of {element}");
+            add(format!("{element}.tau"), Physical::Torque, description, Read::Multiplier(k));
+            let shafts: Vec<usize> = match equations.constraints.get(k) {
+                Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
+                None => {
+                    let transmission = &equations.transmissions[k - equations.constraints.len()];
+                    vec![transmission.driven, transmission.driving]
+                }
+            };
+            for shaft in shafts {
+                let name = &equations.shafts[shaft];
+                let description = format!("constraint torque of {element} on shaft {name}");
+                add(format!("{element}.{name}.tau"), Physical::Torque, description, Read::ConstraintTorque(k, shaft));
+            }
+        }
+        let numbered = |name: &str, elements: Vec<&str>| -> Vec<usize> {
+            elements.iter().enumerate().filter(|(_, element)| **element == name).map(|(k, _)| k).collect()
+        };
+        let springs_of = |name: &str| numbered(name, equations.springs.iter().map(|s| s.element.as_str()).collect());
+        let dampers_of = |name: &str| numbered(name, equations.dampers.iter().map(|d| d.element.as_str()).collect());
+        let mut couplings: Vec<&str> = equations.springs.iter().map(|s| s.element.as_str()).collect();
+        couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
+        couplings.sort_unstable();
+        couplings.dedup();
+        for element in couplings {
+            let read = Read::SpringDamper { springs: springs_of(element), dampers: dampers_of(element) };
+            add(format!("{element}.tau"), Physical::Torque, format!("spring and damper torque of {element}"), read);
+        }
+        for (k, friction) in equations.frictions.iter().enumerate() {
+            let name = &friction.element;
+            add(format!("{name}.friction"), Physical::Torque, format!("friction torque of {name}"), Read::Friction(k));
+        }
+        for (k, Source { name, physical, description, target }) in scenario.sources.iter().enumerate() {
+            // The command of a motor without a law is that motor's torque, which is there already.
+            if let SourceTarget::Input(input) = target
+                && matches!(equations.inputs[*input].value, InputKind::Motor(_))
+            {
+                continue;
+            }
+            add(name.clone(), *physical, description.clone(), Read::Source(k));
+        }
+        let mut samplers = Vec::new();
+        for (name, sensor) in &equations.sensors {
+            let Sensor { measured, resolution, sample_time } = sensor;
+            let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
+            let (suffix, physical, quantity) = match measured {
+                Measured::Angle(s) => ("phi", Physical::Angle, Read::Angle(shaft(s))),
+                Measured::Speed(s) => ("w", Physical::Speed, Read::Speed(shaft(s))),
+                Measured::SpringTorque(element) => {
+                    let read = Read::SpringDamper { springs: springs_of(element), dampers: Vec::new() };
+                    ("tau", Physical::Torque, read)
+                }
+                Measured::ConstraintTorque(element, s) => {
+                    let k = multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
+                    ("tau", Physical::Torque, Read::ConstraintTorque(k, shaft(s)))
+                }
+            };
+            let coarse_speed = matches!(measured, Measured::Speed(_)) && resolution.is_some();
+            let quantity = match (measured, coarse_speed) {
+                (Measured::Speed(s), true) => Read::Angle(shaft(s)),
+                _ => quantity,
+            };
+            let stiffness = match &quantity {
+                Read::SpringDamper { springs, .. } => springs
+                    .iter()
+                    .map(|&k| equations.springs[k].value.stiffness.to_f64())
+                    .sum(),
+                _ => 1.0,
+            };
+            add(format!("{name}.{suffix}"), physical, format!("reading of sensor {name}"), Read::Sensor(samplers.len()));
+            samplers.push(Sampler {
+                quantity,
+                step: resolution.map(|step| step * stiffness),
+                period: sample_time.as_ref().map(crate::units::Exact::to_f64),
+                differentiate: coarse_speed,
+                next: 0,
+                last_angle: f64::NAN,
+                held: 0.0,
+            });
+        }
+        let (mut reads, mut signals) = (Vec::new(), Vec::new());
+        for (name, physical, description, read) in columns {
+            reads.push(read);
+            signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
+        }
+        let (constraints, shafts) = (multipliers.elements.len(), equations.shafts.len());
+        Self { reads, signals, samplers, multipliers, lambda: vec![0.0; constraints], constraint_force: vec![0.0; shafts] }
+    }
+
+    /// The next time at which a sampled sensor reads, s.
+    pub fn next_sample(&self) -> f64 {
+        let next = self.samplers.iter().filter_map(|s| s.period.map(|period| s.next as f64 * period));
+        next.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a state has to be observed for the multipliers' sake before reading.
+    fn solve_multipliers(&mut self, machine: &Machine) {
+        machine.dynamics.constraint_force(
+            &machine.work,
+            &machine.acceleration,
+            &machine.torques,
+            &machine.friction_torques,
+            &mut self.constraint_force,
+        );
+        self.multipliers.solve(&machine.work.kinematics, &self.constraint_force, &mut self.lambda);
+    }
+
+    fn read(&self, read: &Read, machine: &Machine) -> f64 {
+        let kinematics = &machine.work.kinematics;
+        match read {
+            Read::Angle(shaft) => kinematics.angles[*shaft],
+            Read::Speed(shaft) => kinematics.speeds[*shaft],
+            Read::Torque(input) => machine.torques[*input],
+            Read::Command(input) => machine.commands[*input],
+            Read::Multiplier(constraint) => self.lambda[*constraint],
+            Read::ConstraintTorque(constraint, shaft) => {
+                self.lambda[*constraint] * self.multipliers.coefficient(*constraint, *shaft, kinematics)
+            }
+            Read::SpringDamper { springs, dampers } => {
+                let springs = springs.iter().map(|&k| machine.dynamics.spring_torque(k, &machine.work));
+                let dampers = dampers.iter().map(|&k| machine.dynamics.damper_torque(k, &machine.work));
+                springs.chain(dampers).sum()
+            }
+            Read::Friction(k) => machine.friction_torques[*k],
+            Read::Source(k) => machine.sources[*k],
+            Read::Sensor(k) => self.samplers[*k].held,
+        }
+    }
+
+    /// Lets the sensors read that are due at this time. The machine must have observed this point.
+    pub fn sample(&mut self, time: f64, machine: &Machine) {
+        self.solve_multipliers(machine);
+        for k in 0..self.samplers.len() {
+            let sampler = &self.samplers[k];
+            let due = sampler.period.is_none_or(|period| sampler.next as f64 * period <= time);
+            if !due {
+                continue;
+            }
+            let exact = self.read(&sampler.quantity, machine);
+            let rounded = sampler.step.map_or(exact, |step| (exact / step).floor() * step);
+            let sampler = &mut self.samplers[k];
+            sampler.held = if sampler.differentiate {
+                let before = if sampler.last_angle.is_nan() { rounded } else { sampler.last_angle };
+                sampler.last_angle = rounded;
+                (rounded - before) / sampler.period.unwrap_or(1.0)
+            } else {
+                rounded
+            };
+            sampler.next += 1;
+        }
+    }
+
+    /// Appends one row. The machine must have observed this point.
+    pub fn record(&mut self, machine: &Machine) {
+        self.solve_multipliers(machine);
+        for k in 0..self.reads.len() {
+            let value = self.read(&self.reads[k], machine);
+            self.signals[k].values.push(value);
+        }
+    }
+}

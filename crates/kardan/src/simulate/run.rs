@@ -1,0 +1,347 @@
+//! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
+
+use super::dop853::{Dop853, StepError};
+use super::outputs::Outputs;
+use super::{Machine, Scenario, Setup};
+use crate::results::{Effort, Energy, Event, Outcome, Physical, Series};
+
+/// How accurately a run is integrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Relative error allowed per step.
+    pub relative: f64,
+    /// Absolute error allowed per step, rad and rad/s.
+    pub absolute: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { relative: 1e-10, absolute: 1e-12 }
+    }
+}
+
+/// A finished (or failed) run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunResult {
+    /// All signals.
+    pub series: Series,
+    /// The energy balance up to the end.
+    pub energy: Energy,
+    /// What happened and when.
+    pub events: Vec<Event>,
+    /// Whether the end was reached.
+    pub outcome: Outcome,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+    /// What the integrator did.
+    pub effort: Effort,
+}
+
+/// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
+const LOOKS: usize = 6;
+/// Located events within a millionth of the run that count as chatter.
+const CHATTER: usize = 2000;
+/// Steps after which a run is given up.
+const MOST_STEPS: usize = 20_000_000;
+/// A speed that no drivetrain reaches, rad/s.
+const DIVERGED: f64 = 1e9;
+
+struct Runner<'a> {
+    machine: Machine,
+    solver: Dop853,
+    outputs: Outputs,
+    scenario: &'a Scenario,
+    names: Vec<String>,
+    input_names: Vec<String>,
+    time_grid: Vec<f64>,
+    next_row: usize,
+    events: Vec<Event>,
+    notes: Vec<String>,
+    state: Vec<f64>,
+    looked: Vec<f64>,
+    derivative: Vec<f64>,
+    moved: Vec<f64>,
+    reversed: Vec<usize>,
+    switching: Vec<usize>,
+    initial_energy: f64,
+    located: usize,
+}
+
+/// Runs a closed loop through its scenario.
+///
+/// Between events the modes are fixed and the equations smooth: DOP853 with the tolerance given. Steps and ramps of the
+/// scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
+/// located on the dense output by bisection to the last bits of the time.
+///
+/// `progress` is told the fraction done. Never fails as a whole: a run that cannot go on ends with
+/// [`Outcome::Failed`] and everything computed so far.
+pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64)) -> RunResult {
+    let (reduced, scenario) = (setup.reduced, setup.scenario);
+    let names = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
+    let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
+    let outputs = Outputs::new(reduced, scenario);
+    let machine = Machine::new(setup);
+    let (r, size) = (machine.freedoms(), machine.size());
+    let mut absolute = vec![tolerance.absolute; size];
+    absolute[size - 2..].fill(f64::INFINITY);
+    let mut state = vec![0.0; size];
+    state[..r].copy_from_slice(&scenario.position);
+    state[r..2 * r].copy_from_slice(&scenario.speed);
+    let mut runner = Runner {
+        solver: Dop853::new(tolerance.relative, &absolute),
+        machine,
+        outputs,
+        scenario,
+        names,
+        input_names,
+        time_grid: Vec::with_capacity(scenario.times.len()),
+        next_row: 0,
+        events: Vec::new(),
+        notes: Vec::new(),
+        looked: vec![0.0; size],
+        derivative: vec![0.0; size],
+        moved: vec![0.0; size],
+        reversed: Vec::new(),
+        switching: Vec::new(),
+        state,
+        initial_energy: 0.0,
+        located: 0,
+    };
+    let outcome = runner.run(progress);
+    runner.finish(outcome)
+}
+
+impl Runner<'_> {
+    fn run(&mut self, progress: &mut dyn FnMut(f64)) -> Outcome {
+        let duration = self.scenario.duration;
+        let mut breaks: Vec<f64> = (0..self.scenario.sources.len())
+            .flat_map(|k| self.machine.profile(k).breakpoints().collect::<Vec<_>>())
+            .filter(|&time| time > 0.0 && time < duration)
+            .collect();
+        breaks.push(duration);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let mut time = 0.0;
+        self.machine.enter_segment(0.0);
+        self.announce(0.0);
+        self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        self.initial_energy = self.machine.energy(&self.state);
+        for (k, &end) in breaks.iter().enumerate() {
+            if k > 0 {
+                self.machine.remember_commands(time, &mut self.state);
+                self.machine.enter_segment(time);
+                self.announce(time);
+                self.settle(time, &[]);
+            }
+            match self.segment(time, end, progress) {
+                Ok(()) => time = end,
+                Err(outcome) => return outcome,
+            }
+        }
+        // The last row, at the end itself.
+        self.observe_until(f64::INFINITY, Some(duration));
+        Outcome::Completed
+    }
+
+    /// Integrates to the next breakpoint of the scenario; the state at its end is left in `self.state`.
+    fn segment(&mut self, start: f64, end: f64, progress: &mut dyn FnMut(f64)) -> Result<(), Outcome> {
+        let mut recent = (start, 0);
+        self.restart(start);
+        let mut time = start;
+        let mut settled = false;
+        while time < end {
+            if self.solver.counts().accepted as usize > MOST_STEPS {
+                return Err(self.failed(time, format!("more than {MOST_STEPS} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts")));
+            }
+            let machine = &mut self.machine;
+            let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+            if let Err(error) = step {
+                return Err(self.step_failed(error));
+            }
+            let r = self.machine.freedoms();
+            if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
+                let time = self.solver.time();
+                return Err(self.failed(time, format!("the loop diverges: {} exceeds {DIVERGED:e} rad/s", self.fastest())));
+            }
+            let machine = &mut self.machine;
+            self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+            let event = self.look_for_event();
+            time = event.unwrap_or(self.solver.time());
+            self.observe_until(time, None);
+            if self.solver.counts().accepted % 64 == 0 {
+                progress(time / self.scenario.duration);
+            }
+            settled = event.is_some();
+            let Some(at) = event else { continue };
+            self.located += 1;
+            self.solver.interpolate(at, &mut self.state);
+            let crossing = self.reversed.clone();
+            self.machine.remember_commands(at, &mut self.state);
+            self.settle(at, &crossing);
+            recent = if at - recent.0 > 1e-6 * self.scenario.duration { (at, 0) } else { (recent.0, recent.1 + 1) };
+            if recent.1 > CHATTER {
+                let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
+                return Err(self.failed(at, format!("more than {CHATTER} events within a millionth of the run, the last ones: {}", what.join("; "))));
+            }
+            if at < end {
+                self.restart(at);
+            }
+        }
+        if !settled {
+            self.state.copy_from_slice(self.solver.state());
+        }
+        Ok(())
+    }
+
+    fn restart(&mut self, time: f64) {
+        let machine = &mut self.machine;
+        self.solver.start(time, &self.state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+    }
+
+    fn settle(&mut self, time: f64, crossing: &[usize]) {
+        let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
+        self.events.extend(happened.into_iter().map(|what| Event { time, what }));
+        let shared = self.machine.shared_friction();
+        if !shared.is_empty() {
+            let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
+            let note = format!(
+                "While {} stick together, the split of the friction torque between them is not unique (nor are constraint \
+                 torques between them); shown is the one with the smallest torques relative to each Coulomb torque.",
+                names.join(", ")
+            );
+            if !self.notes.contains(&note) {
+                self.notes.push(note);
+            }
+        }
+    }
+
+    /// Whether a mode is left at this time within the last step; fills the lists of what leaves.
+    fn leaves(&mut self, time: f64) -> bool {
+        self.solver.interpolate(time, &mut self.looked);
+        self.machine.reversed(&self.looked, &mut self.reversed);
+        self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
+        !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
+    }
+
+    /// The first event within the last step, located to the last bits of the time.
+    fn look_for_event(&mut self) -> Option<f64> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let mut before = from;
+        for k in 1..=LOOKS {
+            let at = if k == LOOKS { to } else { from + (to - from) * k as f64 / LOOKS as f64 };
+            if at <= before {
+                continue;
+            }
+            if !self.leaves(at) {
+                before = at;
+                continue;
+            }
+            let (mut low, mut high) = (before, at);
+            for _ in 0..200 {
+                let middle = 0.5 * (low + high);
+                if middle <= low || middle >= high {
+                    break;
+                }
+                if self.leaves(middle) {
+                    high = middle;
+                } else {
+                    low = middle;
+                }
+            }
+            self.leaves(high);
+            return Some(high);
+        }
+        None
+    }
+
+    /// Records all rows and sensor readings before a time; with `last`, those at the end from the final state.
+    fn observe_until(&mut self, time: f64, last: Option<f64>) {
+        loop {
+            let row = self.scenario.times.get(self.next_row).copied().unwrap_or(f64::INFINITY);
+            let sample = self.outputs.next_sample();
+            let at = row.min(sample);
+            let due = match last {
+                Some(end) => at <= end,
+                None => at < time,
+            };
+            if !due {
+                return;
+            }
+            if last.is_some() {
+                self.looked.copy_from_slice(&self.state);
+            } else {
+                self.solver.interpolate(at, &mut self.looked);
+            }
+            self.machine.observe(at, &self.looked);
+            self.outputs.sample(at, &self.machine);
+            if row <= at {
+                self.outputs.record(&self.machine);
+                self.time_grid.push(row);
+                self.next_row += 1;
+            }
+        }
+    }
+
+    /// Notes the steps and ramps of the scenario that begin at a time.
+    fn announce(&mut self, time: f64) {
+        for event in self.scenario.events.iter().filter(|event| event.at == time) {
+            let source = &self.scenario.sources[event.source];
+            let value = match source.physical {
+                Physical::Angle => format!("{} rad ({:.6} deg)", event.to, event.to.to_degrees()),
+                physical => format!("{} {}", event.to, physical.unit()),
+            };
+            let what = if event.over > 0.0 {
+                format!("{} ramps to {value} over {} s", source.name, event.over)
+            } else {
+                format!("{} steps to {value}", source.name)
+            };
+            self.events.push(Event { time, what });
+        }
+    }
+
+    fn fastest(&self) -> String {
+        let speeds = &self.machine.work.kinematics.speeds;
+        let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
+        fastest.map_or_else(String::new, |k| {
+            self.outputs.signals.iter().filter(|s| s.physical == Physical::Speed).nth(k).map_or_else(String::new, |s| s.name.clone())
+        })
+    }
+
+    fn step_failed(&mut self, error: StepError) -> Outcome {
+        let at = self.solver.time();
+        let text = match error {
+            StepError::StepTooSmall { step, .. } => format!(
+                "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
+            ),
+            StepError::NotFinite { .. } => {
+                "the equations give a value that is not finite: the loop diverges, or the inertia becomes singular".to_string()
+            }
+        };
+        self.failed(at, text)
+    }
+
+    fn failed(&mut self, time: f64, cause: String) -> Outcome {
+        self.state.copy_from_slice(self.solver.state());
+        Outcome::Failed { time, cause: format!("at t = {time:.9} s: {cause}") }
+    }
+
+    fn finish(mut self, outcome: Outcome) -> RunResult {
+        let size = self.machine.size();
+        let stored = self.machine.energy(&self.state) - self.initial_energy;
+        let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
+        let counts = self.solver.counts();
+        RunResult {
+            series: Series { time: self.time_grid, signals: self.outputs.signals },
+            energy: Energy { input, stored, dissipated, residual: input - stored - dissipated },
+            events: self.events,
+            outcome,
+            notes: self.notes,
+            effort: Effort {
+                steps: counts.accepted as usize,
+                rejected: counts.rejected as usize,
+                evaluations: counts.evaluations as usize,
+                events: self.located,
+            },
+        }
+    }
+}

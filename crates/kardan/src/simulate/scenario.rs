@@ -1,0 +1,117 @@
+//! What happens during a run: steps and ramps of the signals that come from outside.
+
+use crate::results::Physical;
+
+/// Where a signal of the scenario goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SourceTarget {
+    /// A law reads it.
+    Reference,
+    /// It is a torque on that input (a disturbance, or the command of a motor without a law).
+    Input(usize),
+}
+
+/// A signal set by the scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// Name.
+    pub name: String,
+    /// Angle or torque.
+    pub physical: Physical,
+    /// One sentence.
+    pub description: String,
+    /// Where it goes.
+    pub target: SourceTarget,
+}
+
+/// A step or ramp of one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignalEvent {
+    /// Number of the source.
+    pub source: usize,
+    /// Start, s.
+    pub at: f64,
+    /// Final value, SI.
+    pub to: f64,
+    /// Length of the ramp, s; 0: a step.
+    pub over: f64,
+}
+
+/// A scenario for one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Length, s.
+    pub duration: f64,
+    /// Output times, s, strictly increasing from 0 to the duration.
+    pub times: Vec<f64>,
+    /// Signals from outside.
+    pub sources: Vec<Source>,
+    /// What they do.
+    pub events: Vec<SignalEvent>,
+    /// Initial reduced coordinates, rad.
+    pub position: Vec<f64>,
+    /// Initial reduced speeds, rad/s.
+    pub speed: Vec<f64>,
+}
+
+/// A signal over time: straight lines between breakpoints, with jumps at them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Profile {
+    /// `(start, value just after it, slope)`, sorted by start; the value is 0 before the first.
+    pieces: Vec<(f64, f64, f64)>,
+}
+
+impl Profile {
+    /// The profile of one source under a list of events. An event that starts during a ramp takes over from the value
+    /// reached.
+    pub fn new<'a>(events: impl Iterator<Item = &'a SignalEvent>) -> Self {
+        let mut sorted: Vec<&SignalEvent> = events.collect();
+        sorted.sort_by(|a, b| a.at.total_cmp(&b.at));
+        let mut out = Self::default();
+        for event in sorted {
+            let from = out.value(event.at);
+            out.pieces.retain(|(start, _, _)| *start < event.at);
+            if event.over > 0.0 {
+                out.pieces.push((event.at, from, (event.to - from) / event.over));
+                out.pieces.push((event.at + event.over, event.to, 0.0));
+            } else {
+                out.pieces.push((event.at, event.to, 0.0));
+            }
+        }
+        out
+    }
+
+    /// The value at a time; at a jump, the value after it.
+    pub fn value(&self, time: f64) -> f64 {
+        let (value, slope, start) = self.piece(time);
+        value + slope * (time - start)
+    }
+
+    /// `(value, slope, start)` of the line that holds from a time on.
+    pub fn piece(&self, time: f64) -> (f64, f64, f64) {
+        match self.pieces.iter().rev().find(|(start, _, _)| *start <= time) {
+            Some((start, value, slope)) => (*value, *slope, *start),
+            None => (0.0, 0.0, 0.0),
+        }
+    }
+
+    /// Times where the line changes, s.
+    pub fn breakpoints(&self) -> impl Iterator<Item = f64> {
+        self.pieces.iter().map(|(start, _, _)| *start)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_and_ramps() {
+        let event = |at, to, over| SignalEvent { source: 0, at, to, over };
+        let events = [event(3.0, 5.0, 0.0), event(1.0, 2.0, 1.0), event(4.0, 1.0, 4.0), event(6.0, 7.0, 0.0)];
+        let profile = Profile::new(events.iter());
+        for (time, expected) in [(0.5, 0.0), (1.0, 0.0), (1.5, 1.0), (2.0, 2.0), (2.9, 2.0), (3.0, 5.0), (5.0, 4.0), (6.0, 7.0), (9.0, 7.0)] {
+            assert_eq!(profile.value(time), expected, "at {time} s");
+        }
+    }
+}

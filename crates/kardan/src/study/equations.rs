@@ -1,0 +1,215 @@
+//! The reduced equations of motion as text or LaTeX.
+
+use std::fmt::Write;
+
+use super::prepare::{PreparedVariant, prepare};
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::equations::InputKind;
+use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
+use crate::reduce::{Kinematics, LinearModel, linearise};
+
+/// How equations are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EquationsForm {
+    /// Lines for a terminal.
+    Text,
+    /// For a document.
+    Latex,
+}
+
+/// The reduced equations of motion `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` of the first variant, with its constraints,
+/// friction, and the warnings of the file.
+///
+/// For configuration-dependent constraints the matrices are those at the initial position.
+///
+/// # Errors
+/// All mistakes of the file.
+pub fn equations(source: &str, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let (prepared, diagnostics) = prepare(source);
+    let error = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+    let model = linearise(&variant.reduced, &variant.scenario.position);
+    let text = match form {
+        EquationsForm::Text => text(variant, &model),
+        EquationsForm::Latex => latex(variant, &model),
+    };
+    Ok((text, diagnostics))
+}
+
+fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
+    let mut out = String::new();
+    for (coefficient, name) in terms {
+        if Scalar::is_zero(&coefficient) {
+            continue;
+        }
+        let value = rational_to_f64(&coefficient);
+        let sign = match (out.is_empty(), value < 0.0) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let size = if value.abs() == 1.0 { String::new() } else { format!("{} ", value.abs()) };
+        let _ = write!(out, "{sign}{size}{name}");
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, String)> {
+    names.iter().enumerate().map(|(j, name)| (matrix[(i, j)].clone(), name.clone())).collect()
+}
+
+/// Left-hand and right-hand side of each reduced equation.
+fn lines(variant: &PreparedVariant, model: &LinearModel, mark: &dyn Fn(&str, usize) -> String) -> Vec<(String, String)> {
+    let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
+    let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(|input| mark(&input.element, 3)).collect();
+    (0..model.coordinates.len())
+        .map(|i| {
+            let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
+                .into_iter()
+                .flat_map(|(matrix, order)| row(matrix, i, &marked(order)));
+            let friction = variant.reduced.equations.frictions.iter().filter_map(|friction| {
+                let coefficient = friction
+                    .row
+                    .iter()
+                    .fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])));
+                (!Scalar::is_zero(&coefficient)).then(|| {
+                    let torque = friction.value.to_rational().times(&coefficient);
+                    (torque, mark(&friction.element, 4))
+                })
+            });
+            (sum(left.chain(friction)), sum(row(&model.input, i, &inputs).into_iter()))
+        })
+        .collect()
+}
+
+fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec<(String, String)> {
+    let equations = &variant.reduced.equations;
+    let linear = equations.constraints.iter().map(|constraint| {
+        let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.shafts[*shaft])));
+        (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
+    });
+    let curves = equations.transmissions.iter().map(|t| {
+        let (driven, driving) = (angle(&equations.shafts[t.driven]), angle(&equations.shafts[t.driving]));
+        (t.element.clone(), format!("{driven} = γ({driving})"))
+    });
+    linear.chain(curves).collect()
+}
+
+fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
+    let mut out = String::new();
+    let mark = |name: &str, order: usize| match order {
+        0 => name.to_string(),
+        1 => format!("{name}'"),
+        2 => format!("{name}''"),
+        3 => format!("{name}.tau"),
+        _ => format!("sgn({name}')"),
+    };
+    let _ = writeln!(out, "Model {}: {} shafts, {} degrees of freedom", variant.model.name, model.basis.rows(), model.coordinates.len());
+    let _ = writeln!(out, "Coordinates: {} (angles in rad, torques in N m)\n", model.coordinates.join(", "));
+    out.push_str("Equations of motion\n");
+    for (left, right) in lines(variant, model, &mark) {
+        let _ = writeln!(out, "  {left} = {right}");
+    }
+    if !variant.reduced.equations.frictions.is_empty() {
+        out.push_str("  sgn is set-valued at rest: any value from -1 to 1.\n");
+    }
+    if !Kinematics::new(&variant.reduced).is_constant() {
+        out.push_str("  The matrices depend on the position; these hold at the initial position, near rest.\n");
+    }
+    let constraints = constraints(variant, &|name| name.to_string());
+    if !constraints.is_empty() {
+        out.push_str("\nConstraints\n");
+        for (element, line) in constraints {
+            let _ = writeln!(out, "  {element}: {line}");
+        }
+        out.push_str("\nShafts from coordinates (rates)\n");
+        let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();
+        for shaft in variant.reduced.dependents() {
+            let _ = writeln!(out, "  {}' = {}", variant.reduced.equations.shafts[shaft], sum(row(&model.basis, shaft, &rates).into_iter()));
+        }
+    }
+    for (title, unit, matrix, columns) in matrices(model) {
+        let _ = writeln!(out, "\n{title}{}", if unit.is_empty() { String::new() } else { format!(" [{unit}]") });
+        table(&model.coordinates, columns, &matrix, &mut out);
+    }
+    out
+}
+
+fn matrices(model: &LinearModel) -> Vec<(&'static str, &'static str, Matrix<f64>, &[String])> {
+    vec![
+        ("Inertia", "kg m^2", model.inertia.to_f64(), &model.coordinates),
+        ("Damping", "N m s/rad", model.damping.to_f64(), &model.coordinates),
+        ("Stiffness", "N m/rad", model.stiffness.to_f64(), &model.coordinates),
+        ("Input map", "", model.input.to_f64(), &model.inputs),
+    ]
+}
+
+fn table(rows: &[String], columns: &[String], matrix: &Matrix<f64>, out: &mut String) {
+    if columns.is_empty() {
+        out.push_str("  (no columns)\n");
+        return;
+    }
+    let head = rows.iter().map(String::len).max().unwrap_or(0);
+    let cells: Vec<Vec<String>> = matrix.to_rows().iter().map(|row| row.iter().map(f64::to_string).collect()).collect();
+    let widths: Vec<usize> = (0..columns.len())
+        .map(|j| cells.iter().map(|row| row[j].len()).chain([columns[j].len()]).max().unwrap_or(0))
+        .collect();
+    let mut line = |name: &str, values: &[String]| {
+        let mut text = format!("  {name:head$}");
+        for (value, &width) in values.iter().zip(&widths) {
+            let _ = write!(text, "  {value:>width$}");
+        }
+        let _ = writeln!(out, "{}", text.trim_end());
+    };
+    line("", columns);
+    for (name, row) in rows.iter().zip(&cells) {
+        line(name, row);
+    }
+}
+
+fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
+    let escape = |name: &str| name.replace('_', r"\_");
+    let mark = |name: &str, order: usize| {
+        let index = format!(r"\mathrm{{{}}}", escape(name));
+        match order {
+            0 => format!(r"\varphi_{{{index}}}"),
+            1 => format!(r"\dot\varphi_{{{index}}}"),
+            2 => format!(r"\ddot\varphi_{{{index}}}"),
+            3 => format!(r"\tau_{{{index}}}"),
+            _ => format!(r"\operatorname{{sgn}}\dot\varphi_{{{index}}}"),
+        }
+    };
+    let mut out = String::new();
+    let _ = writeln!(out, "% Model {}: angles in rad, torques in N m", variant.model.name);
+    if !Kinematics::new(&variant.reduced).is_constant() {
+        out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
+    }
+    out.push_str("\\begin{align}\n");
+    let mut rows: Vec<String> =
+        lines(variant, model, &mark).into_iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
+    rows.extend(constraints(variant, &|name| mark(name, 0)).into_iter().map(|(_, line)| {
+        format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))
+    }));
+    out.push_str(&rows.join(" \\\\\n"));
+    out.push_str("\n\\end{align}\n");
+    let names = ["H_r", "D_r", "S_r", "F_r"];
+    for (name, (_, _, matrix, _)) in names.iter().zip(matrices(model)) {
+        let rows: Vec<String> = matrix
+            .to_rows()
+            .iter()
+            .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" & "))
+            .collect();
+        let _ = writeln!(out, "\\[ {name} = \\begin{{bmatrix}} {} \\end{{bmatrix}} \\]", rows.join(r" \\ "));
+    }
+    let motors: Vec<String> = variant
+        .reduced
+        .equations
+        .inputs
+        .iter()
+        .filter(|input| matches!(input.value, InputKind::Motor(_)))
+        .map(|input| escape(&input.element))
+        .collect();
+    let _ = writeln!(out, "% Columns of F_r: all inputs in order of name; motors: {}", motors.join(", "));
+    out
+}

@@ -1,0 +1,181 @@
+//! What a model file asks for: checked, designed, run for every variant, judged.
+
+mod equations;
+mod prepare;
+
+pub use equations::{EquationsForm, equations};
+pub use prepare::{PreparedVariant, Prepared, check, prepare};
+
+use rayon::prelude::*;
+
+use crate::analysis::closed_loop_poles;
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::num::Matrix;
+use crate::reduce::linearise;
+use crate::results::{
+    LawSummary, ModelSummary, NamedMatrix, Outcome, RequirementResult, Run, Series, Study,
+};
+use crate::simulate::{Setup, simulate};
+
+/// Hears how far the runs are. Called from several threads.
+pub trait Progress: Sync {
+    /// The fraction done of a variant, from 0 to 1.
+    fn advance(&self, variant: usize, name: &str, fraction: f64);
+}
+
+/// Hears nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn advance(&self, _: usize, _: &str, _: f64) {}
+}
+
+/// How a study is run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settings {
+    /// Names of the variants to run; empty: all.
+    pub variants: Vec<String>,
+}
+
+/// Runs the study of a model file: every variant through the scenario, in parallel.
+///
+/// A run that fails numerically is part of the result ([`Outcome::Failed`]) with everything computed so far.
+///
+/// # Errors
+/// All mistakes of the file, if there are any (warnings alone do not count).
+pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
+    let (prepared, mut diagnostics) = prepare(source);
+    let known: Vec<&str> = prepared.variants.iter().map(|variant| variant.name.as_str()).collect();
+    for name in &settings.variants {
+        if !known.contains(&name.as_str()) && !known.is_empty() {
+            diagnostics.push(
+                Diagnostic::error("variant::unknown", format!("there is no variant `{name}`"))
+                    .help(format!("there are {}", known.join(", "))),
+            );
+        }
+    }
+    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(diagnostics);
+    }
+    let chosen: Vec<&PreparedVariant> = prepared
+        .variants
+        .iter()
+        .filter(|variant| settings.variants.is_empty() || settings.variants.contains(&variant.name))
+        .collect();
+    let runs = chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect();
+    Ok(Study {
+        model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
+        runs,
+        plots: prepared.plots.clone(),
+        warnings: diagnostics.iter().map(ToString::to_string).collect(),
+    })
+}
+
+fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
+    progress.advance(number, &variant.name, 0.0);
+    let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &variant.scenario };
+    let result = simulate(setup, prepared.tolerance, &mut |fraction| progress.advance(number, &variant.name, fraction));
+    progress.advance(number, &variant.name, 1.0);
+    let completed = result.outcome == Outcome::Completed;
+    let requirements = prepared
+        .requirements
+        .iter()
+        .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
+        .map(|requirement| judge(requirement, &result.series, completed))
+        .collect();
+    Run {
+        name: variant.name.clone(),
+        parameters: variant.model.parameters.clone(),
+        series: result.series,
+        energy: result.energy,
+        events: result.events,
+        outcome: result.outcome,
+        requirements,
+        notes: result.notes,
+        effort: result.effort,
+    }
+}
+
+/// A bound on a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Requirement {
+    /// Signal.
+    pub signal: String,
+    /// `max`, `min`, `max_abs` or `final`.
+    pub measure: String,
+    /// Bound from above, SI.
+    pub below: Option<f64>,
+    /// Bound from below, SI.
+    pub above: Option<f64>,
+    /// Window, s.
+    pub from: f64,
+    /// Window, s.
+    pub until: f64,
+    /// Variants that it applies to; empty: all.
+    pub variants: Vec<String>,
+}
+
+fn judge(requirement: &Requirement, series: &Series, completed: bool) -> RequirementResult {
+    let Requirement { signal, measure, below, above, from, until, .. } = requirement;
+    let found = series.signal(signal);
+    let unit = found.map_or("", |signal| signal.physical.unit()).to_string();
+    let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
+    let window: Vec<f64> = series
+        .time
+        .iter()
+        .zip(values)
+        .filter(|(time, _)| (*from..=*until).contains(*time))
+        .map(|(_, value)| *value)
+        .collect();
+    let measured = match measure.as_str() {
+        _ if window.is_empty() => f64::NAN,
+        "max" => window.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        "min" => window.iter().copied().fold(f64::INFINITY, f64::min),
+        "max_abs" => window.iter().fold(0.0, |max: f64, x| max.max(x.abs())),
+        _ => window.last().copied().unwrap_or(f64::NAN),
+    };
+    // A run that ended inside the window cannot pass: nobody knows what would have come.
+    let complete = completed || series.time.last().is_some_and(|last| last >= until);
+    let passed = complete && below.is_none_or(|bound| measured < bound) && above.is_none_or(|bound| measured > bound);
+    let name = if measure == "max_abs" { format!("max |{signal}|") } else { format!("{measure} {signal}") };
+    let window = if *from > 0.0 || until.is_finite() {
+        let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };
+        format!(" from {from} s to {end}")
+    } else {
+        String::new()
+    };
+    let text = match (above, below) {
+        (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {unit}"),
+        (Some(above), None) => format!("{name}{window} > {above} {unit}"),
+        (None, Some(below)) => format!("{name}{window} < {below} {unit}"),
+        (None, None) => format!("{name}{window}"),
+    };
+    RequirementResult { text, measured, unit, passed }
+}
+
+fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
+    let linear = linearise(&variant.reduced, &variant.scenario.position);
+    let laws = variant.design_laws();
+    let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
+        title: title.into(),
+        unit: unit.into(),
+        rows: linear.coordinates.clone(),
+        columns: columns.to_vec(),
+        values: values.to_rows(),
+    };
+    ModelSummary {
+        name: prepared.name.clone(),
+        description: prepared.description.clone(),
+        elements: variant.model.elements.clone(),
+        coordinates: linear.coordinates.clone(),
+        matrices: vec![
+            matrix("reduced inertia", "kg m^2", &linear.coordinates, &linear.inertia),
+            matrix("reduced damping", "N m s/rad", &linear.coordinates, &linear.damping),
+            matrix("reduced stiffness", "N m/rad", &linear.coordinates, &linear.stiffness),
+            matrix("input map", "", &linear.inputs, &linear.input),
+        ],
+        laws: laws.iter().map(|law| law.summary()).collect::<Vec<LawSummary>>(),
+        closed_loop_poles: closed_loop_poles(&linear, &laws).unwrap_or_default(),
+    }
+}
