@@ -92,7 +92,11 @@ fn handler() -> GraphicalReportHandler {
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     let theme = if colours { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let width = terminal_size::terminal_size_of(std::io::stderr()).map_or(100, |(width, _)| usize::from(width.0));
-    GraphicalReportHandler::new_themed(theme).with_width(width.clamp(40, 120)).with_links(false).with_break_words(false).with_word_splitter(textwrap::WordSplitter::NoHyphenation)
+    GraphicalReportHandler::new_themed(theme)
+        .with_width(width.clamp(40, 120))
+        .with_links(false)
+        .with_break_words(false)
+        .with_word_splitter(textwrap::WordSplitter::NoHyphenation)
 }
 
 fn count(diagnostics: &[Diagnostic], source: &Source) -> String {

@@ -47,7 +47,7 @@ fn variant(out: &mut String, run: &Run, signals: &[&Signal], files: &[String]) {
         Outcome::Completed => "completed".to_owned(),
         Outcome::Failed { time, cause } => format!("FAILED at {} s: {cause}", number(*time)),
     };
-    let _ = writeln!(out, "\n{}: {done} ({} steps, {} events)", run.name, effort.steps, effort.events);
+    let _ = writeln!(out, "\n{}: {done} (steps {}, events {})", run.name, effort.steps, effort.events);
     for parameter in &run.parameters {
         let _ = writeln!(out, "  {} = {}", parameter.name, parameter.text);
     }

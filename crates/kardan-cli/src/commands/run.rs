@@ -28,12 +28,12 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     })?;
     select(&mut study, &args.variants)?;
     let (files, problems) = write(&study, folder, args);
+    render::show(None, &problems);
     if args.json {
         print(&(export::json(&study, &files) + "\n"))?;
     } else {
         print(&summary(&study, &files, &source.to_string()))?;
     }
-    render::show(None, &problems);
     Ok(if problems.is_empty() { verdict(&study.runs) } else { ERROR })
 }
 

@@ -53,7 +53,7 @@ impl BoxProblem {
         for i in 0..m {
             lambda[i] = if r[i] < 0.0 { -c[i] } else { c[i] };
         }
-        let tolerance = |i: usize| 1e-12 * (r[i].abs() + (0..m).map(|j| (w[i * m + j] * c[j]).abs()).sum::<f64>());
+        let tolerance = |i: usize| 1e-14 * (r[i].abs() + (0..m).map(|j| (w[i * m + j] * c[j]).abs()).sum::<f64>());
         let mut blocked = vec![false; m];
         for _ in 0..50 * (m + 1) {
             // The bound variable that violates its sign condition most, relative to its own scale.

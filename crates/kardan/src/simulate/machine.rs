@@ -111,6 +111,44 @@ pub struct Machine {
 
 /// Relative size of an acceleration along a sticking direction that counts as breaking away.
 const BREAKAWAY: f64 = 1e-9;
+/// Relative size of what rounding leaves of an acceleration that should vanish.
+const ROUNDING: f64 = 1e-12;
+
+/// Speed against the direction of slip that still counts as rounding, rad/s.
+const REVERSED: f64 = 1e-13;
+/// Part of a direction outside a span, relative to its size and squared, that counts as nothing.
+const DEPENDENT: f64 = 1e-20;
+
+/// Independent directions with an orthonormal basis of what they span, in the metric of the inverse inertia.
+struct Span {
+    members: Vec<usize>,
+    basis: Vec<Vec<f64>>,
+}
+
+impl Span {
+    /// The part of a row outside the span, relative to its size and squared.
+    fn left(&self, mut row: Vec<f64>) -> f64 {
+        let size = dot(&row, &row);
+        self.reject(&mut row);
+        dot(&row, &row) / size
+    }
+
+    fn reject(&self, row: &mut [f64]) {
+        // Twice is enough.
+        for vector in self.basis.iter().chain(&self.basis) {
+            let share = dot(row, vector);
+            row.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
+        }
+    }
+
+    fn add(&mut self, member: usize, mut row: Vec<f64>) {
+        self.reject(&mut row);
+        let size = dot(&row, &row).sqrt();
+        row.iter_mut().for_each(|x| *x /= size);
+        self.members.push(member);
+        self.basis.push(row);
+    }
+}
 
 impl Machine {
     /// Wires plant, laws and scenario.
@@ -450,6 +488,31 @@ impl Machine {
         }
     }
 
+    /// What the directions given, all at rest, do next; and the friction torques that hold or oppose them.
+    ///
+    /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
+    fn decide(&mut self, resting: &[usize]) -> (Vec<Mode>, Vec<f64>) {
+        let (accelerations, torques) = self.solve_box(resting);
+        let mut modes: Vec<Mode> = accelerations
+            .iter()
+            .map(|acceleration| match acceleration {
+                a if *a > 0.0 => Mode::Forward,
+                a if *a < 0.0 => Mode::Backward,
+                _ => Mode::Stick,
+            })
+            .collect();
+        if modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
+            let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
+            let span = self.span(&sticking.collect::<Vec<_>>());
+            for (&k, mode) in resting.iter().zip(&mut modes) {
+                if *mode != Mode::Stick && span.left(self.metric_row(k)) <= DEPENDENT {
+                    *mode = Mode::Stick;
+                }
+            }
+        }
+        (modes, torques)
+    }
+
     /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
     ///
     /// Needs `force` with the friction of all other directions.
@@ -470,9 +533,12 @@ impl Machine {
         self.box_problem.solve(&w, &right, &c, &mut torques);
         let accelerations = (0..m)
             .map(|a| {
-                let acceleration = right[a] - dot(&w[a * m..(a + 1) * m], &torques);
-                let noise = BREAKAWAY * w[a * m + a] * c[a];
-                if acceleration.abs() > noise { acceleration } else { 0.0 }
+                let row = &w[a * m..(a + 1) * m];
+                let acceleration = right[a] - dot(row, &torques);
+                let scale: f64 = right[a].abs() + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
+                let noise = BREAKAWAY * row[a] * c[a] + ROUNDING * scale;
+                let at_bound = torques[a] * acceleration.signum() >= c[a] * (1.0 - 1e-9);
+                if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
             })
             .collect();
         (accelerations, torques)
@@ -491,7 +557,7 @@ impl Machine {
             return false;
         }
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
-        self.solve_box(&sticking).0.iter().any(|acceleration| *acceleration != 0.0)
+        self.decide(&sticking).0.iter().any(|mode| *mode != Mode::Stick)
     }
 
     /// Slipping directions whose speed has the wrong sign at this point, beyond rounding.
@@ -504,7 +570,7 @@ impl Machine {
         self.work.kinematics.update(&state[..r], &state[r..2 * r]);
         let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
         for (k, mode) in self.modes.iter().enumerate() {
-            if *mode != Mode::Stick && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -1e-14 * scale {
+            if *mode != Mode::Stick && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -(1e-14 * scale + REVERSED) {
                 out.push(k);
             }
         }
@@ -584,8 +650,10 @@ impl Machine {
         }
         // Directions that depend on resting ones rest too.
         self.choose_holding(&resting);
-        let dependent: Vec<usize> =
-            (0..self.modes.len()).filter(|k| !resting.contains(k) && self.depends_on_holding(*k)).collect();
+        let span = self.span(&resting);
+        let dependent: Vec<usize> = (0..self.modes.len())
+            .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= DEPENDENT)
+            .collect();
         resting.extend(dependent);
         resting.sort_unstable();
         // Speeds along them are zero: v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v.
@@ -614,13 +682,9 @@ impl Machine {
             self.modes[k] = Mode::Stick;
         }
         self.slip_forces();
-        let (accelerations, _) = self.solve_box(&resting);
-        for (&k, acceleration) in resting.iter().zip(&accelerations) {
-            self.modes[k] = match acceleration {
-                a if *a > 0.0 => Mode::Forward,
-                a if *a < 0.0 => Mode::Backward,
-                _ => Mode::Stick,
-            };
+        let (modes, _) = self.decide(&resting);
+        for (&k, mode) in resting.iter().zip(modes) {
+            self.modes[k] = mode;
         }
         let sticking: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
         self.choose_holding(&sticking);
@@ -721,40 +785,35 @@ impl Machine {
         }
     }
 
-    /// Chooses independent directions among those given (largest pivot first) and notes which coordinates stand still.
+    /// A friction direction in the metric of the inverse inertia.
+    fn metric_row(&self, k: usize) -> Vec<f64> {
+        let r = self.freedoms;
+        let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
+        self.work.factor.half_solve(&mut row);
+        row
+    }
+
+    /// The span of directions, built from independent ones, the clearest first.
+    fn span(&self, directions: &[usize]) -> Span {
+        let mut span = Span { members: Vec::new(), basis: Vec::new() };
+        let mut rows: Vec<(usize, Vec<f64>)> = directions.iter().map(|&k| (k, self.metric_row(k))).collect();
+        while !rows.is_empty() && span.basis.len() < self.freedoms {
+            let left: Vec<f64> = rows.iter().map(|(_, row)| span.left(row.clone())).collect();
+            let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
+            if left[best] <= DEPENDENT {
+                break;
+            }
+            let (k, row) = rows.remove(best);
+            span.add(k, row);
+        }
+        span
+    }
+
+    /// Chooses independent directions among those given and notes which coordinates stand still.
     fn choose_holding(&mut self, sticking: &[usize]) {
         let r = self.freedoms;
-        self.holding.clear();
-        self.following.clear();
-        // Rows in the metric H⁻¹, orthogonalised one by one; what is left of a dependent row is rounding.
-        let mut rows: Vec<(usize, Vec<f64>, f64)> = sticking
-            .iter()
-            .map(|&k| {
-                let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
-                self.work.factor.half_solve(&mut row);
-                let size = dot(&row, &row);
-                (k, row, size)
-            })
-            .collect();
-        while !rows.is_empty() && self.holding.len() < r {
-            let left = |(_, row, size): &(usize, Vec<f64>, f64)| dot(row, row) / size;
-            let Some(best) = (0..rows.len()).max_by(|&a, &b| left(&rows[a]).total_cmp(&left(&rows[b])).then(b.cmp(&a))) else {
-                break;
-            };
-            if !(left(&rows[best]) > 1e-20) {
-                break;
-            }
-            let (k, pivot, _) = rows.remove(best);
-            let size = dot(&pivot, &pivot);
-            for (_, row, _) in &mut rows {
-                for _ in 0..2 {
-                    let factor = dot(row, &pivot) / size;
-                    row.iter_mut().zip(&pivot).for_each(|(x, p)| *x -= factor * p);
-                }
-            }
-            self.holding.push(k);
-        }
-        self.following.extend(rows.into_iter().map(|(k, _, _)| k));
+        self.holding = self.span(sticking).members;
+        self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
         self.hold_factor = Cholesky::new(self.holding.len());
         self.still.clear();
         if self.holding.len() == r {
@@ -769,23 +828,6 @@ impl Machine {
             }
         }
         self.factor_holding();
-    }
-
-    /// Whether a direction is a combination of the holding ones.
-    fn depends_on_holding(&self, k: usize) -> bool {
-        let (r, count) = (self.freedoms, self.holding.len());
-        if count == r {
-            return true;
-        }
-        let row = &self.work.friction_rows[k * r..(k + 1) * r];
-        let mut coefficients: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
-        self.hold_factor.solve(&mut coefficients);
-        let scale = row.iter().fold(0.0f64, |max, x| max.max(x.abs()));
-        (0..r).all(|i| {
-            let combined: f64 =
-                (0..count).map(|a| coefficients[a] * self.work.friction_rows[self.holding[a] * r + i]).sum();
-            (combined - row[i]).abs() <= 1e-10 * scale
-        })
     }
 
     /// Kinetic and potential energy at a state, J.
