@@ -7,9 +7,9 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, nearest};
 
-use crate::api::model::BUILTIN;
 use crate::output::reason;
 use crate::render;
+use kardan::model::BUILTIN;
 
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;

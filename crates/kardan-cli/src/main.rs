@@ -2,7 +2,6 @@
 //!
 //! All that touches files, terminal and processes is here; the library is pure.
 
-mod api;
 mod args;
 mod commands;
 mod input;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::api::study::Progress;
+use kardan::study::Progress;
 
 const STEPS: u64 = 1000;
 

@@ -3,15 +3,15 @@
 use kardan::diagnostics::Severity;
 
 use super::DONE;
-use crate::api::model;
 use crate::args::CheckArgs;
 use crate::input;
 use crate::output::print;
 use crate::render::{self, Failure, visible};
+use kardan::study;
 
 pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
-    let diagnostics = model::check(&source.text);
+    let diagnostics = study::check(&source.text);
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics });
     }

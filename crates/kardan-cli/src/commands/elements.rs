@@ -1,21 +1,27 @@
 //! `kardan elements`: the manual of the tables in a model file.
 
-use kardan::diagnostics::Diagnostic;
+use kardan::diagnostics::{Diagnostic, nearest};
 
 use super::DONE;
-use crate::api::model;
 use crate::args::ElementsArgs;
 use crate::output::print;
 use crate::render::Failure;
+use kardan::{element, model, synthesis};
 
 pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
     let page = match &args.name {
         None => model::manual(),
         Some(name) => model::manual_of(name).ok_or_else(|| {
-            Diagnostic::error("element::unknown", format!("a model file has no tables `{name}`"))
-                .help("`kardan elements` lists all tables")
+            Diagnostic::error("element::unknown", format!("a model file has no tables `{name}`")).help(hint(name))
         })?,
     };
     print(&page)?;
     Ok(DONE)
+}
+
+fn hint(name: &str) -> String {
+    let elements = element::REGISTRY.iter().map(|element| element.keyword);
+    let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
+    let list = "`kardan elements` lists all tables";
+    nearest(name, elements.chain(laws)).map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }

@@ -3,11 +3,11 @@
 use kardan::diagnostics::Diagnostic;
 
 use super::DONE;
-use crate::api::model::BUILTIN;
 use crate::args::ModelsArgs;
 use crate::input::builtin_hint;
 use crate::output::{print, save};
 use crate::render::{Failure, note};
+use kardan::model::BUILTIN;
 
 pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     let Some(name) = &args.name else {

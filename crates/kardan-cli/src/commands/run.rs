@@ -1,32 +1,31 @@
 //! `kardan run`: the study of a model file, its tables, plots and report.
 
-use kardan::diagnostics::{Diagnostic, Severity, nearest};
+use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED};
-use crate::api::study::Settings;
-use crate::api::{model, report, study};
 use crate::args::{Format, RunArgs};
 use crate::input::{self, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::summary::summary;
+use kardan::study::Settings;
+use kardan::{report, study};
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
-    let known = model::check(&source.text);
+    let known = study::check(&source.text);
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
     let folder = Folder::prepare(&args.out)?;
-    let mut study = compute(&source, quiet).map_err(|mut diagnostics| {
+    let study = compute(&source, &args.variants, quiet).map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
-    select(&mut study, &args.variants)?;
     let (files, problems) = write(&study, folder, args);
     render::show(None, &problems);
     if args.json {
@@ -37,34 +36,11 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     Ok(if problems.is_empty() { verdict(&study.runs) } else { ERROR })
 }
 
-fn compute(source: &Source, quiet: bool) -> Result<Study, Vec<Diagnostic>> {
+fn compute(source: &Source, variants: &[String], quiet: bool) -> Result<Study, Vec<Diagnostic>> {
     let bars = Bars::new(quiet);
-    let study = study::run(&source.text, &Settings::default(), &bars);
+    let study = study::run(&source.text, &Settings { variants: variants.to_vec() }, &bars);
     bars.finish();
     study
-}
-
-/// Keeps the variants asked for (all, if none is), and the plots that have one of them.
-fn select(study: &mut Study, wanted: &[String]) -> Result<(), Diagnostic> {
-    if wanted.is_empty() {
-        return Ok(());
-    }
-    let names = || study.runs.iter().map(|run| run.name.as_str());
-    if let Some(unknown) = wanted.iter().find(|name| !names().any(|known| known == *name)) {
-        let list = names().collect::<Vec<_>>().join(", ");
-        let hint = match nearest(unknown, names()) {
-            Some(near) => format!("did you mean `{near}`? (variants: {list})"),
-            None => format!("variants: {list}"),
-        };
-        return Err(Diagnostic::error("variant::unknown", format!("the study has no variant `{unknown}`")).help(hint));
-    }
-    study.runs.retain(|run| wanted.contains(&run.name));
-    study.plots.retain_mut(|plot| {
-        let all = plot.variants.is_empty(); // an empty list stands for all variants, a list that becomes empty does not
-        plot.variants.retain(|name| wanted.contains(name));
-        all || !plot.variants.is_empty()
-    });
-    Ok(())
 }
 
 /// Writes everything that can be written, tables first; gives what could not.

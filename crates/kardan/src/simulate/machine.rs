@@ -819,7 +819,8 @@ impl Machine {
         if self.holding.len() == r {
             self.still.extend(0..r);
         } else {
-            for &k in &self.holding {
+            // Every sticking direction is at rest, whether it holds or follows.
+            for &k in sticking {
                 let row = &self.work.friction_rows[k * r..(k + 1) * r];
                 let mut entries = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
                 if let (Some((i, _)), None) = (entries.next(), entries.next()) {

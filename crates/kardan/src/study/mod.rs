@@ -9,11 +9,11 @@ pub use prepare::{PreparedVariant, Prepared, check, prepare};
 use rayon::prelude::*;
 
 use crate::analysis::closed_loop_poles;
-use crate::diagnostics::{Diagnostic, Severity};
+use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::num::Matrix;
 use crate::reduce::linearise;
 use crate::results::{
-    LawSummary, ModelSummary, NamedMatrix, Outcome, RequirementResult, Run, Series, Study,
+    LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
 };
 use crate::simulate::{Setup, simulate};
 
@@ -49,10 +49,11 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     let known: Vec<&str> = prepared.variants.iter().map(|variant| variant.name.as_str()).collect();
     for name in &settings.variants {
         if !known.contains(&name.as_str()) && !known.is_empty() {
-            diagnostics.push(
-                Diagnostic::error("variant::unknown", format!("there is no variant `{name}`"))
-                    .help(format!("there are {}", known.join(", "))),
-            );
+            let help = match nearest(name, known.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`? There are {}", known.join(", ")),
+                None => format!("there are {}", known.join(", ")),
+            };
+            diagnostics.push(Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help));
         }
     }
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
@@ -67,9 +68,23 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     Ok(Study {
         model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
         runs,
-        plots: prepared.plots.clone(),
+        plots: chosen_plots(&prepared, &settings.variants),
         warnings: diagnostics.iter().map(ToString::to_string).collect(),
     })
+}
+
+/// The plots that show one of the variants chosen.
+fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
+    let mut plots = prepared.plots.clone();
+    if !chosen.is_empty() {
+        // An empty list stands for all variants, a list that becomes empty does not.
+        plots.retain_mut(|plot| {
+            let all = plot.variants.is_empty();
+            plot.variants.retain(|name| chosen.contains(name));
+            all || !plot.variants.is_empty()
+        });
+    }
+    plots
 }
 
 fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
