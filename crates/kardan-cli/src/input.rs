@@ -6,10 +6,10 @@ use std::io::Read;
 use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, nearest};
+use kardan::model::BUILTIN;
 
 use crate::output::reason;
 use crate::render;
-use kardan::model::BUILTIN;
 
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;

@@ -5,7 +5,6 @@ use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use kardan::study::Progress;
 
 const STEPS: u64 = 1000;

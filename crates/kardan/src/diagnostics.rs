@@ -121,12 +121,51 @@ pub fn line_column(source: &str, offset: usize) -> (usize, usize) {
 }
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
+///
+/// Letters are compared without regard to case; a single letter has no other letter near it. Among equally near
+/// candidates the one with the same letters in upper and lower case wins, then the one with the same first letter.
+///
+/// ```
+/// use kardan::diagnostics::nearest;
+/// assert_eq!(nearest("inerta", ["damping", "inertia"]), Some("inertia"));
+/// assert_eq!(nearest("q", ["a", "b"]), None);
+/// assert_eq!(nearest("Q", ["a", "q"]), Some("q"));
+/// ```
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let tolerance = 1 + word.chars().count() / 3;
+    const LONGEST: usize = 100; // the distance takes the product of both lengths
+    let length = word.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    let tolerance = if length < 2 { 0 } else { 1 + length / 3 };
+    let lower = word.to_lowercase();
     candidates
         .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()), candidate))
-        .filter(|(distance, _)| *distance <= tolerance)
-        .min_by_key(|(distance, candidate)| (*distance, candidate.len()))
+        .filter(|candidate| candidate.len() <= 4 * LONGEST)
+        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
+        .filter(|(distance, _)| *distance <= tolerance && (*distance < length || *distance == 0))
+        .min_by_key(|(distance, candidate)| {
+            let exact = strsim::damerau_levenshtein(word, candidate);
+            (*distance, exact, candidate.chars().next() != word.chars().next(), candidate.len())
+        })
         .map(|(_, candidate)| candidate)
+}
+
+/// Names in backquotes for a sentence, at most a dozen of them: `` `a`, `b` and 3 more ``.
+pub(crate) fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const MOST: usize = 12;
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name))).collect();
+    match names.len() {
+        0..=MOST => names.join(", "),
+        count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
+    }
+}
+
+/// A text of the file inside a message: cut off if it is long.
+pub(crate) fn shortened(text: &str) -> String {
+    const MOST: usize = 60;
+    if text.chars().count() <= MOST {
+        return text.to_string();
+    }
+    text.chars().take(MOST).chain(['…']).collect()
 }

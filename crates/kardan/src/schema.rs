@@ -118,4 +118,6 @@ pub struct Table {
     pub span: Range<usize>,
     /// The values by key.
     pub values: BTreeMap<&'static str, Spanned<Value>>,
+    /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
+    pub unread: Vec<&'static str>,
 }

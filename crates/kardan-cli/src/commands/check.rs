@@ -1,13 +1,13 @@
 //! `kardan check`: the diagnostics of a model file and nothing else.
 
 use kardan::diagnostics::Severity;
+use kardan::study;
 
 use super::DONE;
 use crate::args::CheckArgs;
 use crate::input;
 use crate::output::print;
 use crate::render::{self, Failure, visible};
-use kardan::study;
 
 pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;

@@ -1,12 +1,12 @@
 //! `kardan elements`: the manual of the tables in a model file.
 
 use kardan::diagnostics::{Diagnostic, nearest};
+use kardan::{element, model, synthesis};
 
 use super::DONE;
 use crate::args::ElementsArgs;
 use crate::output::print;
 use crate::render::Failure;
-use kardan::{element, model, synthesis};
 
 pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
     let page = match &args.name {

@@ -1,11 +1,12 @@
 //! `kardan equations`: the equations of motion of a model.
 
+use kardan::study::{self, EquationsForm};
+
 use super::DONE;
 use crate::args::EquationsArgs;
 use crate::input;
 use crate::output::print;
 use crate::render::{self, Failure, visible};
-use kardan::study::{self, EquationsForm};
 
 pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;

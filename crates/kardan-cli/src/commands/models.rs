@@ -1,13 +1,13 @@
 //! `kardan models`: the built-in models, as a list or as TOML.
 
 use kardan::diagnostics::Diagnostic;
+use kardan::model::BUILTIN;
 
 use super::DONE;
 use crate::args::ModelsArgs;
 use crate::input::builtin_hint;
 use crate::output::{print, save};
 use crate::render::{Failure, note};
-use kardan::model::BUILTIN;
 
 pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     let Some(name) = &args.name else {

@@ -3,6 +3,8 @@
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
+use kardan::study::Settings;
+use kardan::{report, study};
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED};
 use crate::args::{Format, RunArgs};
@@ -11,8 +13,6 @@ use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::summary::summary;
-use kardan::study::Settings;
-use kardan::{report, study};
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;

@@ -7,7 +7,8 @@ use crate::units::Dimension;
 pub const CONSTRAINT: Element = Element {
     keyword: "constraint",
     summary: "Any linear relation between shaft angles, by hand: sum of coefficient times angle = offset.",
-    sketch: "    a1 q1 + a2 q2 + ... = offset",
+    sketch: r"
+    a1 q1 + a2 q2 + ... = offset",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it.",
     fields: &[
         Field::required(

@@ -6,7 +6,8 @@ use crate::schema::{Field, Kind};
 pub const DISTURBANCE: Element = Element {
     keyword: "disturbance",
     summary: "A torque from outside on a shaft; events of the scenario set it, control laws do not know it.",
-    sketch: "    road --> tau on shaft",
+    sketch: r"
+    road --> tau on shaft",
     signs: "Positive in the sense of the shaft's angle; the signal carries the element's own name.",
     fields: &[Field::required("shaft", Kind::Shaft, "The shaft that the torque acts on.")],
     example: "\

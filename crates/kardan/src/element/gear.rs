@@ -7,7 +7,7 @@ use crate::units::{Dimension, Exact};
 pub const GEAR: Element = Element {
     keyword: "gear",
     summary: "Two shafts in a fixed ratio: q1 - i q2 + offset = 0.",
-    sketch: "\
+    sketch: r"
     shaft_1 ====[ ]
                 [ ]   q1 - i q2 + offset = 0
     shaft_2 ====[ ]",

@@ -8,7 +8,7 @@ use crate::units::{Dimension, Exact};
 pub const HARMONIC_DRIVE: Element = Element {
     keyword: "harmonic_drive",
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
-    sketch: "\
+    sketch: r"
                  ratio i
     fs ====(  flexspline  )
             |  teeth  |          wg - (i+1) cs + i fs + offset = 0

@@ -7,7 +7,7 @@ use crate::units::Dimension;
 pub const MOTOR: Element = Element {
     keyword: "motor",
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
-    sketch: "\
+    sketch: r"
     command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau on shaft",
     signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
             it is given); `<name>.command` is what was asked for.",

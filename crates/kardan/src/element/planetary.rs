@@ -7,10 +7,10 @@ use crate::units::Dimension;
 pub const PLANETARY: Element = Element {
     keyword: "planetary",
     summary: "A planetary gear in general form: r1 w1 + r2 w2 + r3 w3 = 0 over three shafts.",
-    sketch: "\
-      ring  r ======[     ]
-      carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
-      sun   s ======[     ]",
+    sketch: r"
+    ring  r ======[     ]
+    carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
+    sun   s ======[     ]",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it.",
     fields: &[
         Field::required(

@@ -9,7 +9,8 @@ use crate::units::Dimension;
 pub const SENSOR: Element = Element {
     keyword: "sensor",
     summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, or a constraint torque.",
-    sketch: "    quantity -->[ resolution ]-->[ sample and hold ]--> reading",
+    sketch: r"
+    quantity -->[ resolution ]-->[ sample and hold ]--> reading",
     signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
     fields: &[
         Field::required("measures", Kind::Choice(&["angle", "speed", "torque"]), "What is measured."),

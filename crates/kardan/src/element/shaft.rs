@@ -7,7 +7,7 @@ use crate::units::Dimension;
 pub const SHAFT: Element = Element {
     keyword: "shaft",
     summary: "A rigid rotating body with inertia, viscous damping and Coulomb friction against the housing.",
-    sketch: "\
+    sketch: r"
         phi, tau >0
            --->
     ==========[ J ]==========

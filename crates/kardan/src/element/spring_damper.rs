@@ -7,9 +7,9 @@ use crate::units::Dimension;
 pub const SPRING_DAMPER: Element = Element {
     keyword: "spring_damper",
     summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts, or from a shaft to the housing.",
-    sketch: "\
+    sketch: r"
                  s
-    shaft_1 ===/\\/\\/\\=== shaft_2
+    shaft_1 ===/\/\/\=== shaft_2
             ===[ d ]====
             ===[ c ]====",
     signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) is the torque that tries to turn \

@@ -11,11 +11,11 @@ pub const UNIVERSAL_JOINT: Element = Element {
     keyword: "universal_joint",
     summary: "A universal (Cardan) joint: tan q1 = C tan(q2 + phase) with C = cos(angle); a double joint has \
               C = cos(angle_1)/cos(angle_2).",
-    sketch: "\
+    sketch: r"
                    angle
     shaft_1 ======+ .
-                    \\\\
-                     \\\\ shaft_2",
+                    \\
+                     \\ shaft_2",
     signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
             constraint torque on shaft_1.",
     fields: &[

@@ -1,16 +1,17 @@
 //! The text of a model file as typed tables; names are not looked up yet.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::LazyLock;
 
 use toml::de::DeValue;
 
-use super::parse::{Node, is_name, syntax, table, value};
-use crate::diagnostics::{Diagnostic, nearest};
+use super::parse::{NAME_RULE, Node, is_name, syntax, table, value};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{self, Element};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::synthesis::{self, LawKind};
-use crate::units::{Dimension, Exact, parse_quantity_list};
+use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity, parse_quantity_list};
 
 /// Keys of `[model]`.
 pub const MODEL: &[Field] = &[
@@ -170,6 +171,32 @@ pub struct Document {
     pub requirements: Vec<Table>,
     /// `[[plot]]`
     pub plots: Vec<Table>,
+    /// What could not be read.
+    pub doubts: Doubts,
+}
+
+/// What a document may hold beyond what could be read. A mistake that was reported must not lead to further ones: what
+/// names something in doubt is passed over in silence.
+#[derive(Debug, Clone, Default)]
+pub struct Doubts {
+    /// Any name may exist: a header was broken.
+    pub all: bool,
+    /// Names that may stand for anything: of elements, controllers, parameters.
+    pub names: BTreeSet<String>,
+    /// There may be further references, and motors that they command.
+    pub references: bool,
+    /// There may be further variants.
+    pub variants: bool,
+    /// The equations are not those of the file: an element, a controller, a parameter or the choice of coordinates is
+    /// wrong.
+    pub equations: bool,
+}
+
+impl Doubts {
+    /// Whether a name may exist that was not read.
+    pub fn has(&self, name: &str) -> bool {
+        self.all || self.names.contains(name)
+    }
 }
 
 /// Most runs that one study may have.
@@ -186,39 +213,63 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         return (Document::default(), out);
     }
     let (toml, mistakes) = syntax(source);
-    out.extend(mistakes);
+    let mut document = Document::default();
+    // A broken line may have held a header, a broken text or list may have swallowed one.
+    document.doubts.all = mistakes.iter().any(|mistake| {
+        let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
+        let start = mistake.labels.first().map_or(0, |label| label.span.start);
+        let line = source.get(..start).and_then(|before| before.lines().next_back()).unwrap_or("");
+        line.trim_start().starts_with('[') || !harmless.iter().any(|message| mistake.message.contains(message))
+    });
+    let broken = !mistakes.is_empty();
+    // Two lists: mistakes that leave the equations in doubt and others.
+    let mut out = mistakes;
+    let mut study = Vec::new();
     let root = Node::root(&toml);
-    let mut known = vec!["model", "parameters", "variants", "control", "scenario", "requirement", "plot"];
-    known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
-    root.expect_keys(&known, "a model file", &mut out);
+    check_tables(&root, &mut document.doubts, &mut out, &mut study);
     let single = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
-        root.child(key, out).map(|node| table(fields, &node, &format!("`[{key}]`"), out)).unwrap_or_default()
+        // Missing keys are not told where the text is broken.
+        let node = root.child(key, out)?;
+        Some(with_context(broken, out, |out| table(fields, &node, &format!("`[{key}]`"), out)))
     };
     let several = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
-        let nodes = root.list(key, out);
-        nodes.iter().map(|node| table(fields, node, &format!("`[[{key}]]`"), out)).collect::<Vec<_>>()
+        let mut tables = Vec::new();
+        for node in root.list(key, out) {
+            let named = node.entries().into_iter().find(|(name, _, value)| {
+                matches!(value.get_ref(), DeValue::Table(_)) && fields.iter().all(|field| field.name != *name)
+            });
+            if let Some((name, span, _)) = named {
+                let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{name}`");
+                out.push(
+                    Diagnostic::error("type::wrong", message)
+                        .at(span, "a name")
+                        .help(format!("write each as `[[{key}]]`")),
+                );
+                continue;
+            }
+            tables.push(with_context(broken, out, |out| table(fields, &node, &format!("`[[{key}]]`"), out)));
+        }
+        tables
     };
-    let mut document = Document {
-        model: single("model", MODEL, &mut out),
-        scenario: single("scenario", SCENARIO, &mut out),
-        requirements: several("requirement", REQUIREMENT, &mut out),
-        plots: several("plot", PLOT, &mut out),
-        ..Document::default()
-    };
+    document.model = single("model", MODEL, &mut out).unwrap_or_default();
+    document.scenario = single("scenario", SCENARIO, &mut study).unwrap_or_default();
+    document.requirements = several("requirement", REQUIREMENT, &mut study);
+    document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
-    read_variants(&root, &mut document, &mut out);
+    read_variants(&root, &mut document, &mut study);
     for kind in element::REGISTRY {
-        let Some(group) = root.child(kind.keyword, &mut out) else { continue };
-        for node in group.children(&mut out) {
-            check_name(&node, kind.keyword, &mut out);
-            let what = format!("{} `{}`", kind.keyword, node.name);
+        for node in named_tables(&root, kind.keyword, kind.fields, &mut document.doubts, &mut out) {
+            let what = format!("{} `{}`", kind.keyword, shortened(node.name));
+            let before = out.len();
             let table = table(kind.fields, &node, &what, &mut out);
+            if out.len() > before {
+                document.doubts.names.insert(node.name.to_string());
+            }
             document.elements.push(Instance { kind, name: node.name.to_string(), span: node.name_span.clone(), table });
         }
     }
-    for node in root.child("control", &mut out).map(|group| group.children(&mut out)).unwrap_or_default() {
-        check_name(&node, "control", &mut out);
-        let what = format!("control `{}`", node.name);
+    for node in named_tables(&root, "control", CONTROL, &mut document.doubts, &mut out) {
+        let what = format!("control `{}`", shortened(node.name));
         let word = node.table.get("law").map(|value| value.get_ref().as_str().unwrap_or_default());
         let law = word.and_then(|word| synthesis::REGISTRY.iter().position(|law| law.keyword == word));
         let Some(number) = law else {
@@ -227,30 +278,153 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
                 Some(given) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), given, &mut out)),
                 None => drop(table(&CONTROL[..1], &Node { table: &Default::default(), ..node.clone() }, &what, &mut out)),
             }
+            document.doubts.references = true;
+            document.doubts.equations = true;
             continue;
         };
+        let before = out.len();
         let table = table(&CONTROL_FIELDS[number], &node, &what, &mut out);
+        document.doubts.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), span: node.name_span.clone(), table });
     }
     check_unique(&document, &mut out);
-    if document.elements.iter().all(|element| element.kind.keyword != "shaft") && out.is_empty() {
+    let is_error = |d: &Diagnostic| d.severity == Severity::Error;
+    if document.elements.iter().all(|element| element.kind.keyword != "shaft")
+        && !document.doubts.all
+        && !out.iter().chain(&study).any(is_error)
+    {
         out.push(
             Diagnostic::error("model::no-shaft", "the model has no shaft")
                 .help("add at least one: `[shaft.motor]` with `inertia = \"1 kg m^2\"`"),
         );
     }
+    document.doubts.equations |= out.iter().any(is_error);
+    out.append(&mut study);
     (document, out)
 }
 
-fn check_name(node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) {
-    if !is_name(node.name) {
+/// Calls a reader with a list of mistakes that shows it whether the text is broken.
+fn with_context<T>(broken: bool, out: &mut Vec<Diagnostic>, read: impl FnOnce(&mut Vec<Diagnostic>) -> T) -> T {
+    let marked = broken && !out.iter().any(|d| d.code == "toml::syntax");
+    if marked {
+        out.insert(0, Diagnostic::error("toml::syntax", ""));
+    }
+    let result = read(out);
+    if marked {
+        out.remove(0);
+    }
+    result
+}
+
+/// The study's tables; all others make the equations.
+const STUDY: [&str; 3] = ["scenario", "requirement", "plot"];
+
+/// Reports tables that a model file does not have.
+fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
+    let mut known = vec!["model", "parameters", "variants", "control"];
+    known.extend(STUDY);
+    known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
+    for (name, span, value) in root.entries() {
+        if known.contains(&name) {
+            continue;
+        }
+        let meant = nearest(name, known.iter().copied());
+        let is_table = matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_));
+        let help = match (meant, name) {
+            (Some(meant), _) => format!("did you mean `{meant}`?"),
+            (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
+            (None, "sources" | "source" | "input" | "inputs") => "torques come from `motor` and `disturbance`".to_string(),
+            (None, _) => format!("known tables are {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")),
+        };
+        let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
+        let mistake = Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
+            .at(span, label)
+            .help(help);
+        if !is_table || meant.is_some_and(|meant| STUDY.contains(&meant)) {
+            study.push(mistake);
+            continue;
+        }
+        out.push(mistake);
+        doubts.references |= meant.is_none_or(|meant| meant == "control");
+        doubts.variants |= meant.is_none_or(|meant| meant == "variants");
+        doubts.all |= !doubt_names(value.get_ref(), doubts);
+    }
+}
+
+/// The names that a table of tables or a list of tables would have introduced; false if it is neither.
+fn doubt_names(value: &DeValue<'_>, doubts: &mut Doubts) -> bool {
+    match value {
+        DeValue::Table(table) => doubts.names.extend(table.iter().map(|(name, _)| name.get_ref().to_string())),
+        DeValue::Array(list) => {
+            for entry in list.iter() {
+                let Some(name) = entry.get_ref().as_table().and_then(|table| table.get("name")?.get_ref().as_str()) else {
+                    return false;
+                };
+                doubts.names.insert(name.to_string());
+            }
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// The tables `[keyword.NAME]`.
+fn named_tables<'t>(
+    root: &Node<'t>,
+    keyword: &str,
+    fields: &[Field],
+    doubts: &mut Doubts,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Node<'t>> {
+    let Some((_, span, given)) = root.entries().into_iter().find(|(name, _, _)| *name == keyword) else { return Vec::new() };
+    let DeValue::Table(_) = given.get_ref() else {
+        doubts.all |= !doubt_names(given.get_ref(), doubts);
+        doubts.references |= keyword == "control";
+        let found = if given.get_ref().is_array() { "a list" } else { "a value" };
         out.push(
-            Diagnostic::error("name::invalid", format!("`{}` cannot be the name of a {what}", node.name))
-                .at(node.name_span.clone(), "this name")
-                .help("a name begins with a letter and goes on with letters, digits, `_` or `-`"),
+            Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {found}"))
+                .at(span, "not a table")
+                .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
+        );
+        return Vec::new();
+    };
+    let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
+    let is_table = |value: &DeValue<'_>| matches!(value, DeValue::Table(_));
+    let entries = group.entries();
+    let loose = entries.iter().find(|(name, _, value)| !is_table(value.get_ref()) && fields.iter().any(|f| f.name == *name));
+    if let Some((name, ..)) = loose {
+        doubts.all = true;
+        let message = format!("a {keyword} needs a name: `{name}` stands in `[{keyword}]` itself");
+        out.push(
+            Diagnostic::error("name::missing", message)
+                .at(group.span.clone(), "no name")
+                .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
         );
     }
+    for (name, _, value) in &entries {
+        if !is_table(value.get_ref()) {
+            doubts.names.insert((*name).to_string());
+        }
+    }
+    group.name = if loose.is_some() { "" } else { group.name };
+    let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
+    for node in &nodes {
+        check_name(node.name, node.name_span.clone(), keyword, out);
+    }
+    nodes
+}
+
+fn check_name(name: &str, span: Range<usize>, what: &str, out: &mut Vec<Diagnostic>) -> bool {
+    let valid = is_name(name);
+    if !valid {
+        out.push(
+            Diagnostic::error("name::invalid", format!("`{}` cannot be the name of a {what}", shortened(name)))
+                .at(span, "this name")
+                .help(NAME_RULE),
+        );
+    }
+    valid
 }
 
 fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
@@ -271,13 +445,23 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
 }
 
 fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let Some(node) = root.child("parameters", out) else { return };
+    let before = out.len();
+    let Some(node) = root.child("parameters", out) else {
+        document.doubts.all |= out.len() > before;
+        return;
+    };
     for (name, span, given) in node.entries() {
-        if !is_name(name) {
+        // In doubt until it is read: what uses it is not wrong for that.
+        document.doubts.names.insert(name.to_string());
+        if !check_name(name, span.clone(), "parameter", out) {
+            continue;
+        }
+        let number = parse_number(name);
+        if number.is_ok() || number.is_err_and(|error| error.code == "number::not-finite") {
             out.push(
-                Diagnostic::error("name::invalid", format!("`{name}` cannot be the name of a parameter"))
+                Diagnostic::error("name::reserved", format!("`{name}` cannot be the name of a parameter: it means a number"))
                     .at(span, "this name")
-                    .help("a name begins with a letter and goes on with letters, digits, `_` or `-`"),
+                    .help(format!("choose another name, such as `{name}_1`")),
             );
             continue;
         }
@@ -288,6 +472,7 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
             Value::Scalar(Scalar::Literal(value, dimension)) => {
                 let text = source.get(read.span.clone()).unwrap_or_default().trim_matches(['"', '\'']).to_string();
                 document.parameters.push(Parameter { name: name.into(), span: read.span, value, dimension, text });
+                document.doubts.names.remove(name);
             }
             _ => out.push(
                 Diagnostic::error("parameter::literal", format!("{what} must be a quantity, not a name"))
@@ -298,84 +483,114 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
     }
 }
 
+const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"0 deg\", \"10 deg\"]";
+
+/// A value of a list of variants with its place.
+type VariantValue = (Exact, Dimension, String, Range<usize>);
+
+/// The values in a list of variants; nothing if something is wrong with it, which is reported.
+fn variant_values(name: &str, given: &toml::Spanned<DeValue<'_>>, out: &mut Vec<Diagnostic>) -> Option<Vec<VariantValue>> {
+    let before = out.len();
+    let mut values = Vec::new();
+    let unreadable = |error: UnitError, text: &str, place: Range<usize>| {
+        // Points into the text where its bytes are those of the file.
+        let offset = place.len().checked_sub(text.len()).filter(|rest| matches!(rest, 0 | 2)).map(|rest| place.start + rest / 2);
+        let span = match offset {
+            Some(offset) if !error.span.is_empty() => offset + error.span.start..offset + error.span.end,
+            _ => place,
+        };
+        Diagnostic::error(error.code, format!("variants of `{name}`: {}", error.message))
+            .at(span, "")
+            .help(error.help.unwrap_or_else(|| VARIANTS_HELP.to_string()))
+    };
+    match given.get_ref() {
+        DeValue::String(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
+            Ok(list) => values.extend(list.into_iter().map(|(value, dimension, text)| (value, dimension, text, given.span()))),
+            Err(error) => out.push(unreadable(error, text, given.span())),
+        },
+        DeValue::Array(list) => {
+            for entry in list.iter() {
+                let text = match entry.get_ref() {
+                    DeValue::String(text) => text.to_string(),
+                    DeValue::Integer(x) if x.radix() == 10 => x.as_str().to_string(),
+                    DeValue::Float(x) => x.as_str().to_string(),
+                    _ => {
+                        let message = format!("variants of `{name}`: expected a quantity");
+                        out.push(
+                            Diagnostic::error("type::wrong", message).at(entry.span(), "not a quantity").help(VARIANTS_HELP),
+                        );
+                        continue;
+                    }
+                };
+                match parse_quantity(&text) {
+                    Ok((value, dimension)) => values.push((value, dimension, text.trim().to_string(), entry.span())),
+                    Err(error) => out.push(unreadable(error, &text, entry.span())),
+                }
+            }
+        }
+        // What the TOML reader put in place of something broken: reported already.
+        _ if given.span().is_empty() => return None,
+        _ => {
+            let message = format!("variants of `{name}` must be a list of quantities");
+            out.push(Diagnostic::error("type::wrong", message).at(given.span(), "not a list").help(VARIANTS_HELP));
+        }
+    }
+    if values.is_empty() && out.len() == before {
+        let message = format!("the list of variants of `{name}` is empty");
+        out.push(Diagnostic::error("list::length", message).at(given.span(), "no entry").help(VARIANTS_HELP));
+    }
+    (out.len() == before).then_some(values)
+}
+
 fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
-    let Some(node) = root.child("variants", out) else { return };
+    let before = out.len();
+    let Some(node) = root.child("variants", out) else {
+        document.doubts.variants |= out.len() > before;
+        return;
+    };
     let mut count = 1usize;
     for (name, span, given) in node.entries() {
-        let help = "write a list such as \"[0, 10, 20, 30] deg\" or [\"0 deg\", \"10 deg\"]";
-        let texts: Vec<(String, Range<usize>)> = match given.get_ref() {
-            DeValue::String(text) => vec![(text.to_string(), given.span())],
-            DeValue::Array(list) => list
-                .iter()
-                .map(|entry| {
-                    let text = match entry.get_ref() {
-                        DeValue::String(text) => text.to_string(),
-                        DeValue::Integer(x) => x.as_str().to_string(),
-                        DeValue::Float(x) => x.as_str().to_string(),
-                        _ => String::new(),
-                    };
-                    (text, entry.span())
-                })
-                .collect(),
-            _ => {
-                let message = format!("variants of `{name}` must be a list of quantities");
-                out.push(Diagnostic::error("type::wrong", message).at(given.span(), "not a list").help(help));
-                continue;
-            }
-        };
-        let mut values = Vec::new();
-        let mut dimension = None;
-        for (text, place) in texts {
-            let list = if text.trim_start().starts_with('[') { text.clone() } else { format!("[{text}]") };
-            match parse_quantity_list(&list) {
-                Ok(entries) => {
-                    for (value, found, shown) in entries {
-                        if *dimension.get_or_insert(found) != found {
-                            let message = format!("the variants of `{name}` have different dimensions");
-                            let label = format!("{} here", found.si());
-                            out.push(Diagnostic::error("unit::dimension", message).at(place.clone(), label).help(help));
-                        }
-                        values.push((value, shown));
-                    }
-                }
-                Err(error) => out.push(
-                    Diagnostic::error("unit::unknown", format!("variants of `{name}`: {}", error.message))
-                        .at(place, "cannot be read")
-                        .help(error.help.unwrap_or_else(|| help.to_string())),
-                ),
-            }
+        let declared = document.parameters.iter().find(|p| p.name == name);
+        if declared.is_none() && !document.doubts.has(name) {
+            let names = document.parameters.iter().map(|p| p.name.as_str());
+            let help = match nearest(name, names.clone()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if document.parameters.is_empty() => format!("declare it first: `[parameters]` with `{name} = ...`"),
+                None => format!("there are {}; declare it under `[parameters]`", quoted(names)),
+            };
+            let message = format!("there is no parameter `{}` to vary", shortened(name));
+            out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not declared").help(help));
         }
-        let parameter = Spanned { value: name.to_string(), span: span.clone() };
-        match document.parameters.iter().find(|p| p.name == name) {
-            None => {
-                let names = document.parameters.iter().map(|p| p.name.as_str());
-                let help = match nearest(name, names) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("declare it first: `[parameters]` with `{name} = ...`"),
-                };
-                let message = format!("there is no parameter `{name}` to vary");
-                out.push(Diagnostic::error("name::unknown", message).at(span, "not declared").help(help));
-                continue;
-            }
-            Some(declared) if dimension.is_some_and(|found| found != declared.dimension) => {
-                let message = format!("the variants of `{name}` have another dimension than the parameter");
-                out.push(
-                    Diagnostic::error("unit::dimension", message)
-                        .at(given.span(), dimension.map(|d| d.noun()).unwrap_or_default())
-                        .at(declared.span.clone(), declared.dimension.noun())
-                        .help("use the same kind of unit for both"),
-                );
-                continue;
-            }
-            Some(_) => {}
-        }
-        if values.is_empty() {
-            let message = format!("the list of variants of `{name}` is empty");
-            out.push(Diagnostic::error("list::length", message).at(given.span(), "no entry").help(help));
-            continue;
-        }
+        let Some(values) = variant_values(name, given, out) else { continue };
         count = count.saturating_mul(values.len());
-        document.variants.push(Variants { parameter, values, dimension: dimension.unwrap_or(Dimension::NONE) });
+        let dimension = declared.map_or(values[0].1, |declared| declared.dimension);
+        let mut good: Vec<(Exact, String)> = Vec::new();
+        let wrong_before = out.len();
+        for (value, found, text, place) in values {
+            if found != dimension {
+                let message = match declared {
+                    Some(_) => format!("variants of `{name}`: expected {} as under `[parameters]`, found {}", dimension.noun(), found.noun()),
+                    None => format!("variants of `{name}`: the first is {}, this one {}", dimension.noun(), found.noun()),
+                };
+                let mut mistake = Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(dimension.hint(&text));
+                if let Some(declared) = declared {
+                    mistake = mistake.at(declared.span.clone(), dimension.noun());
+                }
+                // One unit for a whole list is one mistake.
+                if out[wrong_before..].iter().all(|d| d.labels[0].span != mistake.labels[0].span) {
+                    out.push(mistake);
+                }
+            } else if good.iter().any(|(other, _)| *other == value) {
+                let message = format!("variants of `{name}`: the value {} is listed twice", shortened(&text));
+                out.push(Diagnostic::error("name::duplicate", message).at(place, "listed twice").help("remove one of the two"));
+            } else {
+                good.push((value, text));
+            }
+        }
+        if declared.is_some() && out.len() == wrong_before {
+            let parameter = Spanned { value: name.to_string(), span: span.clone() };
+            document.variants.push(Variants { parameter, values: good, dimension });
+        }
     }
     if count > MOST_VARIANTS {
         out.push(
@@ -383,7 +598,9 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 .at(node.name_span.clone(), "all combinations are run")
                 .help("vary fewer values at a time"),
         );
+        document.variants.clear();
     }
+    document.doubts.variants |= out.len() > before;
 }
 
 #[cfg(test)]

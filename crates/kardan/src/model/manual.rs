@@ -38,7 +38,7 @@ const STUDY: &[(&str, &str)] = &[
 pub fn manual_of(name: &str) -> Option<String> {
     let mut out = String::new();
     if let Some(kind) = element::find(name) {
-        let _ = writeln!(out, "[{}.NAME]\n\n{}\n\n{}\n\n{}\n\nKeys", kind.keyword, kind.summary, kind.sketch, kind.signs);
+        let _ = writeln!(out, "[{}.NAME]\n\n{}\n\n{}\n\n{}\n\nKeys", kind.keyword, kind.summary, kind.sketch.trim_start_matches('\n'), kind.signs);
         keys(kind.fields, &mut out);
         let _ = write!(out, "\nExample\n\n{}", kind.example);
     } else if let Some(law) = synthesis::find(name) {

@@ -30,7 +30,7 @@ use std::ops::Range;
 use toml::Spanned as Toml;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity};
 
@@ -67,7 +67,17 @@ pub fn syntax(source: &str) -> (Toml<DeTable<'_>>, Vec<Diagnostic>) {
         } else if message.starts_with("duplicate key") {
             ("a key that was given before".to_string(), "keep one of the two".to_string())
         } else {
-            (message.to_string(), "see https://toml.io for how a file of keys and values is written".to_string())
+            let start = source[..span.start.min(source.len())].rfind('\n').map_or(0, |at| at + 1);
+            let line = shortened(source[start..].lines().next().unwrap_or("").split('#').next().unwrap_or("").trim());
+            let help = match message {
+                m if m.starts_with("unclosed table") => format!("write `{line}]`"),
+                m if m.starts_with("unclosed array table") => format!("write `{}]]`", line.trim_end_matches(']')),
+                m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
+                m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
+                m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
+                _ => "see https://toml.io for how a file of keys and values is written".to_string(),
+            };
+            (message.to_string(), help)
         };
         Diagnostic::error("toml::syntax", format!("this is not TOML: {message}")).at(span, "").help(help)
     });
@@ -186,11 +196,19 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let mut misspelt = Vec::new();
     for (name, span, entry) in node.entries() {
         match fields.iter().find(|field| field.name == name) {
-            Some(field) => {
-                if let Some(entry) = value(&field.kind, &format!("`{name}` of {what}"), entry, out) {
-                    read.values.insert(field.name, entry);
+            Some(field) => match value(&field.kind, &format!("`{name}` of {what}"), entry, out) {
+                Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
+                    let message = format!("`{name}` of {what}: expected one or more tables, found an empty list");
+                    out.push(
+                        Diagnostic::error("list::length", message)
+                            .at(entry.span, "empty")
+                            .help(format!("write it like `{}`", example(&field.kind))),
+                    );
+                    read.unread.push(field.name);
                 }
-            }
+                Some(entry) => drop(read.values.insert(field.name, entry)),
+                None => read.unread.push(field.name),
+            },
             None => {
                 misspelt.extend(nearest(name, known.iter().copied()));
                 out.push(unknown_key(name, span, &known, what));
@@ -201,6 +219,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
         if !node.table.contains_key(field.name) && !misspelt.contains(&field.name) {
+            read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
                     .at(node.span.clone(), format!("`{}` is missing", field.name))
@@ -208,6 +227,8 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             );
         }
     }
+    let unknown = |name: &&&str| !node.table.contains_key(**name);
+    read.unread.extend(fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)));
     read
 }
 
@@ -271,16 +292,24 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
     read.map(|value| Spanned { value, span })
 }
 
-/// Whether a text has the form of a name: a letter or `_`, then letters, digits, `_` and `-`.
+/// The longest name, in characters: names become parts of file names.
+const NAME_LIMIT: usize = 100;
+
+/// Whether a text has the form of a name: a letter or `_`, then letters, digits, `_` and `-`, at most a hundred in all.
 ///
 /// ```
 /// use kardan::model::parse::is_name;
 /// assert!(is_name("s_wg-2") && !is_name("rk.phi") && !is_name("2s") && !is_name(""));
 /// ```
 pub fn is_name(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+    text.len() <= NAME_LIMIT
+        && text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }
+
+/// What makes a text a name.
+pub(super) const NAME_RULE: &str =
+    "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
 
 /// What is being read: for the messages.
 struct Reader<'r> {
@@ -318,13 +347,14 @@ impl Reader<'_> {
                     Some(meant) => format!("did you mean \"{meant}\"?"),
                     None => format!("choose {}", expected(self.kind)),
                 };
-                out.push(self.error("choice::unknown", format!("unknown choice `{text}`"), "unknown").help(help));
+                let message = format!("unknown choice `{}`", shortened(text));
+                out.push(self.error("choice::unknown", message, "unknown").help(help));
                 None
             }
             Kind::Name if !is_name(text) => {
                 out.push(
-                    self.error("name::invalid", format!("`{text}` cannot be a name"), "not a name")
-                        .help("a name has letters, digits, `_` and `-`, and starts with a letter: \"ref_rk\""),
+                    self.error("name::invalid", format!("`{}` cannot be a name", shortened(text)), "not a name")
+                        .help(NAME_RULE),
                 );
                 None
             }
@@ -429,7 +459,7 @@ impl Reader<'_> {
             _ => Sign::Any,
         };
         if let Some((rule, help)) = broken(sign, &number) {
-            out.push(self.error("number::sign", format!("{rule}, found {}", text.trim()), rule).help(help));
+            out.push(self.error("number::sign", format!("{rule}, found {}", shortened(text.trim())), rule).help(help));
             return None;
         }
         Some(Scalar::Literal(number, dimension))
@@ -470,7 +500,7 @@ fn unknown_key(name: &str, span: Range<usize>, known: &[&str], what: &str) -> Di
         None if known.is_empty() => format!("{what} takes no keys; remove it"),
         None => format!("known keys are {}", listed(known, "and")),
     };
-    Diagnostic::error("key::unknown", format!("{what} has no key `{name}`")).at(span, "unknown key").help(help)
+    Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name))).at(span, "unknown key").help(help)
 }
 
 fn found(value: &DeValue<'_>) -> String {
@@ -505,7 +535,7 @@ fn expected(kind: &Kind) -> String {
         Kind::Name => "a new name".to_string(),
         Kind::Text => "a text".to_string(),
         Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
-        Kind::Overrides => "a table from parameter names to quantities".to_string(),
+        Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Tables(_) => "a list of tables".to_string(),
     }
 }
@@ -761,7 +791,7 @@ mod tests {
             ),
             (
                 "name = \"rk.phi\"",
-                "error[name::invalid] 1:8: `name` of shaft `wg`: `rk.phi` cannot be a name | not a name | help: a name has letters, digits, `_` and `-`, and starts with a letter: \"ref_rk\"\n",
+                "error[name::invalid] 1:8: `name` of shaft `wg`: `rk.phi` cannot be a name | not a name | help: a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all\n",
             ),
             (
                 "value = \"5 N m/rad s\"",
@@ -809,7 +839,7 @@ mod tests {
             ),
             (
                 "stiffness \"s\"",
-                "error[toml::syntax] 1:11: this is not TOML: key with no value, expected `=` | help: see https://toml.io for how a file of keys and values is written\n",
+                "error[toml::syntax] 1:11: this is not TOML: key with no value, expected `=` | help: write it as `key = value`\n",
             ),
         ] {
             assert_eq!(mistakes(line), expected, "{line}");

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::prepare::{PreparedVariant, prepare};
+use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::InputKind;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
@@ -62,7 +63,11 @@ fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, 
 /// Left-hand and right-hand side of each reduced equation.
 fn lines(variant: &PreparedVariant, model: &LinearModel, mark: &dyn Fn(&str, usize) -> String) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
-    let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(|input| mark(&input.element, 3)).collect();
+    let input = |input: &Along<InputKind>| match input.value {
+        InputKind::Motor(_) => mark(&input.element, 3),
+        InputKind::Disturbance => mark(&input.element, 5),
+    };
+    let inputs: Vec<String> = variant.reduced.equations.inputs.iter().map(input).collect();
     (0..model.coordinates.len())
         .map(|i| {
             let left = [(&model.inertia, 2), (&model.damping, 1), (&model.stiffness, 0)]
@@ -103,6 +108,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         1 => format!("{name}'"),
         2 => format!("{name}''"),
         3 => format!("{name}.tau"),
+        5 => name.to_string(),
         _ => format!("sgn({name}')"),
     };
     let _ = writeln!(out, "Model {}: {} shafts, {} degrees of freedom", variant.model.name, model.basis.rows(), model.coordinates.len());
@@ -173,6 +179,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let mark = |name: &str, order: usize| {
         let index = format!(r"\mathrm{{{}}}", escape(name));
         match order {
+            5 => index,
             0 => format!(r"\varphi_{{{index}}}"),
             1 => format!(r"\dot\varphi_{{{index}}}"),
             2 => format!(r"\ddot\varphi_{{{index}}}"),

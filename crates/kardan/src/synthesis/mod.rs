@@ -104,6 +104,14 @@ pub enum SynthesisError {
         /// Outputs whose acceleration no chosen input reaches directly (relative degree above two).
         not_reached: Vec<String>,
     },
+    /// The input does not act on the acceleration of the output.
+    #[error("the motor `{input}` does not act on the acceleration of `{output}` (relative degree above two)")]
+    NotReached {
+        /// The input.
+        input: String,
+        /// The output.
+        output: String,
+    },
     /// The same input or output twice.
     #[error("`{name}` is used by two channels; every channel needs an {what} of its own")]
     Twice {
@@ -144,7 +152,22 @@ fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError
 /// # Panics
 /// If the inertia matrix is singular or the direction has no motion (the model checks the first before).
 pub fn effective_inertia(model: &LinearModel, shaft: usize) -> Rational {
-    let c = model.direction(shaft);
-    let x = model.inertia.solve(&c.transpose()).expect("reduced inertia is positive definite");
-    Rational::ONE / c.multiply(&x)[(0, 0)].clone()
+    inertia_between(model, shaft, &model.direction(shaft).transpose()).expect("a shaft that can move feels its own torque")
+}
+
+/// `1/(c H⁻¹ f)`: torque of an input per acceleration of an output, kg m², exact; `None` if the input does not act on it.
+///
+/// The effective inertia where the input acts on the output's own shaft; through a gear, that over the ratio.
+///
+/// # Panics
+/// If the inertia matrix is singular (the model checks this before).
+pub fn input_inertia(model: &LinearModel, shaft: usize, input: usize) -> Option<Rational> {
+    let f = Matrix::from_fn(model.inertia.rows(), 1, |i, _| model.input[(i, input)].clone());
+    inertia_between(model, shaft, &f)
+}
+
+fn inertia_between(model: &LinearModel, shaft: usize, f: &Matrix<Rational>) -> Option<Rational> {
+    let x = model.inertia.solve(f).expect("reduced inertia is positive definite");
+    let mobility = model.direction(shaft).multiply(&x)[(0, 0)].clone();
+    (!mobility.is_zero()).then(|| Rational::ONE / mobility)
 }

@@ -1,6 +1,6 @@
 use kardan_rt::PositionLoop;
 
-use super::{Law, LawKind, Reference, Request, SynthesisError, effective_inertia, output_shaft};
+use super::{Law, LawKind, Reference, Request, SynthesisError, input_inertia, output_shaft};
 use crate::element::Values;
 use crate::num::{Matrix, rational_to_f64};
 use crate::results::{LawSummary, Physical};
@@ -24,7 +24,7 @@ pub const POSITION_LOOP: LawKind = LawKind {
         Field::optional(
             "inertia",
             Kind::Quantity(Dimension::INERTIA, Sign::Positive),
-            "Inertia to move; left out: the inertia that a torque along the output feels in the design model.",
+            "Input torque per acceleration of the output; left out: that of the design model, so that all inertia is moved.",
         ),
         Field::required("reference", Kind::Name, "Name of the reference angle, set by the scenario."),
         Field::optional(
@@ -77,11 +77,17 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let values = request.values;
     let output = values.word("output").unwrap_or_default().to_string();
     let shaft = output_shaft(&output, request.shafts)?;
-    let inertia =
-        values.number("inertia").unwrap_or_else(|| rational_to_f64(&effective_inertia(request.model, shaft)));
+    let inputs = (POSITION_LOOP.inputs)(values);
+    let input = inputs.first().cloned().unwrap_or_default();
+    let number = request.model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
+    let inertia = match (values.number("inertia"), input_inertia(request.model, shaft, number)) {
+        (Some(given), _) => given,
+        (None, Some(found)) => rational_to_f64(&found),
+        (None, None) => return Err(SynthesisError::NotReached { input, output }),
+    };
     Ok(Box::new(Running {
         name: request.name.to_string(),
-        inputs: (POSITION_LOOP.inputs)(values),
+        inputs,
         output,
         references: references(values),
         shaft,

@@ -1,0 +1,247 @@
+//! What several test binaries share: models to runs, the golden numbers, and arithmetic that is not the library's own.
+//!
+//! Closed forms are written with [`Q`], an exact fraction of its own making, and solved with [`solve`], a plain Gauss
+//! elimination, so that a mistake in `kardan::num` cannot hide itself.
+
+#![allow(dead_code)] // each test binary uses its own part
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use kardan::diagnostics::{Severity, plain};
+use kardan::num::{Matrix, Rational};
+use kardan::reduce::{Dynamics, Reduced, Work};
+use kardan::results::{Outcome, Run};
+use kardan::study::{self, Prepared, PreparedVariant};
+use kardan::units::parse_number;
+
+/// Reads and checks a model; panics with the mistakes if there are any.
+pub fn prepared(source: &str) -> Prepared {
+    let (prepared, diagnostics) = study::prepare(source);
+    let wrong = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    assert!(!wrong, "{}\n---\n{source}", plain(source, &diagnostics));
+    prepared
+}
+
+/// The first variant of a model.
+pub fn first(source: &str) -> PreparedVariant {
+    prepared(source).variants.remove(0)
+}
+
+/// Runs the first variant to its end.
+pub fn run(source: &str) -> Run {
+    let mut study = study::run(source, &study::Settings::default(), &study::Silent)
+        .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
+    let run = study.runs.remove(0);
+    assert_eq!(run.outcome, Outcome::Completed, "{source}");
+    run
+}
+
+/// The values of a signal.
+pub fn signal<'a>(run: &'a Run, name: &str) -> &'a [f64] {
+    let names: Vec<&str> = run.series.signals.iter().map(|s| s.name.as_str()).collect();
+    &run.series.signal(name).unwrap_or_else(|| panic!("no signal {name} among {names:?}")).values
+}
+
+/// The value of a signal in the row at a time.
+pub fn at(run: &Run, name: &str, time: f64) -> f64 {
+    let row = run.series.time.iter().position(|t| (t - time).abs() < 1e-12).unwrap_or_else(|| panic!("no row at {time}"));
+    signal(run, name)[row]
+}
+
+/// The time of the first event with these words.
+pub fn time_of(run: &Run, what: &str) -> f64 {
+    let found = run.events.iter().find(|event| event.what == what);
+    found.unwrap_or_else(|| panic!("no event {what:?} among {:?}", run.events)).time
+}
+
+/// The independent reference numbers; their origin is told in `tests/golden.rs`.
+pub fn golden() -> serde_json::Value {
+    serde_json::from_str(include_str!("../golden/golden.json")).expect("golden.json is JSON")
+}
+
+/// A list of numbers.
+pub fn list(value: &serde_json::Value) -> Vec<f64> {
+    let entries = value.as_array().expect("a list");
+    entries.iter().map(|x| x.as_f64().expect("a number")).collect()
+}
+
+/// A list of rows.
+pub fn rows(value: &serde_json::Value) -> Vec<Vec<f64>> {
+    value.as_array().expect("a list of rows").iter().map(list).collect()
+}
+
+/// Asserts `|value − expected| ≤ tolerance · max(1, |expected|)`.
+#[track_caller]
+pub fn close(value: f64, expected: f64, tolerance: f64, what: &str) {
+    let error = (value - expected).abs();
+    assert!(error <= tolerance * expected.abs().max(1.0), "{what}: {value} against {expected} (error {error:e})");
+}
+
+/// Asserts that an exact matrix agrees with printed numbers to a relative error (of the largest entry).
+#[track_caller]
+pub fn agrees(code: &Matrix<Rational>, expected: &[Vec<f64>], tolerance: f64, what: &str) {
+    assert_eq!((code.rows(), code.columns()), (expected.len(), expected[0].len()), "{what}: shape");
+    let scale = expected.iter().flatten().fold(0.0f64, |max, x| max.max(x.abs()));
+    for (i, row) in code.to_rows().iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            let error = (value - expected[i][j]).abs();
+            assert!(error <= tolerance * scale, "{what} ({i}, {j}): {value} against {}", expected[i][j]);
+        }
+    }
+}
+
+/// Asserts that an exact matrix is a closed form, entry by entry, as fractions.
+#[track_caller]
+pub fn same(code: &Matrix<Rational>, closed: &[Vec<Q>], what: &str) {
+    assert_eq!((code.rows(), code.columns()), (closed.len(), closed[0].len()), "{what}: shape");
+    for (i, row) in closed.iter().enumerate() {
+        for (j, entry) in row.iter().enumerate() {
+            assert_eq!(code[(i, j)], entry.rational(), "{what}: entry ({i}, {j})");
+        }
+    }
+}
+
+/// An exact fraction that can be copied; panics on overflow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Q {
+    numerator: i128,
+    denominator: i128,
+}
+
+fn gcd(a: i128, b: i128) -> i128 {
+    if b == 0 { a.abs() } else { gcd(b, a % b) }
+}
+
+/// The fraction `numerator/denominator`.
+pub fn frac(numerator: i128, denominator: i128) -> Q {
+    assert!(denominator != 0, "division by zero");
+    let common = gcd(numerator, denominator) * denominator.signum();
+    Q { numerator: numerator / common, denominator: denominator / common }
+}
+
+/// A whole number.
+pub fn int(number: i128) -> Q {
+    frac(number, 1)
+}
+
+impl Q {
+    /// For the library.
+    pub fn rational(self) -> Rational {
+        parse_number(&self.text()).expect("a fraction").to_rational()
+    }
+
+    /// `numerator/denominator`, as a model file takes it.
+    pub fn text(self) -> String {
+        format!("{}/{}", self.numerator, self.denominator)
+    }
+
+    /// The nearest float but for one rounding of numerator and denominator each.
+    pub fn f64(self) -> f64 {
+        self.numerator as f64 / self.denominator as f64
+    }
+}
+
+impl Add for Q {
+    type Output = Q;
+    fn add(self, other: Q) -> Q {
+        let common = gcd(self.denominator, other.denominator);
+        let left = self.numerator.checked_mul(other.denominator / common).expect("overflow");
+        let right = other.numerator.checked_mul(self.denominator / common).expect("overflow");
+        let denominator = (self.denominator / common).checked_mul(other.denominator).expect("overflow");
+        frac(left.checked_add(right).expect("overflow"), denominator)
+    }
+}
+
+impl Mul for Q {
+    type Output = Q;
+    fn mul(self, other: Q) -> Q {
+        let (left, right) = (frac(self.numerator, other.denominator), frac(other.numerator, self.denominator));
+        Q {
+            numerator: left.numerator.checked_mul(right.numerator).expect("overflow"),
+            denominator: left.denominator.checked_mul(right.denominator).expect("overflow"),
+        }
+    }
+}
+
+impl Neg for Q {
+    type Output = Q;
+    fn neg(self) -> Q {
+        Q { numerator: -self.numerator, denominator: self.denominator }
+    }
+}
+
+impl Sub for Q {
+    type Output = Q;
+    fn sub(self, other: Q) -> Q {
+        self + -other
+    }
+}
+
+impl Div for Q {
+    type Output = Q;
+    fn div(self, other: Q) -> Q {
+        self * frac(other.denominator, other.numerator)
+    }
+}
+
+/// Solves a dense system by Gauss elimination with partial pivoting and one step of refinement.
+pub fn solve(matrix: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
+    let eliminate = |b: &[f64]| {
+        let n = b.len();
+        let mut a: Vec<Vec<f64>> = matrix.iter().zip(b).map(|(row, x)| [row.as_slice(), &[*x]].concat()).collect();
+        for k in 0..n {
+            let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).expect("rows are left");
+            a.swap(k, pivot);
+            assert!(a[k][k] != 0.0, "singular matrix in a test");
+            for i in k + 1..n {
+                let factor = a[i][k] / a[k][k];
+                for j in k..=n {
+                    a[i][j] -= factor * a[k][j];
+                }
+            }
+        }
+        let mut x = vec![0.0; n];
+        for i in (0..n).rev() {
+            let known: f64 = (i + 1..n).map(|j| a[i][j] * x[j]).sum();
+            x[i] = (a[i][n] - known) / a[i][i];
+        }
+        x
+    };
+    let mut x = eliminate(right);
+    let left: Vec<f64> = matrix.iter().zip(right).map(|(row, b)| b - dot(row, &x)).collect();
+    x.iter_mut().zip(eliminate(&left)).for_each(|(x, correction)| *x += correction);
+    x
+}
+
+/// The inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// The explicit form at one point: accelerations of the coordinates, all shafts and the constraint torques.
+pub struct Explicit {
+    /// q̈_r, rad/s².
+    pub reduced: Vec<f64>,
+    /// q̈ = K q̈_r + k, rad/s².
+    pub shafts: Vec<f64>,
+    /// τ_c, one entry per shaft, N m.
+    pub force: Vec<f64>,
+}
+
+/// Evaluates `H_r q̈_r = F_r τ − h_r` \[diss. (4.23)\] and (4.36) with the library, at the point of the last update.
+///
+/// `frictions` are the torques along the friction directions, positive in the sense of their motion.
+pub fn explicit(reduced: &Reduced, dynamics: &Dynamics, work: &Work, inputs: &[f64], frictions: &[f64]) -> Explicit {
+    let r = dynamics.freedoms;
+    let mut acceleration = work.passive.clone();
+    for i in 0..r {
+        acceleration[i] += (0..inputs.len()).map(|k| inputs[k] * work.input_rows[k * r + i]).sum::<f64>();
+        acceleration[i] -= (0..frictions.len()).map(|k| frictions[k] * work.friction_rows[k * r + i]).sum::<f64>();
+    }
+    work.factor.solve(&mut acceleration);
+    let n = reduced.equations.shafts.len();
+    let shafts = (0..n).map(|s| dot(work.kinematics.row(s), &acceleration) + work.kinematics.bias[s]).collect();
+    let mut force = vec![0.0; n];
+    dynamics.constraint_force(work, &acceleration, inputs, frictions, &mut force);
+    Explicit { reduced: acceleration, shafts, force }
+}
