@@ -1,4 +1,4 @@
-use super::{Element, Values, no_check};
+use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
 use crate::schema::{Field, Kind, Sign};
@@ -35,9 +35,19 @@ circular_spline = \"cs\"
 flexspline = \"fs\"
 ratio = 50
 ",
-    check: no_check,
+    check,
     terms,
 };
+
+fn check(values: &Values) -> Vec<Mistake> {
+    let keys = ["wave_generator", "circular_spline", "flexspline"];
+    let again = |k: &usize| values.word(keys[*k]).is_some() && keys[..*k].iter().any(|key| values.word(key) == values.word(keys[*k]));
+    let mistake = |k: usize| {
+        let message = format!("two of its shafts are `{}`", values.required(keys[k]));
+        Mistake::new(keys[k], message, "name three different shafts")
+    };
+    (1..keys.len()).filter(again).map(mistake).collect()
+}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);

@@ -1,4 +1,4 @@
-use super::{Element, Values, no_check};
+use super::{Element, Mistake, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
@@ -36,9 +36,17 @@ shaft = \"wg\"
 torque_limit = \"1.3 N m\"
 lag = \"160 us\"
 ",
-    check: no_check,
+    check,
     terms,
 };
+
+fn check(values: &Values) -> Vec<Mistake> {
+    if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
+        return Vec::new();
+    }
+    let message = format!("it pushes against its own shaft `{}`, so it does nothing", values.required("shaft"));
+    vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
+}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     vec![Term::Input {

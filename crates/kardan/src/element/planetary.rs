@@ -33,9 +33,14 @@ coefficients = { sun = 30, ring = 70, carrier = -100 }
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let count = values.map("coefficients").map_or(3, <[_]>::len);
+    let coefficients = values.map("coefficients").unwrap_or_default();
+    let zeros = coefficients.iter().filter(|(_, x)| x.is_zero()).map(|(shaft, _)| {
+        let message = format!("the coefficient of `{shaft}` is zero, so the gear does not act on it");
+        Mistake::new("coefficients", message, "give three coefficients other than zero, or use `gear` for two shafts")
+    });
+    let count = coefficients.len();
     if count == 3 {
-        return Vec::new();
+        return zeros.collect();
     }
     vec![Mistake::new(
         "coefficients",

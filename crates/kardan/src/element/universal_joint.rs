@@ -14,8 +14,8 @@ pub const UNIVERSAL_JOINT: Element = Element {
     sketch: r"
                    angle
     shaft_1 ======+ .
-                    \\
-                     \\ shaft_2",
+                    \
+                     \ shaft_2",
     signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
             constraint torque on shaft_1.",
     fields: &[

@@ -218,19 +218,17 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     document.doubts.all = mistakes.iter().any(|mistake| {
         let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
         let start = mistake.labels.first().map_or(0, |label| label.span.start);
-        let line = source.get(..start).and_then(|before| before.lines().next_back()).unwrap_or("");
-        line.trim_start().starts_with('[') || !harmless.iter().any(|message| mistake.message.contains(message))
+        let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
+        source[line_start..].trim_start().starts_with('[') || !harmless.iter().any(|message| mistake.message.contains(message))
     });
-    let broken = !mistakes.is_empty();
-    // Two lists: mistakes that leave the equations in doubt and others.
+    // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
+    let broken = mistakes.len();
+    let mut study = mistakes.clone();
     let mut out = mistakes;
-    let mut study = Vec::new();
     let root = Node::root(&toml);
     check_tables(&root, &mut document.doubts, &mut out, &mut study);
     let single = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
-        // Missing keys are not told where the text is broken.
-        let node = root.child(key, out)?;
-        Some(with_context(broken, out, |out| table(fields, &node, &format!("`[{key}]`"), out)))
+        root.child(key, out).map(|node| table(fields, &node, &format!("`[{key}]`"), out)).unwrap_or_default()
     };
     let several = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
         let mut tables = Vec::new();
@@ -247,12 +245,12 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
                 );
                 continue;
             }
-            tables.push(with_context(broken, out, |out| table(fields, &node, &format!("`[[{key}]]`"), out)));
+            tables.push(table(fields, &node, &format!("`[[{key}]]`"), out));
         }
         tables
     };
-    document.model = single("model", MODEL, &mut out).unwrap_or_default();
-    document.scenario = single("scenario", SCENARIO, &mut study).unwrap_or_default();
+    document.model = single("model", MODEL, &mut out);
+    document.scenario = single("scenario", SCENARIO, &mut study);
     document.requirements = several("requirement", REQUIREMENT, &mut study);
     document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
@@ -300,21 +298,8 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         );
     }
     document.doubts.equations |= out.iter().any(is_error);
-    out.append(&mut study);
+    out.extend(study.drain(broken..));
     (document, out)
-}
-
-/// Calls a reader with a list of mistakes that shows it whether the text is broken.
-fn with_context<T>(broken: bool, out: &mut Vec<Diagnostic>, read: impl FnOnce(&mut Vec<Diagnostic>) -> T) -> T {
-    let marked = broken && !out.iter().any(|d| d.code == "toml::syntax");
-    if marked {
-        out.insert(0, Diagnostic::error("toml::syntax", ""));
-    }
-    let result = read(out);
-    if marked {
-        out.remove(0);
-    }
-    result
 }
 
 /// The study's tables; all others make the equations.

@@ -7,9 +7,9 @@ mod manual;
 pub mod parse;
 mod resolve;
 
-pub use document::{Control, Document, Instance, Parameter, Variants, read};
+pub use document::{Control, Document, Doubts, Instance, Parameter, Variants, read};
 pub use manual::{manual, manual_of};
-pub use resolve::{ControlSpec, Model, Setting, TableReader};
+pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
 
 /// A model that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,12 @@
 //! A document and parameter values to a model: names looked up, parameters put in, terms made.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::document::{Document, Instance};
-use crate::diagnostics::{Diagnostic, nearest};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
-use crate::equations::NamedTerm;
+use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::ParameterValue;
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::synthesis::LawKind;
@@ -56,6 +57,8 @@ pub struct Model {
     pub controls: Vec<ControlSpec>,
     /// Parameter values.
     pub parameters: Vec<ParameterValue>,
+    /// Elements that have a mistake: their terms are not those of the file.
+    pub doubtful: BTreeSet<String>,
 }
 
 /// Looks up names and parameters of tables.
@@ -88,12 +91,15 @@ impl<'a> TableReader<'a> {
             Scalar::Literal(value, dimension) => Some((value.clone(), *dimension)),
             Scalar::Parameter(name) => {
                 let Some((value, dimension)) = self.parameter(name) else {
+                    if self.document.doubts.has(name) {
+                        return None;
+                    }
                     let names = self.document.parameters.iter().map(|p| p.name.as_str());
                     let help = match nearest(name, names) {
                         Some(near) => format!("did you mean the parameter `{near}`?"),
                         None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
                     };
-                    let message = format!("{what}: there is no parameter `{name}`");
+                    let message = format!("{what}: there is no parameter `{}`", shortened(name));
                     out.push(Diagnostic::error("name::unknown", message).at(scalar.span.clone(), "not declared").help(help));
                     return None;
                 };
@@ -119,7 +125,11 @@ impl<'a> TableReader<'a> {
                             Sign::NonZero => "anything but zero",
                             _ => "more than zero",
                         };
-                        let message = format!("{what} must be {wanted}, but `{name}` is {}", value.to_f64());
+                        let text = self.settings.iter().find(|s| s.name == *name).map_or_else(
+                            || self.document.parameters.iter().find(|p| p.name == *name).map(|p| p.text.clone()),
+                            |set| Some(set.text.clone()),
+                        );
+                        let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
                         out.push(
                             Diagnostic::error("number::sign", message)
                                 .at(scalar.span.clone(), "through this parameter")
@@ -171,7 +181,7 @@ impl<'a> TableReader<'a> {
                     let scalar = Spanned { value: scalar.clone(), span: spanned.span.clone() };
                     match self.scalar(&scalar, expected, &label, out) {
                         Some((value, _)) => Resolved::Exact(value),
-                        None => continue,
+                        None => continue, // Reported, or in doubt.
                     }
                 }
                 (kind, Value::Map(entries)) => {
@@ -190,7 +200,8 @@ impl<'a> TableReader<'a> {
                     Resolved::Map(map)
                 }
                 (Kind::Tables(inner), Value::Tables(tables)) => {
-                    Resolved::Tables(tables.iter().map(|table| self.values(inner, table, &label, out)).collect())
+                    let entry = |(i, table)| self.values(inner, table, &format!("entry {} of {label}", i + 1), out);
+                    Resolved::Tables(tables.iter().enumerate().map(entry).collect())
                 }
                 (_, Value::Tables(_)) => continue,
             };
@@ -211,7 +222,10 @@ impl<'a> TableReader<'a> {
                     Some(near) => format!("did you mean `{near}`?"),
                     None => "only names under `[parameters]` can be set here".to_string(),
                 };
-                let message = format!("{label}: there is no parameter `{}`", name.value);
+                if self.document.doubts.has(&name.value) {
+                    continue;
+                }
+                let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
                 out.push(Diagnostic::error("name::unknown", message).at(name.span.clone(), "not declared").help(help));
                 continue;
             };
@@ -232,42 +246,83 @@ impl<'a> TableReader<'a> {
         settings
     }
 
+    /// The outputs that a law controls must be shaft angles.
+    fn check_outputs(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+        for field in fields {
+            match (field.kind, table.values.get(field.name)) {
+                (Kind::Signal, Some(Spanned { value: Value::Word(signal), span })) => {
+                    let label = format!("`{}` of {what}", field.name);
+                    let name = signal.split('.').next().unwrap_or_default();
+                    let angle = signal.strip_suffix(".phi");
+                    if angle.is_some_and(|shaft| self.shafts().any(|s| s == shaft)) || self.document.doubts.has(name) {
+                        continue;
+                    }
+                    let angles: Vec<String> = self.shafts().map(|shaft| format!("{shaft}.phi")).collect();
+                    let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
+                    let near = if angles.contains(&format!("{name}.phi")) {
+                        Some(format!("{name}.phi"))
+                    } else {
+                        nearest(signal, angles.iter().map(String::as_str)).map(str::to_string)
+                    };
+                    let help = match near {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
+                    };
+                    out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not an angle").help(help));
+                }
+                (Kind::Tables(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
+                    for (i, table) in tables.iter().enumerate() {
+                        self.check_outputs(inner, table, &format!("entry {} of `{}` of {what}", i + 1, field.name), out);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
     fn shafts(&self) -> impl Iterator<Item = &str> {
         self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
     }
 
     fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.shafts().any(|shaft| shaft == name) {
+        if self.shafts().any(|shaft| shaft == name) || self.document.doubts.has(name) {
             return;
         }
-        let help = match nearest(name, self.shafts()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("declare it: `[shaft.{name}]`"),
+        let help = match (nearest(name, self.shafts()), self.shafts().next()) {
+            (Some(near), _) => format!("did you mean `{near}`?"),
+            (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
+            (None, Some(_)) => format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name)),
         };
-        let message = format!("{label}: there is no shaft `{name}`");
+        let message = format!("{label}: there is no shaft `{}`", shortened(name));
         out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such shaft").help(help));
     }
 
     fn check_element(&self, name: &str, kinds: &[&str], span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
         let named = self.document.elements.iter().find(|e| e.name == name);
-        if named.is_some_and(|e| kinds.contains(&e.kind.keyword)) {
+        // Two elements of one name are reported elsewhere.
+        let fits = self.document.elements.iter().any(|e| e.name == name && kinds.contains(&e.kind.keyword));
+        if fits || named.is_none() && self.document.doubts.has(name) {
             return;
         }
         let fitting = self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
         let help = match nearest(name, fitting.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
-                let names: Vec<String> = fitting.map(|name| format!("`{name}`")).collect();
+                let names = quoted(fitting);
                 if names.is_empty() {
-                    format!("declare one: `[{}.{name}]`", kinds.first().unwrap_or(&"motor"))
+                    format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
                 } else {
-                    format!("there are {}", names.join(", "))
+                    format!("there are {names}")
                 }
             }
         };
+        let wanted = match kinds.split_last() {
+            Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+            _ => kinds.join(" or "),
+        };
         let message = match named {
-            Some(e) => format!("{label}: `{name}` is a {}, not a {}", e.kind.keyword, kinds.join(" or ")),
-            None => format!("{label}: there is no {} `{name}`", kinds.join(" or ")),
+            Some(e) => format!("{label}: `{name}` is a {}, not a {wanted}", e.kind.keyword),
+            None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
         };
         out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "does not fit").help(help));
     }
@@ -280,13 +335,16 @@ impl Document {
         let mut out = Vec::new();
         let reader = TableReader::new(self, settings);
         let header = reader.values(super::document::MODEL, &self.model, "`[model]`", &mut out);
+        let mut doubtful = BTreeSet::new();
         let mut terms = Vec::new();
         let mut elements = Vec::new();
         for instance in &self.elements {
             let what = format!("{} `{}`", instance.kind.keyword, instance.name);
             let before = out.len();
             let values = reader.values(instance.kind.fields, &instance.table, &what, &mut out);
-            if out.len() == before {
+            // A check over several keys means little if one of them could not be read.
+            let complete = instance.table.values.keys().all(|key| values.has(key)) && instance.table.unread.is_empty();
+            if complete && out.len() == before {
                 for mistake in (instance.kind.check)(&values) {
                     let span = instance
                         .table
@@ -295,29 +353,38 @@ impl Document {
                         .map_or_else(|| instance.span.clone(), |value| value.span.clone());
                     out.push(
                         Diagnostic::error("element::check", format!("{what}: {}", mistake.message))
-                            .at(span, "here")
+                            .at(span, "")
                             .help(mistake.help),
                     );
                 }
+            }
+            if !complete || out.len() > before {
+                doubtful.insert(instance.name.clone());
             }
             for term in (instance.kind.terms)(&instance.name, &values) {
                 terms.push(NamedTerm { element: instance.name.clone(), term });
             }
             elements.push((instance.kind.keyword.to_string(), instance.name.clone(), describe(instance, &values)));
         }
+        self.check_sensors(&terms, &mut doubtful, &mut out);
         let mut controls: Vec<ControlSpec> = Vec::new();
         for control in &self.controls {
             let what = format!("control `{}`", control.name);
             let values = reader.values(control.law.fields, &control.table, &what, &mut out);
+            reader.check_outputs(control.law.fields, &control.table, &what, &mut out);
             let design = reader.settings(&control.table, "design", &what, &mut out);
             for input in (control.law.inputs)(&values) {
                 let taken = controls.iter().find(|other| (other.law.inputs)(&other.values).contains(&input));
                 if let Some(other) = taken {
                     let message = format!("{what} and control `{}` both command the motor `{input}`", other.name);
+                    let place = |name: &str| {
+                        let control = self.controls.iter().find(|c| c.name == name)?;
+                        words(&control.table, &input).into_iter().next()
+                    };
                     out.push(
                         Diagnostic::error("control::input", message)
-                            .at(control.span.clone(), "this controller")
-                            .at(other.span.clone(), "and this one")
+                            .at(place(&control.name).unwrap_or_else(|| control.span.clone()), "again here")
+                            .at(place(&other.name).unwrap_or_else(|| other.span.clone()), "first here")
                             .help("let each motor be commanded by one controller"),
                     );
                 }
@@ -345,8 +412,69 @@ impl Document {
             coordinates: header.words("coordinates").map(<[String]>::to_vec),
             controls,
             parameters: self.parameter_values(settings),
+            doubtful,
         };
         (model, out)
+    }
+
+    /// Torque sensors: whether the element named has such a torque.
+    fn check_sensors(&self, terms: &[NamedTerm], doubtful: &mut BTreeSet<String>, out: &mut Vec<Diagnostic>) {
+        for named in terms {
+            let Term::Output(sensor) = &named.term else { continue };
+            let (element, shaft) = match &sensor.measured {
+                Measured::SpringTorque(element) => (element, None),
+                Measured::ConstraintTorque(element, shaft) => (element, Some(shaft)),
+                Measured::Angle(_) | Measured::Speed(_) => continue,
+            };
+            let known = self.elements.iter().any(|e| e.name == *element);
+            if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {
+                doubtful.insert(named.element.clone());
+                continue;
+            }
+            let of_element = || terms.iter().filter(|term| term.element == *element).map(|term| &term.term);
+            let has_spring = of_element().any(|term| matches!(term, Term::Spring { .. }));
+            // The shafts that a constraint acts on.
+            let shafts: Vec<&str> = of_element()
+                .flat_map(|term| match term {
+                    Term::Constraint { along, .. } => {
+                        along.entries.iter().filter(|(_, x)| !x.is_zero()).map(|(name, _)| name.as_str()).collect()
+                    }
+                    Term::Transmission { driven, driving, .. } => vec![driven.as_str(), driving],
+                    _ => Vec::new(),
+                })
+                .collect();
+            let (key, message, help) = match shaft {
+                None if has_spring => continue,
+                None if shafts.is_empty() => (
+                    "element",
+                    format!("`{element}` has no spring, so no twist tells its torque"),
+                    format!("give `{element}` a stiffness, or measure another element"),
+                ),
+                None => (
+                    "element",
+                    format!("the torque of `{element}` differs from shaft to shaft"),
+                    format!("add `shaft = \"...\"`: one of {}", quoted(shafts)),
+                ),
+                Some(shaft) if shafts.contains(&shaft.as_str()) => continue,
+                Some(_) if shafts.is_empty() => (
+                    "shaft",
+                    format!("`{element}` is a spring_damper, whose torque is the same on both its shafts"),
+                    "remove `shaft`: the torque is read from the twist".to_string(),
+                ),
+                Some(shaft) => (
+                    "shaft",
+                    format!("`{element}` does not act on the shaft `{shaft}`"),
+                    format!("it acts on {}", quoted(shafts)),
+                ),
+            };
+            doubtful.insert(named.element.clone());
+            let table = self.elements.iter().find(|e| e.name == named.element && e.kind.keyword == "sensor").map(|e| &e.table);
+            out.push(
+                Diagnostic::error("element::check", format!("sensor `{}`: {message}", named.element))
+                    .at(table.map_or(0..0, |table| TableReader::span(table, key)), "")
+                    .help(help),
+            );
+        }
     }
 
     /// All parameters with their values.
@@ -384,6 +512,20 @@ impl Document {
         }
         out
     }
+}
+
+/// The places of a word in a table and the tables within.
+pub fn words(table: &Table, word: &str) -> Vec<Range<usize>> {
+    let mut places = Vec::new();
+    for value in table.values.values() {
+        match &value.value {
+            Value::Word(found) if found == word => places.push(value.span.clone()),
+            Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
+            _ => {}
+        }
+    }
+    places.sort_by_key(|place| place.start);
+    places
 }
 
 /// A quantity as part of a file name: `10 deg` becomes `10deg`.

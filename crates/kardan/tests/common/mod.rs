@@ -245,3 +245,54 @@ pub fn explicit(reduced: &Reduced, dynamics: &Dynamics, work: &Work, inputs: &[f
     dynamics.constraint_force(work, &acceleration, inputs, frictions, &mut force);
     Explicit { reduced: acceleration, shafts, force }
 }
+
+/// A matrix of exact fractions.
+pub type Exact = Vec<Vec<Q>>;
+
+/// `a · b`.
+pub fn product(a: &Exact, b: &Exact) -> Exact {
+    let entry = |row: &Vec<Q>, j: usize| row.iter().zip(b).fold(int(0), |sum, (x, other)| sum + *x * other[j]);
+    a.iter().map(|row| (0..b[0].len()).map(|j| entry(row, j)).collect()).collect()
+}
+
+/// `a − b`.
+pub fn difference(a: &Exact, b: &Exact) -> Exact {
+    a.iter().zip(b).map(|(x, y)| x.iter().zip(y).map(|(x, y)| *x - *y).collect()).collect()
+}
+
+/// `aᵀ`.
+pub fn transposed(a: &Exact) -> Exact {
+    (0..a[0].len()).map(|j| a.iter().map(|row| row[j]).collect()).collect()
+}
+
+/// A matrix with the entries given on its diagonal.
+pub fn diagonal(entries: &[Q]) -> Exact {
+    (0..entries.len()).map(|i| (0..entries.len()).map(|j| if i == j { entries[i] } else { int(0) }).collect()).collect()
+}
+
+/// `a⁻¹` by Gauss-Jordan elimination.
+pub fn inverse(a: &Exact) -> Exact {
+    let n = a.len();
+    let unit = diagonal(&vec![int(1); n]);
+    let mut work: Exact = a.iter().zip(&unit).map(|(row, unit)| [row.as_slice(), unit].concat()).collect();
+    for k in 0..n {
+        let pivot = (k..n).find(|&i| work[i][k] != int(0)).expect("a regular matrix");
+        work.swap(k, pivot);
+        let scale = work[k][k];
+        work[k].iter_mut().for_each(|x| *x = *x / scale);
+        for i in 0..n {
+            let factor = work[i][k];
+            if i != k && factor != int(0) {
+                for j in 0..2 * n {
+                    work[i][j] = work[i][j] - factor * work[k][j];
+                }
+            }
+        }
+    }
+    work.into_iter().map(|row| row[n..].to_vec()).collect()
+}
+
+/// Every entry as a float.
+pub fn floats(a: &Exact) -> Vec<Vec<f64>> {
+    a.iter().map(|row| row.iter().map(|x| x.f64()).collect()).collect()
+}
