@@ -5,6 +5,13 @@ use super::Matrix;
 /// Method: QR iteration (`faer`), O(n³), backward stable: errors of a few ulp of the norm, more for nearly multiple
 /// eigenvalues. Returns `None` if the iteration does not converge or an entry is not finite.
 ///
+/// ```
+/// use kardan::num::{Matrix, eigenvalues};
+/// let oscillator = [[0.0, 1.0], [-4.0, 0.0]];
+/// let poles = eigenvalues(&Matrix::from_fn(2, 2, |i, j| oscillator[i][j])).unwrap();
+/// assert!((poles[1].1 - 2.0).abs() < 1e-14 && poles[1].0.abs() < 1e-14);
+/// ```
+///
 /// # Panics
 /// If the matrix is not square.
 pub fn eigenvalues(matrix: &Matrix<f64>) -> Option<Vec<(f64, f64)>> {

@@ -32,6 +32,15 @@ impl Echelon {
 /// A column early in `order` becomes a pivot if it can; columns that must stay free come last.
 /// Exact; cost O(rows² · columns) rational operations.
 ///
+/// ```
+/// use kardan::num::{Matrix, Rational, echelon};
+/// // The third row is the sum of the first two.
+/// let rows = [[1, -51, 50], [0, 1, -1], [1, -50, 49]];
+/// let e = echelon(&Matrix::from_fn(3, 3, |i, j| Rational::from(rows[i][j])), &[0, 1, 2]);
+/// assert_eq!(e.rank(), 2);
+/// assert_eq!(e.dependent_rows(), [vec![0, 1, 2]]);
+/// ```
+///
 /// # Panics
 /// If `order` names a column that does not exist.
 pub fn echelon(matrix: &Matrix<Rational>, order: &[usize]) -> Echelon {
@@ -93,6 +102,14 @@ pub enum Definiteness {
 /// Decides whether a symmetric rational matrix is positive definite, semidefinite or neither, exactly, with a witness.
 ///
 /// Method: elimination by congruence, `EᵀME` diagonal; cost O(n³) rational operations.
+///
+/// ```
+/// use kardan::num::{Definiteness, Matrix, Rational, definiteness};
+/// let spring = [[1, -1], [-1, 1]];
+/// let verdict = definiteness(&Matrix::from_fn(2, 2, |i, j| Rational::from(spring[i][j])));
+/// // Both bodies turning together do not stretch the spring.
+/// assert_eq!(verdict, Definiteness::PositiveSemi { direction: vec![Rational::ONE, Rational::ONE] });
+/// ```
 ///
 /// # Panics
 /// If the matrix is not square.

@@ -64,6 +64,12 @@ pub struct Profile {
 impl Profile {
     /// The profile of one source under a list of events. An event that starts during a ramp takes over from the value
     /// reached.
+    ///
+    /// ```
+    /// use kardan::simulate::{Profile, SignalEvent};
+    /// let ramp = [SignalEvent { source: 0, at: 1.0, to: 4.0, over: 2.0 }];
+    /// assert_eq!(Profile::new(ramp.iter()).value(2.0), 2.0);
+    /// ```
     pub fn new<'a>(events: impl Iterator<Item = &'a SignalEvent>) -> Self {
         let mut sorted: Vec<&SignalEvent> = events.collect();
         sorted.sort_by(|a, b| a.at.total_cmp(&b.at));

@@ -40,6 +40,16 @@ pub struct Settings {
 
 /// Runs the study of a model file: every variant through the scenario, in parallel.
 ///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("two-bodies").unwrap().source;
+/// let result = study::run(source, &study::Settings::default(), &study::Silent).unwrap();
+/// let run = &result.runs[0];
+/// // Work done by the motor is stored or dissipated; what is left over certifies the integration.
+/// assert!(run.energy.residual.abs() < 1e-9 * run.energy.input);
+/// assert!(run.series.signal("body_2.phi").unwrap().values.last().unwrap() > &3.9);
+/// ```
+///
 /// A run that fails numerically is part of the result ([`Outcome::Failed`]) with everything computed so far.
 ///
 /// # Errors

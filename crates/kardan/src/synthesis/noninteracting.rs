@@ -121,6 +121,22 @@ pub struct NoninteractingDesign {
 /// `Ku = (C H⁻¹ F)⁻¹`, `Kx = Ku·C H⁻¹ [S D]`. For the steering system these are (6.124) and the corrected (6.130).
 /// All arithmetic is rational; cost O(n³) rational operations.
 ///
+/// ```
+/// use kardan::num::{Matrix, Rational};
+/// use kardan::reduce::LinearModel;
+/// use kardan::synthesis::{ChannelDesign, design_noninteracting};
+/// // One body of 2 kg m² with a damper of 3 N m s/rad: u = 2 v + 3 w.
+/// let one = |x: i64| Matrix::from_fn(1, 1, |_, _| Rational::from(x));
+/// let model = LinearModel {
+///     coordinates: vec!["body".into()], inputs: vec!["motor".into()],
+///     inertia: one(2), damping: one(3), stiffness: one(0), input: one(1), basis: one(1),
+/// };
+/// let channel = ChannelDesign { shaft: 0, input: 0 };
+/// let design = design_noninteracting(&model, &[channel], &|_| ("body.phi".into(), "motor".into())).unwrap();
+/// assert_eq!(design.acceleration_gain, one(2));
+/// assert_eq!(design.state_gain.to_f64().as_slice(), [0.0, 3.0]);
+/// ```
+///
 /// # Errors
 /// [`SynthesisError::NotDecouplable`] with the exact rank if `C H⁻¹ F` is singular.
 ///

@@ -1,0 +1,342 @@
+//! The order of the layers, read from the imports of the sources.
+//!
+//! A file may name its own folder and the layers above it in [`LAYERS`], nothing else. The list is the one that
+//! ARCHITECTURE.md states; a new layer needs a line in both.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// From what knows nothing to what knows everything. A layer is a folder or a file of `src`.
+///
+/// `synthesis` stands above `analysis` and `simulate` because both take a designed law as given (`synthesis::Law`), and
+/// above `model` because the keys of a `[control.<name>]` table come from the registry of laws.
+const LAYERS: &[&str] = &[
+    "num",         // numbers and small matrices; no mechanics
+    "diagnostics", // mistakes with a place in a file
+    "units",       // exact quantities
+    "schema",      // the shape of a table
+    "equations",   // terms, data only
+    "results",     // what a study gives, data only
+    "element",     // named handfuls of terms, one registry
+    "assemble",    // terms to matrices
+    "reduce",      // constraints out of the equations
+    "synthesis",   // control laws, one registry
+    "analysis",    // poles of a model under its laws
+    "simulate",    // runs of the closed loop
+    "model",       // the syntax of the file
+    "study",       // what a file asks for → results
+    "report",      // results → pages
+    "export",      // results → data files
+];
+
+/// Additional borders: what a layer does not know although it stands above it.
+const UNKNOWN: &[(&str, &[&str])] = &[
+    ("simulate", &["element", "schema", "diagnostics", "analysis"]),
+    ("reduce", &["element", "schema", "diagnostics"]),
+    ("assemble", &["element", "schema", "diagnostics"]),
+    ("report", &["model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),
+    ("export", &["report", "model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),
+];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder of sources") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                out.push(path);
+            }
+        }
+    }
+    out.sort();
+    out
+}
+
+fn crate_folder(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// The code of a file: comments and the contents of text literals blanked, items under `#[cfg(test)]` cut out.
+fn code(source: &str) -> String {
+    let blank = blank(source);
+    let mut out = String::new();
+    let mut rest = blank.as_str();
+    while let Some(at) = rest.find("#[cfg(test)]") {
+        out.push_str(&rest[..at]);
+        rest = after_item(&rest[at..]);
+    }
+    out + rest
+}
+
+/// What follows an item: after its closing brace, or after its semicolon if that comes first.
+fn after_item(item: &str) -> &str {
+    let mut depth = 0;
+    for (at, c) in item.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ';' if depth == 0 => return &item[at + 1..],
+            _ => continue,
+        }
+        if depth == 0 {
+            return &item[at + 1..];
+        }
+    }
+    ""
+}
+
+/// Comments gone, text and character literals empty; lines keep their numbers.
+fn blank(source: &str) -> String {
+    let bytes: Vec<char> = source.chars().collect();
+    let mut out = String::new();
+    let mut at = 0;
+    let newlines = |text: &[char]| text.iter().filter(|c| **c == '\n').collect::<String>();
+    while at < bytes.len() {
+        let rest = &bytes[at..];
+        let length = match rest {
+            ['/', '/', ..] => rest.iter().position(|c| *c == '\n').unwrap_or(rest.len()),
+            ['/', '*', ..] => block_comment(rest),
+            ['"', ..] => quoted(rest),
+            ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(rest),
+            ['\'', '\\', ..] => 3 + rest[3..].iter().position(|c| *c == '\'').unwrap_or(0),
+            ['\'', _, '\'', ..] => 3,
+            _ => 0,
+        };
+        if length == 0 {
+            out.push(rest[0]);
+            at += 1;
+        } else {
+            if !matches!(rest, ['/', ..]) {
+                out.push_str("\"\"");
+            }
+            out.push_str(&newlines(&rest[..length]));
+            at += length;
+        }
+    }
+    out
+}
+
+fn block_comment(rest: &[char]) -> usize {
+    (2..rest.len()).find(|&k| rest[k - 1] == '*' && rest[k] == '/').map_or(rest.len(), |k| k + 1)
+}
+
+fn quoted(rest: &[char]) -> usize {
+    let mut at = 1;
+    while at < rest.len() && rest[at] != '"' {
+        at += if rest[at] == '\\' { 2 } else { 1 };
+    }
+    (at + 1).min(rest.len())
+}
+
+/// The length of a raw text literal, or 0 if this is a raw identifier.
+fn raw(rest: &[char]) -> usize {
+    let hashes = rest[1..].iter().take_while(|c| **c == '#').count();
+    if rest.get(1 + hashes) != Some(&'"') {
+        return 0;
+    }
+    let closing: Vec<char> = std::iter::once('"').chain(std::iter::repeat_n('#', hashes)).collect();
+    let start = 2 + hashes;
+    (start..rest.len()).find(|&k| rest[k..].starts_with(&closing)).map_or(rest.len(), |k| k + closing.len())
+}
+
+/// Whether the character before a byte can belong to a longer name.
+fn inside_name(code: &str, at: usize) -> bool {
+    code[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_')
+}
+
+fn name_at(code: &str) -> String {
+    code.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}
+
+/// The layers that a code names: `crate::x`, `kardan::x`, `crate::{x::…, y}` and enough `super::` to reach the root.
+fn named(code: &str, depth: usize) -> Vec<(usize, String)> {
+    let climb = "super::".repeat(depth);
+    let mut out = Vec::new();
+    for prefix in ["crate::", "kardan::", climb.as_str()] {
+        if prefix.is_empty() {
+            continue;
+        }
+        for (at, _) in code.match_indices(prefix) {
+            if inside_name(code, at) {
+                continue;
+            }
+            let line = code[..at].matches('\n').count() + 1;
+            let rest = &code[at + prefix.len()..];
+            if let Some(group) = rest.strip_prefix('{') {
+                let mut level = 0;
+                let mut expected = true;
+                for (k, c) in group.char_indices() {
+                    match c {
+                        '{' => level += 1,
+                        '}' if level == 0 => break,
+                        '}' => level -= 1,
+                        ',' if level == 0 => expected = true,
+                        c if expected && (c.is_alphanumeric() || c == '_') => {
+                            out.push((line, name_at(&group[k..])));
+                            expected = false;
+                        }
+                        _ => {}
+                    }
+                }
+            } else {
+                out.push((line, name_at(rest)));
+            }
+        }
+    }
+    out
+}
+
+/// The layer of a file and how many `super::` lead from it to the root.
+fn place(root: &Path, file: &Path) -> (String, usize) {
+    let relative = file.strip_prefix(root).expect("a file of the root");
+    let parts: Vec<String> = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    let stem = parts[0].trim_end_matches(".rs").to_string();
+    let is_module_root = parts.last().is_some_and(|name| name == "mod.rs");
+    (stem, if is_module_root { parts.len() - 1 } else { parts.len() })
+}
+
+/// Every breach in one file, as `line: text`.
+fn breaches(layer: &str, depth: usize, code: &str) -> Vec<String> {
+    let rank = |name: &str| LAYERS.iter().position(|layer| *layer == name);
+    let own = rank(layer);
+    let mut out = Vec::new();
+    for (line, name) in named(code, depth) {
+        if name == layer {
+            continue;
+        }
+        match (own, rank(&name)) {
+            (_, None) => out.push(format!("{line}: `{name}` is no layer")),
+            (Some(own), Some(other)) if other > own => out.push(format!("{line}: `{layer}` names `{name}`, which is below it")),
+            _ if UNKNOWN.iter().any(|(l, not)| *l == layer && not.contains(&name.as_str())) => {
+                out.push(format!("{line}: `{layer}` must not know `{name}`"));
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn a_file_names_only_its_own_layer_and_those_above() {
+    let root = crate_folder("src");
+    let files = sources(&root);
+    assert!(files.len() > 20, "only {} files were read", files.len());
+    let mut found = Vec::new();
+    let mut names = 0;
+    let mut seen: Vec<String> = Vec::new();
+    for file in &files {
+        let (layer, depth) = place(&root, file);
+        if layer == "lib" {
+            continue;
+        }
+        if !LAYERS.contains(&layer.as_str()) {
+            found.push(format!("{}: `{layer}` is not in the list of layers", file.display()));
+            continue;
+        }
+        if !seen.contains(&layer) {
+            seen.push(layer.clone());
+        }
+        let text = fs::read_to_string(file).expect("a source");
+        // A file of tests that its folder includes under cfg(test).
+        if file.file_stem().is_some_and(|stem| stem == "tests" || stem == "example") {
+            continue;
+        }
+        let code = code(&text);
+        names += named(&code, depth).len();
+        found.extend(breaches(&layer, depth, &code).into_iter().map(|what| format!("{}:{what}", file.display())));
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+    for layer in LAYERS {
+        assert!(seen.iter().any(|name| name == layer), "the layer `{layer}` does not exist");
+    }
+    assert!(names > 60, "only {names} imports were read");
+}
+
+#[test]
+fn the_root_lists_the_layers() {
+    let text = code(&fs::read_to_string(crate_folder("src/lib.rs")).expect("lib.rs"));
+    let mut modules: Vec<String> = text.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")).map(name_at).collect();
+    let mut layers: Vec<String> = LAYERS.iter().map(|layer| layer.to_string()).collect();
+    modules.sort();
+    layers.sort();
+    assert_eq!(modules, layers);
+}
+
+#[test]
+fn the_reader_of_imports_finds_what_it_must() {
+    let source = "\
+use crate::{num::{Matrix, Lu}, study, units::Exact};
+/* use crate::report; */ // crate::export
+fn f() { let x = \"crate::model\"; crate::simulate::run(super::super::element::find('\\'')); r#\"kardan::num\"#; }
+#[cfg(test)]
+mod tests { use crate::report::html; fn g() { if true { } } }
+use kardan::synthesis::Law;
+#[cfg(test)]
+mod example;
+use mycrate::nothing;
+";
+    let mut names: Vec<String> = named(&code(source), 2).into_iter().map(|(_, name)| name).collect();
+    names.sort();
+    assert_eq!(names, ["element", "num", "simulate", "study", "synthesis", "units"]);
+    let below = breaches("reduce", 1, "use crate::study;\nuse crate::num;\nuse crate::element::X;\nuse crate::nonsense;");
+    assert_eq!(below.len(), 3, "{below:?}");
+    assert!(breaches("study", 1, "use crate::study::x; use crate::model;").is_empty());
+}
+
+/// What a pure library never touches.
+const IMPURE: &[&str] = &[
+    "println!", "eprintln!", "print!", "eprint!", "dbg!", "std::fs", "std::env", "std::net", "std::process", "std::io::std",
+    "std::time::Instant", "std::time::SystemTime", "std::thread::sleep", "unsafe",
+];
+
+#[test]
+fn the_library_prints_nothing_and_touches_no_files() {
+    let files = sources(&crate_folder("src"));
+    assert!(files.len() > 20);
+    for file in files {
+        let code = code(&fs::read_to_string(&file).expect("a source"));
+        for word in IMPURE {
+            let hit = code.match_indices(word).find(|(at, _)| !inside_name(&code, *at));
+            assert!(hit.is_none(), "{} uses `{word}`", file.display());
+        }
+    }
+}
+
+/// What firmware cannot have.
+const NOT_IN_FIRMWARE: &[&str] = &[
+    "std::", "alloc", "Vec", "Box", "String", "unwrap", "expect", "panic!", "assert!", "assert_eq!", "unreachable!", "todo!",
+    "unimplemented!", "unsafe",
+];
+
+/// Places where `[` follows a value: an index, which can panic.
+fn indexed(code: &str) -> Vec<usize> {
+    let bytes = code.as_bytes();
+    (1..bytes.len())
+        .filter(|&k| bytes[k] == b'[' && (bytes[k - 1].is_ascii_alphanumeric() || matches!(bytes[k - 1], b'_' | b')' | b']')))
+        .map(|k| code[..k].matches('\n').count() + 1)
+        .collect()
+}
+
+#[test]
+fn firmware_blocks_need_no_heap_and_cannot_panic() {
+    let files = sources(&crate_folder("../kardan-rt/src"));
+    assert!(files.len() >= 5, "only {} files of kardan-rt were read", files.len());
+    let mut no_std = false;
+    for file in files {
+        let code = code(&fs::read_to_string(&file).expect("a source"));
+        no_std |= code.contains("#![no_std]");
+        // The lints that forbid these things name them.
+        let code: String = code.lines().filter(|line| !line.starts_with("#![")).map(|line| format!("{line}\n")).collect();
+        for word in NOT_IN_FIRMWARE {
+            let hit = code.match_indices(word).find(|(at, _)| !inside_name(&code, *at));
+            assert!(hit.is_none(), "{} uses `{word}`", file.display());
+        }
+        let indexed = indexed(&code);
+        assert!(indexed.is_empty(), "{} indexes in the lines {indexed:?}", file.display());
+    }
+    assert!(no_std, "kardan-rt is no_std");
+    assert_eq!(indexed("let y = x[0] + f(x)[1];\nlet z: [f64; 2] = [1.0, 2.0]; a[i][j]"), [1, 1, 2, 2]);
+}
