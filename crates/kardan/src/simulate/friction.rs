@@ -33,13 +33,12 @@ pub struct BoxProblem {
     free: Vec<usize>,
     lower: Vec<f64>,
     solution: Vec<f64>,
-    at_bound: Vec<f64>,
 }
 
 impl BoxProblem {
     /// Memory for up to `m` directions.
     pub fn new(m: usize) -> Self {
-        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], solution: vec![0.0; m], at_bound: vec![0.0; m] }
+        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], solution: vec![0.0; m] }
     }
 
     /// Minimises `½ λᵀWλ − rᵀλ` over `|λ_i| ≤ c_i` for a symmetric positive semidefinite W (m × m, row by row).
@@ -82,7 +81,7 @@ impl BoxProblem {
                         (0..m).filter(|j| !self.free.contains(j)).map(|j| w[i * m + j] * lambda[j]).sum();
                     self.solution[a] = r[i] - bound;
                 }
-                self.back_substitute();
+                self.back_substitute(m);
                 let mut fraction = 1.0;
                 let mut hit = None;
                 for a in 0..count {
@@ -131,8 +130,8 @@ impl BoxProblem {
         true
     }
 
-    fn back_substitute(&mut self) {
-        let (count, m) = (self.free.len(), self.at_bound.len());
+    fn back_substitute(&mut self, m: usize) {
+        let count = self.free.len();
         for a in 0..count {
             let mut sum = self.solution[a];
             for k in 0..a {
