@@ -7,6 +7,7 @@
 //! | [`json`] | the outcome of a study in a few numbers | scripts |
 //! | [`json_error`] | why there is no outcome | scripts |
 
+mod arrow_schema;
 mod csv;
 mod extremes;
 mod json;

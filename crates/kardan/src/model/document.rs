@@ -219,7 +219,8 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
         let start = mistake.labels.first().map_or(0, |label| label.span.start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
-        source[line_start..].trim_start().starts_with('[') || !harmless.iter().any(|message| mistake.message.contains(message))
+        source[line_start..].trim_start().starts_with('[')
+            || !harmless.iter().any(|message| mistake.message.contains(message))
     });
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
     let broken = mistakes.len();
@@ -274,7 +275,9 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
             // Says what is wrong with `law` alone: the other keys depend on it.
             match node.table.get("law") {
                 Some(given) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), given, &mut out)),
-                None => drop(table(&CONTROL[..1], &Node { table: &Default::default(), ..node.clone() }, &what, &mut out)),
+                None => {
+                    drop(table(&CONTROL[..1], &Node { table: &Default::default(), ..node.clone() }, &what, &mut out))
+                }
             }
             document.doubts.references = true;
             document.doubts.equations = true;
@@ -319,13 +322,19 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
-            (None, "sources" | "source" | "input" | "inputs") => "torques come from `motor` and `disturbance`".to_string(),
-            (None, _) => format!("known tables are {}", known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")),
+            (None, "sources" | "source" | "input" | "inputs") => {
+                "torques come from `motor` and `disturbance`".to_string()
+            }
+            (None, _) => format!(
+                "known tables are {}",
+                known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            ),
         };
         let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
-        let mistake = Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
-            .at(span, label)
-            .help(help);
+        let mistake =
+            Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
+                .at(span, label)
+                .help(help);
         if !is_table || meant.is_some_and(|meant| STUDY.contains(&meant)) {
             study.push(mistake);
             continue;
@@ -343,7 +352,8 @@ fn doubt_names(value: &DeValue<'_>, doubts: &mut Doubts) -> bool {
         DeValue::Table(table) => doubts.names.extend(table.iter().map(|(name, _)| name.get_ref().to_string())),
         DeValue::Array(list) => {
             for entry in list.iter() {
-                let Some(name) = entry.get_ref().as_table().and_then(|table| table.get("name")?.get_ref().as_str()) else {
+                let Some(name) = entry.get_ref().as_table().and_then(|table| table.get("name")?.get_ref().as_str())
+                else {
                     return false;
                 };
                 doubts.names.insert(name.to_string());
@@ -362,7 +372,9 @@ fn named_tables<'t>(
     doubts: &mut Doubts,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Node<'t>> {
-    let Some((_, span, given)) = root.entries().into_iter().find(|(name, _, _)| *name == keyword) else { return Vec::new() };
+    let Some((_, span, given)) = root.entries().into_iter().find(|(name, _, _)| *name == keyword) else {
+        return Vec::new();
+    };
     let DeValue::Table(_) = given.get_ref() else {
         doubts.all |= !doubt_names(given.get_ref(), doubts);
         doubts.references |= keyword == "control";
@@ -377,7 +389,8 @@ fn named_tables<'t>(
     let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
     let is_table = |value: &DeValue<'_>| matches!(value, DeValue::Table(_));
     let entries = group.entries();
-    let loose = entries.iter().find(|(name, _, value)| !is_table(value.get_ref()) && fields.iter().any(|f| f.name == *name));
+    let loose =
+        entries.iter().find(|(name, _, value)| !is_table(value.get_ref()) && fields.iter().any(|f| f.name == *name));
     if let Some((name, ..)) = loose {
         doubts.all = true;
         let message = format!("a {keyword} needs a name: `{name}` stands in `[{keyword}]` itself");
@@ -419,10 +432,13 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     for (name, kind, span) in elements.chain(controls) {
         match seen.iter().find(|(other, _, _)| *other == name) {
             Some((_, other_kind, other_span)) => out.push(
-                Diagnostic::error("name::duplicate", format!("the name `{name}` is used for a {other_kind} and a {kind}"))
-                    .at(span.clone(), "again here")
-                    .at((*other_span).clone(), "first here")
-                    .help("give each element and each controller a name of its own"),
+                Diagnostic::error(
+                    "name::duplicate",
+                    format!("the name `{name}` is used for a {other_kind} and a {kind}"),
+                )
+                .at(span.clone(), "again here")
+                .at((*other_span).clone(), "first here")
+                .help("give each element and each controller a name of its own"),
             ),
             None => seen.push((name, kind, span)),
         }
@@ -444,9 +460,12 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
         let number = parse_number(name);
         if number.is_ok() || number.is_err_and(|error| error.code == "number::not-finite") {
             out.push(
-                Diagnostic::error("name::reserved", format!("`{name}` cannot be the name of a parameter: it means a number"))
-                    .at(span, "this name")
-                    .help(format!("choose another name, such as `{name}_1`")),
+                Diagnostic::error(
+                    "name::reserved",
+                    format!("`{name}` cannot be the name of a parameter: it means a number"),
+                )
+                .at(span, "this name")
+                .help(format!("choose another name, such as `{name}_1`")),
             );
             continue;
         }
@@ -474,12 +493,17 @@ const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"
 type VariantValue = (Exact, Dimension, String, Range<usize>);
 
 /// The values in a list of variants; nothing if something is wrong with it, which is reported.
-fn variant_values(name: &str, given: &toml::Spanned<DeValue<'_>>, out: &mut Vec<Diagnostic>) -> Option<Vec<VariantValue>> {
+fn variant_values(
+    name: &str,
+    given: &toml::Spanned<DeValue<'_>>,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Vec<VariantValue>> {
     let before = out.len();
     let mut values = Vec::new();
     let unreadable = |error: UnitError, text: &str, place: Range<usize>| {
         // Points into the text where its bytes are those of the file.
-        let offset = place.len().checked_sub(text.len()).filter(|rest| matches!(rest, 0 | 2)).map(|rest| place.start + rest / 2);
+        let offset =
+            place.len().checked_sub(text.len()).filter(|rest| matches!(rest, 0 | 2)).map(|rest| place.start + rest / 2);
         let span = match offset {
             Some(offset) if !error.span.is_empty() => offset + error.span.start..offset + error.span.end,
             _ => place,
@@ -490,7 +514,9 @@ fn variant_values(name: &str, given: &toml::Spanned<DeValue<'_>>, out: &mut Vec<
     };
     match given.get_ref() {
         DeValue::String(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
-            Ok(list) => values.extend(list.into_iter().map(|(value, dimension, text)| (value, dimension, text, given.span()))),
+            Ok(list) => {
+                values.extend(list.into_iter().map(|(value, dimension, text)| (value, dimension, text, given.span())))
+            }
             Err(error) => out.push(unreadable(error, text, given.span())),
         },
         DeValue::Array(list) => {
@@ -502,7 +528,9 @@ fn variant_values(name: &str, given: &toml::Spanned<DeValue<'_>>, out: &mut Vec<
                     _ => {
                         let message = format!("variants of `{name}`: expected a quantity");
                         out.push(
-                            Diagnostic::error("type::wrong", message).at(entry.span(), "not a quantity").help(VARIANTS_HELP),
+                            Diagnostic::error("type::wrong", message)
+                                .at(entry.span(), "not a quantity")
+                                .help(VARIANTS_HELP),
                         );
                         continue;
                     }
@@ -540,7 +568,9 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             let names = document.parameters.iter().map(|p| p.name.as_str());
             let help = match nearest(name, names.clone()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None if document.parameters.is_empty() => format!("declare it first: `[parameters]` with `{name} = ...`"),
+                None if document.parameters.is_empty() => {
+                    format!("declare it first: `[parameters]` with `{name} = ...`")
+                }
                 None => format!("there are {}; declare it under `[parameters]`", quoted(names)),
             };
             let message = format!("there is no parameter `{}` to vary", shortened(name));
@@ -554,10 +584,17 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
         for (value, found, text, place) in values {
             if found != dimension {
                 let message = match declared {
-                    Some(_) => format!("variants of `{name}`: expected {} as under `[parameters]`, found {}", dimension.noun(), found.noun()),
-                    None => format!("variants of `{name}`: the first is {}, this one {}", dimension.noun(), found.noun()),
+                    Some(_) => format!(
+                        "variants of `{name}`: expected {} as under `[parameters]`, found {}",
+                        dimension.noun(),
+                        found.noun()
+                    ),
+                    None => {
+                        format!("variants of `{name}`: the first is {}, this one {}", dimension.noun(), found.noun())
+                    }
                 };
-                let mut mistake = Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(dimension.hint(&text));
+                let mut mistake =
+                    Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(dimension.hint(&text));
                 if let Some(declared) = declared {
                     mistake = mistake.at(declared.span.clone(), dimension.noun());
                 }
@@ -567,7 +604,11 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 }
             } else if good.iter().any(|(other, _)| *other == value) {
                 let message = format!("variants of `{name}`: the value {} is listed twice", shortened(&text));
-                out.push(Diagnostic::error("name::duplicate", message).at(place, "listed twice").help("remove one of the two"));
+                out.push(
+                    Diagnostic::error("name::duplicate", message)
+                        .at(place, "listed twice")
+                        .help("remove one of the two"),
+                );
             } else {
                 good.push((value, text));
             }
@@ -579,9 +620,12 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
     }
     if count > MOST_VARIANTS {
         out.push(
-            Diagnostic::error("list::length", format!("{count} variants are more than one study may have ({MOST_VARIANTS})"))
-                .at(node.name_span.clone(), "all combinations are run")
-                .help("vary fewer values at a time"),
+            Diagnostic::error(
+                "list::length",
+                format!("{count} variants are more than one study may have ({MOST_VARIANTS})"),
+            )
+            .at(node.name_span.clone(), "all combinations are run")
+            .help("vary fewer values at a time"),
         );
         document.variants.clear();
     }

@@ -228,7 +228,9 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
         }
     }
     let unknown = |name: &&&str| !node.table.contains_key(**name);
-    read.unread.extend(fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)));
+    read.unread.extend(
+        fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)),
+    );
     read
 }
 
@@ -500,7 +502,9 @@ fn unknown_key(name: &str, span: Range<usize>, known: &[&str], what: &str) -> Di
         None if known.is_empty() => format!("{what} takes no keys; remove it"),
         None => format!("known keys are {}", listed(known, "and")),
     };
-    Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name))).at(span, "unknown key").help(help)
+    Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
+        .at(span, "unknown key")
+        .help(help)
 }
 
 fn found(value: &DeValue<'_>) -> String {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::document::{Document, Instance};
-use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::ParameterValue;
@@ -100,12 +100,15 @@ impl<'a> TableReader<'a> {
                         None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
                     };
                     let message = format!("{what}: there is no parameter `{}`", shortened(name));
-                    out.push(Diagnostic::error("name::unknown", message).at(scalar.span.clone(), "not declared").help(help));
+                    out.push(
+                        Diagnostic::error("name::unknown", message).at(scalar.span.clone(), "not declared").help(help),
+                    );
                     return None;
                 };
                 if let Some((wanted, sign)) = expected {
                     if wanted != dimension {
-                        let message = format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
+                        let message =
+                            format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
                         out.push(
                             Diagnostic::error("unit::dimension", message)
                                 .at(scalar.span.clone(), dimension.noun())
@@ -272,7 +275,12 @@ impl<'a> TableReader<'a> {
                 }
                 (Kind::Tables(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
                     for (i, table) in tables.iter().enumerate() {
-                        self.check_outputs(inner, table, &format!("entry {} of `{}` of {what}", i + 1, field.name), out);
+                        self.check_outputs(
+                            inner,
+                            table,
+                            &format!("entry {} of `{}` of {what}", i + 1, field.name),
+                            out,
+                        );
                     }
                 }
                 _ => {}
@@ -291,7 +299,9 @@ impl<'a> TableReader<'a> {
         let help = match (nearest(name, self.shafts()), self.shafts().next()) {
             (Some(near), _) => format!("did you mean `{near}`?"),
             (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
-            (None, Some(_)) => format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name)),
+            (None, Some(_)) => {
+                format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
+            }
         };
         let message = format!("{label}: there is no shaft `{}`", shortened(name));
         out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such shaft").help(help));
@@ -304,7 +314,8 @@ impl<'a> TableReader<'a> {
         if fits || named.is_none() && self.document.doubts.has(name) {
             return;
         }
-        let fitting = self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
+        let fitting =
+            self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
         let help = match nearest(name, fitting.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
@@ -468,7 +479,8 @@ impl Document {
                 ),
             };
             doubtful.insert(named.element.clone());
-            let table = self.elements.iter().find(|e| e.name == named.element && e.kind.keyword == "sensor").map(|e| &e.table);
+            let table =
+                self.elements.iter().find(|e| e.name == named.element && e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
                 Diagnostic::error("element::check", format!("sensor `{}`: {message}", named.element))
                     .at(table.map_or(0..0, |table| TableReader::span(table, key)), "")
@@ -551,7 +563,8 @@ fn describe(instance: &Instance, values: &Values) -> String {
             (_, Some(value), _, _) => tidy(value.to_f64()),
             (_, _, Some(word), _) => word.to_string(),
             (_, _, _, Some(map)) => {
-                let entries: Vec<String> = map.iter().map(|(name, x)| format!("{name}: {}", tidy(x.to_f64()))).collect();
+                let entries: Vec<String> =
+                    map.iter().map(|(name, x)| format!("{name}: {}", tidy(x.to_f64()))).collect();
                 entries.join(", ")
             }
             _ => continue,

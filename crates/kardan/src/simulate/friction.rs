@@ -27,89 +27,129 @@ impl Mode {
     }
 }
 
+/// Violation of an optimality condition, relative to the sizes of what cancels in it, that counts as rounding.
+const SETTLED: f64 = 1e-13;
+/// Curvature left of a direction after its dependence on the free ones, relative, below which it is not freed itself.
+const DEPENDENT: f64 = 1e-11;
+
 /// Solver of the box-constrained problem with memory of its own.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct BoxProblem {
+    /// Variables whose residual is held at zero; W over them is regular.
     free: Vec<usize>,
+    /// Cholesky factor of W over the free variables.
     lower: Vec<f64>,
-    solution: Vec<f64>,
+    /// Change of the free variables, with the sign turned, per change of the one that enters.
+    response: Vec<f64>,
 }
 
 impl BoxProblem {
-    /// Memory for up to `m` directions.
+    /// Memory for up to `m` directions; it grows if there are more.
     pub fn new(m: usize) -> Self {
-        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], solution: vec![0.0; m] }
+        Self { free: Vec::with_capacity(m), lower: vec![0.0; m * m], response: vec![0.0; m] }
     }
 
     /// Minimises `½ λᵀWλ − rᵀλ` over `|λ_i| ≤ c_i` for a symmetric positive semidefinite W (m × m, row by row).
     ///
     /// The remaining accelerations `α = r − Wλ` satisfy: `α_i > 0 ⇒ λ_i = c_i`, `α_i < 0 ⇒ λ_i = −c_i`, and `α_i = 0`
-    /// in between. Method: active set, one variable freed at a time, dependent ones never freed; finite because each
-    /// step lowers the objective. Returns whether the optimality conditions were reached to rounding.
+    /// in between. Returns whether this was reached to rounding.
+    ///
+    /// Method: from `λ = 0`, the variable with the largest violation is driven towards its optimum while the free ones
+    /// respond so that their α stay zero, until its own α vanishes or a bound is met. A free variable at a bound stops
+    /// being free; a variable that depends on the free ones meets no resistance, so it moves on to some bound. Finite,
+    /// because every move lowers the objective.
     pub fn solve(&mut self, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) -> bool {
         let m = r.len();
-        self.free.clear();
-        for i in 0..m {
-            lambda[i] = if r[i] < 0.0 { -c[i] } else { c[i] };
+        if self.response.len() < m {
+            *self = Self::new(m);
         }
-        let tolerance = |i: usize| 1e-14 * (r[i].abs() + (0..m).map(|j| (w[i * m + j] * c[j]).abs()).sum::<f64>());
-        let mut blocked = vec![false; m];
+        self.free.clear();
+        lambda.fill(0.0);
         for _ in 0..50 * (m + 1) {
-            // The bound variable that violates its sign condition most, relative to its own scale.
-            let residual = |i: usize, lambda: &[f64]| r[i] - (0..m).map(|j| w[i * m + j] * lambda[j]).sum::<f64>();
-            let worst = (0..m)
-                .filter(|i| !self.free.contains(i) && !blocked[*i])
-                .map(|i| (i, -residual(i, lambda) * lambda[i].signum() / tolerance(i).max(f64::MIN_POSITIVE)))
-                .filter(|(_, violation)| *violation > 1.0)
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((enter, _)) = worst else { return true };
-            self.free.push(enter);
-            if !self.factor(w, m) {
-                // Depends on the free ones: its acceleration vanishes with theirs.
-                self.free.pop();
-                blocked[enter] = true;
-                self.factor(w, m);
-                continue;
-            }
-            blocked.fill(false);
-            // Move to the minimum over the free variables, stopping at the first bound on the way.
-            loop {
-                let count = self.free.len();
-                for a in 0..count {
-                    let i = self.free[a];
-                    let bound: f64 =
-                        (0..m).filter(|j| !self.free.contains(j)).map(|j| w[i * m + j] * lambda[j]).sum();
-                    self.solution[a] = r[i] - bound;
+            let mut worst = (SETTLED, None);
+            for i in (0..m).filter(|i| !self.free.contains(i)) {
+                let (rest, size) = residual(w, r, lambda, i);
+                if rest * lambda[i].signum() > 0.0 && lambda[i].abs() >= c[i] || c[i] == 0.0 {
+                    continue;
                 }
-                self.back_substitute(m);
-                let mut fraction = 1.0;
-                let mut hit = None;
-                for a in 0..count {
-                    let i = self.free[a];
-                    let step = self.solution[a] - lambda[i];
-                    let room = if step > 0.0 { c[i] - lambda[i] } else { -c[i] - lambda[i] };
-                    if self.solution[a].abs() > c[i] && room / step < fraction {
-                        fraction = room / step;
-                        hit = Some((a, self.solution[a].signum() * c[i]));
-                    }
-                }
-                for a in 0..count {
-                    let i = self.free[a];
-                    lambda[i] += fraction * (self.solution[a] - lambda[i]);
-                }
-                let Some((a, bound)) = hit else { break };
-                lambda[self.free[a]] = bound;
-                self.free.remove(a);
-                if self.free.is_empty() || !self.factor(w, m) {
-                    break;
+                if rest.abs() > worst.0 * size {
+                    worst = (rest.abs() / size, Some(i));
                 }
             }
+            let Some(enter) = worst.1 else { return true };
+            self.drive(enter, w, r, c, lambda);
+            self.polish(w, r, c, lambda);
         }
         false
     }
 
-    /// Cholesky factor of W over the free variables; false if the last one depends on the others.
-    fn factor(&mut self, w: &[f64], m: usize) -> bool {
+    /// Moves one variable in the sense of its residual until that vanishes or the variable meets its bound.
+    fn drive(&mut self, enter: usize, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) {
+        let m = r.len();
+        let sense = residual(w, r, lambda, enter).0.signum();
+        loop {
+            let own = w[enter * m + enter];
+            let mut curvature = own;
+            for (a, &i) in self.free.iter().enumerate() {
+                self.response[a] = w[i * m + enter];
+            }
+            self.back_substitute(m);
+            for (a, &i) in self.free.iter().enumerate() {
+                curvature -= w[i * m + enter] * self.response[a];
+            }
+            let rest = sense * residual(w, r, lambda, enter).0;
+            let (mut way, mut hit) = (c[enter] - sense * lambda[enter], Some(None));
+            for (a, &i) in self.free.iter().enumerate() {
+                let speed = -sense * self.response[a];
+                let room = (c[i] - speed.signum() * lambda[i]) / speed.abs();
+                if room < way {
+                    (way, hit) = (room, Some(Some(a)));
+                }
+            }
+            if rest <= 0.0 {
+                return;
+            }
+            if rest <= curvature * way {
+                (way, hit) = (rest / curvature, None);
+            }
+            lambda[enter] += sense * way;
+            for (a, &i) in self.free.iter().enumerate() {
+                lambda[i] = (lambda[i] - sense * self.response[a] * way).clamp(-c[i], c[i]);
+            }
+            match hit {
+                None => {
+                    if curvature > DEPENDENT * own {
+                        self.free.push(enter);
+                        self.factor(w, m);
+                    }
+                    return;
+                }
+                Some(None) => {
+                    lambda[enter] = sense * c[enter];
+                    return;
+                }
+                Some(Some(a)) => {
+                    lambda[self.free[a]] = c[self.free[a]].copysign(-sense * self.response[a]);
+                    self.free.remove(a);
+                    self.factor(w, m);
+                }
+            }
+        }
+    }
+
+    /// Takes what rounding has left of the residuals of the free variables away.
+    fn polish(&mut self, w: &[f64], r: &[f64], c: &[f64], lambda: &mut [f64]) {
+        for (a, &i) in self.free.iter().enumerate() {
+            self.response[a] = residual(w, r, lambda, i).0;
+        }
+        self.back_substitute(r.len());
+        for (a, &i) in self.free.iter().enumerate() {
+            lambda[i] = (lambda[i] + self.response[a]).clamp(-c[i], c[i]);
+        }
+    }
+
+    /// Cholesky factor of W over the free variables.
+    fn factor(&mut self, w: &[f64], m: usize) {
         let count = self.free.len();
         for a in 0..count {
             for b in 0..=a {
@@ -117,34 +157,42 @@ impl BoxProblem {
                 for k in 0..b {
                     sum -= self.lower[a * m + k] * self.lower[b * m + k];
                 }
-                if a == b {
-                    if !(sum > 1e-11 * w[self.free[a] * m + self.free[a]]) {
-                        return false;
-                    }
-                    self.lower[a * m + a] = sum.sqrt();
+                // Positive in exact arithmetic; the floor keeps rounding from making it negative.
+                self.lower[a * m + b] = if a == b {
+                    sum.max(1e-15 * w[self.free[a] * m + self.free[a]]).sqrt()
                 } else {
-                    self.lower[a * m + b] = sum / self.lower[b * m + b];
-                }
+                    sum / self.lower[b * m + b]
+                };
             }
         }
-        true
     }
 
+    /// Overwrites `response` with its product by the inverse of W over the free variables.
     fn back_substitute(&mut self, m: usize) {
         let count = self.free.len();
         for a in 0..count {
-            let mut sum = self.solution[a];
+            let mut sum = self.response[a];
             for k in 0..a {
-                sum -= self.lower[a * m + k] * self.solution[k];
+                sum -= self.lower[a * m + k] * self.response[k];
             }
-            self.solution[a] = sum / self.lower[a * m + a];
+            self.response[a] = sum / self.lower[a * m + a];
         }
         for a in (0..count).rev() {
-            let mut sum = self.solution[a];
+            let mut sum = self.response[a];
             for k in a + 1..count {
-                sum -= self.lower[k * m + a] * self.solution[k];
+                sum -= self.lower[k * m + a] * self.response[k];
             }
-            self.solution[a] = sum / self.lower[a * m + a];
+            self.response[a] = sum / self.lower[a * m + a];
         }
     }
+}
+
+/// `α_i = r_i − (Wλ)_i` and the size of what cancels in it.
+fn residual(w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> (f64, f64) {
+    let (mut rest, mut size) = (r[i], r[i].abs());
+    for (w, x) in w[i * r.len()..(i + 1) * r.len()].iter().zip(lambda) {
+        rest -= w * x;
+        size += (w * x).abs();
+    }
+    (rest, size)
 }

@@ -1,0 +1,148 @@
+//! The Arrow schema that Parquet files carry under [`KEY`], the one place where a column can have metadata.
+//!
+//! Readers that use it take the metadata of the table from it too, in place of those of the file.
+//!
+//! The value is an encapsulated message of Arrow's IPC format in base64. The numbers below are the slots and codes of
+//! `format/Message.fbs` and `format/Schema.fbs` of Apache Arrow; a slot left out has its default: not nullable, little
+//! endian, no body.
+
+use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, TableFinishedWIPOffset, VOffsetT, Vector, WIPOffset};
+
+use super::parquet::Column;
+
+/// The key in the metadata of the file.
+pub const KEY: &str = "ARROW:schema";
+
+const METADATA_VERSION_5: i16 = 4;
+const HEADER_SCHEMA: u8 = 1;
+const TYPE_FLOATING_POINT: u8 = 3;
+const PRECISION_DOUBLE: i16 = 2;
+
+type Pair<'a> = (&'a str, &'a str);
+type Builder = FlatBufferBuilder<'static>;
+type Table = WIPOffset<TableFinishedWIPOffset>;
+
+/// Gives the schema of required `double` columns, each with its `unit` and `description`, and of a table with metadata.
+pub fn arrow_schema(columns: &[Column], metadata: &[Pair]) -> String {
+    let mut builder = Builder::new();
+    let fields: Vec<_> = columns.iter().map(|column| field(&mut builder, column)).collect();
+    let fields = builder.create_vector(&fields);
+    let metadata = pairs(&mut builder, metadata);
+    let schema = table(&mut builder, |schema| {
+        schema.push_slot_always(slot(1), fields);
+        schema.push_slot_always(slot(2), metadata);
+    });
+    let message = table(&mut builder, |message| {
+        message.push_slot_always(slot(0), METADATA_VERSION_5);
+        message.push_slot_always(slot(1), HEADER_SCHEMA);
+        message.push_slot_always(slot(2), schema);
+    });
+    builder.finish_minimal(message);
+    base64(&encapsulated(builder.finished_data()))
+}
+
+fn field(builder: &mut Builder, column: &Column) -> Table {
+    let metadata = pairs(builder, &[("unit", column.unit), ("description", column.description)]);
+    let children = builder.create_vector::<Table>(&[]);
+    let double = table(builder, |float| float.push_slot_always(slot(0), PRECISION_DOUBLE));
+    let name = builder.create_string(column.name);
+    table(builder, |field| {
+        field.push_slot_always(slot(0), name);
+        field.push_slot_always(slot(2), TYPE_FLOATING_POINT);
+        field.push_slot_always(slot(3), double);
+        field.push_slot_always(slot(5), children);
+        field.push_slot_always(slot(6), metadata);
+    })
+}
+
+fn pairs(builder: &mut Builder, pairs: &[Pair]) -> WIPOffset<Vector<'static, ForwardsUOffset<TableFinishedWIPOffset>>> {
+    let pair = |&(key, value): &Pair| {
+        let (key, value) = (builder.create_string(key), builder.create_string(value));
+        table(builder, |pair| {
+            pair.push_slot_always(slot(0), key);
+            pair.push_slot_always(slot(1), value);
+        })
+    };
+    let pairs: Vec<_> = pairs.iter().map(pair).collect();
+    builder.create_vector(&pairs)
+}
+
+fn table(builder: &mut Builder, fill: impl FnOnce(&mut Builder)) -> Table {
+    let start = builder.start_table();
+    fill(builder);
+    builder.end_table(start)
+}
+
+/// A slot's place in the vtable: after two lengths of two bytes.
+const fn slot(index: VOffsetT) -> VOffsetT {
+    4 + 2 * index
+}
+
+/// Puts the continuation marker and the size before a message and pads it to eight bytes.
+fn encapsulated(message: &[u8]) -> Vec<u8> {
+    let size = message.len().next_multiple_of(8);
+    let mut bytes = vec![0xff; 4];
+    bytes.extend(i32::try_from(size).expect("a schema is far below 2 GiB").to_le_bytes());
+    bytes.extend(message);
+    bytes.resize(8 + size, 0);
+    bytes
+}
+
+/// RFC 4648, with padding.
+fn base64(bytes: &[u8]) -> String {
+    const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digits = bytes.chunks(3).flat_map(|chunk| {
+        let byte = |i| chunk.get(i).copied().unwrap_or(0);
+        let word = u32::from_be_bytes([0, byte(0), byte(1), byte(2)]);
+        let digit = move |i| ALPHABET[(word >> (18 - 6 * i)) as usize & 63].into();
+        [digit(0), digit(1), if chunk.len() > 1 { digit(2) } else { '=' }, if chunk.len() > 2 { digit(3) } else { '=' }]
+    });
+    digits.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Strict enough for a test: no character outside the alphabet, padding only at the end.
+    fn decoded(text: &str) -> Vec<u8> {
+        let value = |c: u8| match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            _ => panic!("{c} is no digit"),
+        };
+        assert_eq!(text.len() % 4, 0);
+        let digits = text.trim_end_matches('=').bytes().map(value);
+        let bits: Vec<u8> = digits.flat_map(|digit| (0..6).rev().map(move |i| digit >> i & 1)).collect();
+        bits.chunks_exact(8).map(|byte| byte.iter().fold(0, |sum, bit| sum << 1 | bit)).collect()
+    }
+
+    #[test]
+    fn base64_gives_the_examples_of_the_rfc() {
+        for (plain, encoded) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(plain.as_bytes()), encoded);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0xbf]), "+/+/");
+        let all: Vec<u8> = (0..=255).collect();
+        assert_eq!(decoded(&base64(&all)), all);
+    }
+
+    #[test]
+    fn the_message_is_framed_and_holds_names_units_and_descriptions() {
+        let column = |name, unit| Column { name, unit, description: "Drehwinkel φ", values: &[] };
+        let bytes = decoded(&arrow_schema(&[column("t", "s"), column("rk.phi", "rad")], &[("model", "gear")]));
+        assert_eq!(bytes[..4], [0xff; 4]);
+        let size = i32::from_le_bytes(bytes[4..8].try_into().unwrap());
+        assert_eq!((size as usize, size % 8), (bytes.len() - 8, 0));
+        for text in ["t", "s", "rk.phi", "rad", "unit", "description", "Drehwinkel φ", "model", "gear"] {
+            // A flatbuffer string: its length, its bytes and a zero.
+            let mut string = (text.len() as u32).to_le_bytes().to_vec();
+            string.extend(text.as_bytes());
+            string.push(0);
+            assert!(bytes.windows(string.len()).any(|window| window == string), "`{text}` is not there");
+        }
+    }
+}
