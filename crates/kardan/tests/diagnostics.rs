@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use kardan::diagnostics::{Diagnostic, Severity, plain};
+use kardan::results::Study;
 use kardan::{model, study};
+use proptest::prelude::*;
 
 /// `study::check`, which must be quick on whatever it is given.
 fn check(source: &str) -> Vec<Diagnostic> {
@@ -49,4 +51,352 @@ fn every_bad_file_is_explained() {
         }
     }
     assert!(differences.is_empty(), "UPDATE_EXPECTED=1 accepts these:\n{differences}");
+}
+
+/// Every mistake says where it is, what is wrong and what to do; places lie in the file and come in its order.
+#[test]
+fn every_mistake_has_a_place_and_a_hint() {
+    for file in bad_files() {
+        let source = fs::read_to_string(&file).unwrap();
+        let found = check(&source);
+        assert!(!found.is_empty(), "{}", file.display());
+        let whole_file = |d: &Diagnostic| matches!(d.code, "file::empty" | "model::no-shaft");
+        for mistake in &found {
+            assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{}: {mistake:?}", file.display());
+            assert!(!mistake.labels.is_empty() || whole_file(mistake), "{}: {mistake:?}", file.display());
+            for label in &mistake.labels {
+                assert!(source.get(label.span.clone()).is_some(), "{}: {mistake:?}", file.display());
+                assert!(!label.span.is_empty() || mistake.code == "toml::syntax", "{}: {mistake:?}", file.display());
+            }
+        }
+        let places: Vec<usize> = found.iter().filter_map(|d| d.labels.first()).map(|label| label.span.start).collect();
+        assert!(places.is_sorted(), "{}", file.display());
+    }
+}
+
+/// Unrelated mistakes of several tables are told in one go: the codes in file order.
+#[test]
+fn unrelated_mistakes_are_told_together() {
+    for (name, codes) in [
+        (
+            "many-1",
+            "name::unknown unit::unknown name::unknown unit::dimension name::unknown name::unknown scenario::tolerance \
+             name::unknown key::missing name::unknown",
+        ),
+        (
+            "many-2",
+            "unit::dimension unit::dimension name::unknown unit::dimension name::unknown unit::dimension name::unknown \
+             unit::dimension name::unknown",
+        ),
+        ("many-3", "damping::not-passive model::disconnected control::design scenario::rows event::late name::unknown"),
+    ] {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad").join(name).with_extension("toml");
+        let found = check(&fs::read_to_string(file).unwrap());
+        let found: Vec<&str> = found.iter().map(|d| d.code).collect();
+        assert_eq!(found, codes.split_whitespace().collect::<Vec<_>>(), "{name}");
+    }
+}
+
+#[test]
+fn the_models_of_the_program_are_right() {
+    for builtin in model::BUILTIN {
+        let found = check(builtin.source);
+        let warnings = usize::from(builtin.name == "harmonic-drive");
+        assert_eq!(found.len(), warnings, "{}: {found:?}", builtin.name);
+        assert!(found.iter().all(|d| d.severity == Severity::Warning && d.code == "damping::negative"));
+    }
+}
+
+/// Words that a mutation puts where another word was.
+const WORDS: &[&str] = &[
+    "1e300",
+    "1e-300",
+    "1e400",
+    "1e-400",
+    "1e-9",
+    "0",
+    "-1",
+    "51/50",
+    "1/0",
+    "nan",
+    "inf",
+    "pi",
+    "1e308",
+    "5e-324",
+    "9e99999",
+    "\"1e300 kg m^2\"",
+    "\"1e-300 kg m^2\"",
+    "\"1e300 rad\"",
+    "\"0 N m\"",
+    "\"-1e9 N m s/rad\"",
+    "\"90 deg\"",
+    "\"beta\"",
+    "\"rk\"",
+    "\"fs\"",
+    "\"cs\"",
+    "\"wg\"",
+    "\"cj\"",
+    "\"rk.phi\"",
+    "\"fs.w\"",
+    "\"body_1\"",
+    "\"\"",
+    "true",
+    "[]",
+    "{}",
+    "[",
+    "]",
+    "[[",
+    "]]",
+    "\"",
+    "'''",
+    "=",
+    "#",
+    "shaft",
+    "gear",
+    "constraint",
+    "[shaft.new]",
+    "[\"rk\"]",
+    "[\"rk\", \"fs\", \"wg\"]",
+    "coordinates",
+    "coefficients",
+    "{ rk = 1, fs = -1 }",
+    "{ cs = 1e300, wg = 1e-300 }",
+    "noninteracting",
+    "position_loop",
+    "\\",
+    "ä",
+    "🦀",
+    "\u{feff}",
+    "\r",
+    "\t",
+    "1979-05-27",
+    "[0, 10, 20] deg",
+];
+
+/// Whole tables that a mutation adds.
+const TABLES: &[&str] = &[
+    "\n[gear.more]\nshaft_1 = \"rk\"\nshaft_2 = \"fs\"\nratio = 1e-9\n",
+    "\n[gear.more]\nshaft_1 = \"cs\"\nshaft_2 = \"wg\"\nratio = 1e300\noffset = \"1e300 rad\"\n",
+    "\n[constraint.more]\ncoefficients = { rk = 1, fs = \"51/50\", cj = 0 }\n",
+    "\n[constraint.more]\ncoefficients = { body_1 = 1e300, body_2 = 1e-300 }\noffset = \"1e300 rad\"\n",
+    "\n[constraint.hold]\ncoefficients = { fs = 1 }\n",
+    "\n[universal_joint.more]\nshaft_1 = \"fs\"\nshaft_2 = \"wg\"\nangle = \"89.9 deg\"\nphase = \"1e300 rad\"\n",
+    "\n[universal_joint.more]\nshaft_1 = \"rk\"\nshaft_2 = \"fs\"\nangle_1 = \"10 deg\"\nangle_2 = \"10 deg\"\n",
+    "\n[sensor.more]\nmeasures = \"torque\"\nelement = \"torsion_bar\"\nshaft = \"rk\"\nlines = 3\n",
+    "\n[sensor.more]\nmeasures = \"torque\"\nelement = \"hd\"\n",
+    "\n[motor.more]\nshaft = \"fs\"\nlag = \"1e-300 s\"\n",
+    "\n[control.more]\nlaw = \"position_loop\"\noutput = \"fs.phi\"\ninput = \"more\"\nreference = \"fs\"\n",
+    "\n[control.more]\nlaw = \"position_loop\"\noutput = \"fs.phi\"\ninput = \"wg_motor\"\nreference = \"r\"\n",
+];
+
+#[derive(Debug, Clone)]
+enum Mutation {
+    DeleteLine(usize),
+    DuplicateLine(usize, usize),
+    SwapLines(usize, usize),
+    DeleteCharacter(usize),
+    InsertCharacter(usize, char),
+    ReplaceWord(usize, usize),
+    SwapWords(usize, usize),
+    ReplaceValue(usize, usize),
+    AddTable(usize),
+}
+
+fn mutation() -> impl Strategy<Value = Mutation> {
+    let n = 0..100_000usize;
+    prop_oneof![
+        n.clone().prop_map(Mutation::DeleteLine),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::DuplicateLine(a, b)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::SwapLines(a, b)),
+        n.clone().prop_map(Mutation::DeleteCharacter),
+        (n.clone(), any::<char>()).prop_map(|(a, c)| Mutation::InsertCharacter(a, c)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceWord(a, b)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::SwapWords(a, b)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceValue(a, b)),
+        (n.clone(), n.clone()).prop_map(|(a, b)| Mutation::ReplaceValue(a, b)),
+        n.prop_map(Mutation::AddTable),
+    ]
+}
+
+/// Byte ranges of the words of a text.
+fn word_ranges(text: &str) -> Vec<std::ops::Range<usize>> {
+    let is_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
+    let words = text.split(|c| !is_word(c)).filter(|word| !word.is_empty());
+    let start = |word: &str| word.as_ptr() as usize - text.as_ptr() as usize;
+    words.map(|word| start(word)..start(word) + word.len()).collect()
+}
+
+fn mutate(text: &str, mutation: &Mutation) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+    let mut characters: Vec<char> = text.chars().collect();
+    let words = word_ranges(text);
+    if lines.is_empty() || words.is_empty() {
+        return text.to_string();
+    }
+    let (n, m, w) = (lines.len(), characters.len(), words.len());
+    match *mutation {
+        Mutation::DeleteLine(a) => drop(lines.remove(a % n)),
+        Mutation::DuplicateLine(a, b) => lines.insert(b % n, lines[a % n].clone()),
+        Mutation::SwapLines(a, b) => lines.swap(a % n, b % n),
+        Mutation::DeleteCharacter(a) => {
+            characters.remove(a % m);
+            return characters.into_iter().collect();
+        }
+        Mutation::InsertCharacter(a, c) => {
+            characters.insert(a % m, c);
+            return characters.into_iter().collect();
+        }
+        Mutation::ReplaceWord(a, b) => {
+            let range = words[a % w].clone();
+            return format!("{}{}{}", &text[..range.start], WORDS[b % WORDS.len()], &text[range.end..]);
+        }
+        Mutation::SwapWords(a, b) => {
+            let (a, b) = (words[(a % w).min(b % w)].clone(), words[(a % w).max(b % w)].clone());
+            if a != b {
+                let (first, second) = (&text[a.clone()], &text[b.clone()]);
+                return format!("{}{second}{}{first}{}", &text[..a.start], &text[a.end..b.start], &text[b.end..]);
+            }
+        }
+        Mutation::ReplaceValue(a, b) => {
+            let keyed: Vec<usize> = (0..n).filter(|&k| lines[k].contains('=')).collect();
+            if let Some(&k) = keyed.get(a % keyed.len().max(1)) {
+                lines[k] = format!("{}= {}", lines[k].split('=').next().unwrap_or(""), WORDS[b % WORDS.len()]);
+            }
+        }
+        Mutation::AddTable(a) => return text.to_string() + TABLES[a % TABLES.len()],
+    }
+    lines.join("\n") + "\n"
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is done to a model file, checking it ends soon, without a panic, with places that lie in the file.
+    #[test]
+    fn a_mutated_model_is_read_or_refused(
+        number in 0..model::BUILTIN.len(),
+        mutations in prop::collection::vec(mutation(), 1..8),
+    ) {
+        let mut source = model::BUILTIN[number].source.to_string();
+        for mutation in &mutations {
+            source = mutate(&source, mutation);
+        }
+        for mistake in check(&source) {
+            prop_assert!(mistake.help.is_some(), "{mistake:?}");
+            prop_assert!(mistake.labels.iter().all(|label| source.get(label.span.clone()).is_some()), "{mistake:?}");
+        }
+    }
+}
+
+/// Numbers at the ends of what a number can be, at every place of a small model.
+#[test]
+fn extreme_numbers_are_read_or_refused() {
+    let numbers = ["0", "1e300", "1e-300", "1e308", "5e-324", "1e-9", "-1e300", "1e400", "1e-400", "1e400000000000"];
+    let template = |values: [&str; 7]| {
+        let [inertia, stiffness, damping, friction, ratio, offset, angle] = values;
+        format!(
+            "[shaft.a]\ninertia = \"{inertia} kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+             damping = \"{damping} N m s/rad\"\nfriction = \"{friction} N m\"\n[shaft.c]\n\
+             [shaft.d]\ninertia = \"1 kg m^2\"\n\
+             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = {ratio}\noffset = \"{offset} rad\"\n\
+             [spring_damper.s]\nshaft_1 = \"b\"\nshaft_2 = \"d\"\nstiffness = \"{stiffness} N m/rad\"\n\
+             [universal_joint.j]\nshaft_1 = \"c\"\nshaft_2 = \"d\"\nangle = \"{angle} deg\"\n\
+             [motor.m]\nshaft = \"a\"\n\
+             [control.l]\nlaw = \"position_loop\"\noutput = \"a.phi\"\ninput = \"m\"\nreference = \"r\"\n"
+        )
+    };
+    let usual = ["1", "1", "1", "1", "1", "0", "10"];
+    assert_eq!(check(&template(usual)), []);
+    let mut checked = 0;
+    for first in 0..usual.len() {
+        for second in 0..=first {
+            for (k, number) in numbers.iter().enumerate() {
+                let mut values = usual;
+                values[first] = number;
+                values[second] = numbers[(k * 7 + first) % numbers.len()];
+                check(&template(values));
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 250);
+}
+
+/// The tables of a model file, each from its header on.
+fn tables(source: &str) -> Vec<String> {
+    let mut out = vec![String::new()];
+    for line in source.lines() {
+        if line.starts_with('[') {
+            out.push(String::new());
+        }
+        let last = out.len() - 1;
+        out[last] += line;
+        out[last].push('\n');
+    }
+    out
+}
+
+/// The tables of the steering model without its requirements, which look beyond the two seconds that are run here.
+fn short_steering() -> Vec<String> {
+    let source = model::builtin("sia-steering").unwrap().source.replace("duration = \"9 s\"", "duration = \"2 s\"");
+    tables(&source).into_iter().filter(|table| !table.starts_with("[[requirement")).collect()
+}
+
+fn run_one(source: &str, variant: &str) -> Study {
+    let settings = study::Settings { variants: vec![variant.to_string()] };
+    study::run(source, &settings, &study::Silent).unwrap_or_else(|found| panic!("{}", plain(source, &found)))
+}
+
+/// The order of the tables changes no bit of any result.
+#[test]
+fn order_of_tables_does_not_matter() {
+    let tables = short_steering();
+    let straight: String = tables.concat();
+    let (lists, single): (Vec<String>, Vec<String>) = tables.into_iter().partition(|table| table.starts_with("[["));
+    // Lists of tables have an order of their own and stay after the tables that they extend.
+    let reversed: String = single.into_iter().rev().chain(lists).collect();
+    assert_ne!(straight, reversed);
+    for variant in ["beta-0deg", "beta-30deg"] {
+        let (mut a, mut b) = (run_one(&straight, variant), run_one(&reversed, variant));
+        assert!(a.runs[0].series.time.len() > 1000);
+        // Warnings tell of late events in the order of the file.
+        a.warnings.sort();
+        b.warnings.sort();
+        assert!(a == b, "{variant}");
+    }
+}
+
+/// New names of shafts, in the same order of the alphabet or in another, give the same motion.
+#[test]
+fn names_of_shafts_do_not_matter() {
+    let source = short_steering().concat();
+    let rename = |names: [(&str, &str); 5]| {
+        let mut text = source.clone();
+        for (old, new) in names {
+            for (a, b) in [("\"", "\""), ("\"", "."), ("[shaft.", "]")] {
+                text = text.replace(&format!("{a}{old}{b}"), &format!("{a}{new}{b}"));
+            }
+        }
+        text
+    };
+    let same_order = [("cj", "a_joint"), ("cs", "b_spline"), ("fs", "c_wheel"), ("rk", "d_rack"), ("wg", "e_wave")];
+    let other_order = [("cj", "y_joint"), ("cs", "x_spline"), ("fs", "m_wheel"), ("rk", "b_rack"), ("wg", "a_wave")];
+    for names in [same_order, other_order] {
+        let renamed = rename(names);
+        let (a, b) = (run_one(&source, "beta-20deg"), run_one(&renamed, "beta-20deg"));
+        assert_eq!(a.runs[0].series.time, b.runs[0].series.time);
+        let mut compared = 0;
+        for signal in &a.runs[0].series.signals {
+            let mut parts: Vec<&str> = signal.name.split('.').collect();
+            for part in &mut parts {
+                *part = names.iter().find(|(old, _)| old == part).map_or(*part, |(_, new)| new);
+            }
+            let other = b.runs[0].series.signal(&parts.join(".")).unwrap_or_else(|| panic!("no {}", signal.name));
+            let size = signal.values.iter().fold(1.0f64, |max, x| max.max(x.abs()));
+            let worst = signal.values.iter().zip(&other.values).enumerate().map(|(k, (x, y))| ((x - y).abs() / size, k)).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
+            println!("{} {:?} {:?} t={}", names[0].1, signal.name, worst, a.runs[0].series.time[worst.1]);
+            compared += 1;
+        }
+        assert!(compared > 20);
+    }
 }

@@ -123,6 +123,18 @@ impl Tree {
         if renamed { format!("link{}", self.shuffle[k]) } else { format!("l{k}") }
     }
 
+    /// Without offsets and phases, so that any coordinates at zero mean all shafts at zero.
+    fn aligned(mut self) -> Self {
+        for node in &mut self.nodes {
+            match &mut node.link {
+                Link::Gear { offset, .. } | Link::HarmonicDrive { offset, .. } => *offset = 0.0,
+                Link::Joint { phase, .. } => *phase = 0.0,
+                Link::Spring { .. } | Link::Planetary { .. } => {}
+            }
+        }
+        self
+    }
+
     /// Shafts that move on their own: the first and those behind springs.
     fn free(&self) -> Vec<usize> {
         let spring = |k: &usize| *k == 0 || matches!(self.nodes[*k].link, Link::Spring { .. });
@@ -447,7 +459,7 @@ proptest! {
 
     /// The order of the tables changes nothing at all; other names change the order of sums, hence rounding only.
     #[test]
-    fn order_and_names_do_not_matter(tree in tree(5, true)) {
+    fn order_and_names_do_not_matter(tree in tree(5, true).prop_map(Tree::aligned)) {
         let scenario = tree.scenario(false);
         let plain = run(&(tree.text(false, false, false) + &scenario));
         let shuffled = run(&(tree.text(false, true, false) + &scenario));
@@ -460,7 +472,7 @@ proptest! {
 
     /// A run in named coordinates and one in those chosen automatically show the same shafts.
     #[test]
-    fn runs_in_other_coordinates_show_the_same_motion(tree in tree(5, true)) {
+    fn runs_in_other_coordinates_show_the_same_motion(tree in tree(5, true).prop_map(Tree::aligned)) {
         let scenario = tree.scenario(false);
         let chosen = run(&(tree.text(false, false, false) + &scenario));
         let named = run(&(tree.text(false, false, true) + &scenario));

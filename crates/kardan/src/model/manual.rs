@@ -31,7 +31,7 @@ const STUDY: &[(&str, &str)] = &[
     ("[scenario]", "Duration, output step, initial state."),
     ("[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
-    ("[[plot]]", "A plot of the report."),
+    ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
 ];
 
 /// The manual page of one table: an element, a law, `model`, `scenario`, `event`, `requirement` or `plot`.

@@ -196,19 +196,28 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let mut misspelt = Vec::new();
     for (name, span, entry) in node.entries() {
         match fields.iter().find(|field| field.name == name) {
-            Some(field) => match value(&field.kind, &format!("`{name}` of {what}"), entry, out) {
-                Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
-                    let message = format!("`{name}` of {what}: expected one or more tables, found an empty list");
-                    out.push(
-                        Diagnostic::error("list::length", message)
-                            .at(entry.span, "empty")
-                            .help(format!("write it like `{}`", example(&field.kind))),
-                    );
-                    read.unread.push(field.name);
+            Some(field) => {
+                let before = out.len();
+                match value(&field.kind, &format!("`{name}` of {what}"), entry, out) {
+                    Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
+                        let message = format!("`{name}` of {what}: expected one or more tables, found an empty list");
+                        out.push(
+                            Diagnostic::error("list::length", message)
+                                .at(entry.span, "empty")
+                                .help(format!("write it like `{}`", example(&field.kind))),
+                        );
+                        read.unread.push(field.name);
+                    }
+                    Some(entry) => {
+                        // In part: what could be read is checked further.
+                        if out.len() > before {
+                            read.unread.push(field.name);
+                        }
+                        read.values.insert(field.name, entry);
+                    }
+                    None => read.unread.push(field.name),
                 }
-                Some(entry) => drop(read.values.insert(field.name, entry)),
-                None => read.unread.push(field.name),
-            },
+            }
             None => {
                 misspelt.extend(nearest(name, known.iter().copied()));
                 out.push(unknown_key(name, span, &known, what));
@@ -234,7 +243,8 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     read
 }
 
-/// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`.
+/// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table
+/// with mistakes the entries that could be read are given.
 ///
 /// `what` names the value in the messages: ``parameter `s` ``. A text that has the form of a name where a number or a
 /// quantity is asked for is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
@@ -366,7 +376,6 @@ impl Reader<'_> {
 
     fn words(&self, list: &DeArray<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
         let mut words: Vec<Spanned<String>> = Vec::new();
-        let before = out.len();
         for entry in list.iter().filter(|entry| !entry.span().is_empty()) {
             let here = Reader { span: entry.span(), ..*self };
             let DeValue::String(text) = entry.get_ref() else {
@@ -397,11 +406,10 @@ impl Reader<'_> {
                 self.error("list::length", message, label).help(format!("write it like `{}`", example(self.kind))),
             );
         }
-        (out.len() == before).then_some(Value::Words(words))
+        Some(Value::Words(words))
     }
 
     fn map(&self, kind: &Kind, table: &DeTable<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
-        let before = out.len();
         let mut map = Vec::new();
         let node = Node { name: "", name_span: self.span.clone(), span: self.span.clone(), table };
         for (name, name_span, entry) in node.entries() {
@@ -416,7 +424,7 @@ impl Reader<'_> {
                 self.error("list::length", message, "empty").help(format!("write it like `{}`", example(self.kind))),
             );
         }
-        (out.len() == before).then_some(Value::Map(map))
+        Some(Value::Map(map))
     }
 
     fn scalar(&self, value: &DeValue<'_>, out: &mut Vec<Diagnostic>) -> Option<Scalar> {

@@ -15,7 +15,7 @@ use crate::reduce::linearise;
 use crate::results::{
     LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
 };
-use crate::simulate::{Setup, simulate};
+use crate::simulate::{Setup, signal_names, simulate};
 
 /// Hears how far the runs are. Called from several threads.
 pub trait Progress: Sync {
@@ -83,9 +83,38 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     })
 }
 
+/// For a file that asks for no plot: angles and speeds of the coordinates, torques of the motors.
+fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
+    let names = variant.reduced.coordinate_names();
+    let columns = signal_names(&variant.reduced, &variant.scenario);
+    let coordinates = |suffix: &str| names.iter().map(|name| format!("{name}.{suffix}")).collect::<Vec<_>>();
+    let is_motor = |name: &str| {
+        let inputs = &variant.reduced.equations.inputs;
+        inputs.iter().any(|input| name.strip_suffix(".tau") == Some(input.element.as_str()))
+    };
+    let torques = columns.into_iter().map(|(name, _)| name).filter(|name| is_motor(name)).collect();
+    let plot = |id: &str, title: &str, signals: Vec<String>| Plot {
+        id: id.into(),
+        title: title.into(),
+        signals,
+        ..Plot::default()
+    };
+    [
+        plot("angles", "Angles of the coordinates", coordinates("phi")),
+        plot("speeds", "Speeds of the coordinates", coordinates("w")),
+        plot("torques", "Motor torques", torques),
+    ]
+    .into_iter()
+    .filter(|plot| !plot.signals.is_empty())
+    .collect()
+}
+
 /// The plots that show one of the variants chosen.
 fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     let mut plots = prepared.plots.clone();
+    if let (true, Some(variant)) = (plots.is_empty(), prepared.variants.first()) {
+        plots = default_plots(variant);
+    }
     if !chosen.is_empty() {
         // An empty list stands for all variants, a list that becomes empty does not.
         plots.retain_mut(|plot| {
