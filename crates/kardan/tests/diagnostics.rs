@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use kardan::diagnostics::{Diagnostic, Severity, plain};
-use kardan::results::Study;
+use kardan::results::{Physical, Study};
 use kardan::{model, study};
 use proptest::prelude::*;
 
@@ -39,8 +39,7 @@ fn every_bad_file_is_explained() {
     let mut differences = String::new();
     for file in bad_files() {
         let source = fs::read_to_string(&file).unwrap();
-        let found = std::panic::catch_unwind(|| plain(&source, &check(&source)));
-        let found = found.unwrap_or_else(|_| "panicked\n".into());
+        let found = plain(&source, &check(&source));
         let expected = file.with_extension("txt");
         if update {
             fs::write(&expected, &found).unwrap();
@@ -366,12 +365,14 @@ fn order_of_tables_does_not_matter() {
     }
 }
 
-/// New names of shafts, in the same order of the alphabet or in another, give the same motion.
+/// New names of shafts in the same order of the alphabet change no bit; in another order sums round otherwise.
 #[test]
 fn names_of_shafts_do_not_matter() {
-    let source = short_steering().concat();
-    let rename = |names: [(&str, &str); 5]| {
-        let mut text = source.clone();
+    let with_friction = short_steering().concat();
+    let without: String =
+        with_friction.lines().filter(|line| !line.starts_with("friction")).map(|line| format!("{line}\n")).collect();
+    let rename = |source: &str, names: [(&str, &str); 5]| {
+        let mut text = source.to_string();
         for (old, new) in names {
             for (a, b) in [("\"", "\""), ("\"", "."), ("[shaft.", "]")] {
                 text = text.replace(&format!("{a}{old}{b}"), &format!("{a}{new}{b}"));
@@ -381,9 +382,18 @@ fn names_of_shafts_do_not_matter() {
     };
     let same_order = [("cj", "a_joint"), ("cs", "b_spline"), ("fs", "c_wheel"), ("rk", "d_rack"), ("wg", "e_wave")];
     let other_order = [("cj", "y_joint"), ("cs", "x_spline"), ("fs", "m_wheel"), ("rk", "b_rack"), ("wg", "a_wave")];
-    for names in [same_order, other_order] {
-        let renamed = rename(names);
-        let (a, b) = (run_one(&source, "beta-20deg"), run_one(&renamed, "beta-20deg"));
+    // Rounded otherwise, the runs choose other steps and differ by their integration error: that of an angle times the
+    // 3000 rad/s of the zero dynamics is that of a speed. It shrinks with the tolerance (speeds 4e-6 at 1e-8, 4e-10 at
+    // 1e-13); without friction nothing damps it and the speeds keep 5e-8.
+    let fine = with_friction.replace("[scenario]\n", "[scenario]\nrelative_tolerance = 1e-13\n");
+    for (source, names, for_angles, for_others) in [
+        (&without, same_order, 0.0, 0.0),
+        (&with_friction, same_order, 0.0, 0.0),
+        (&without, other_order, 1e-9, 1e-6),
+        (&with_friction, other_order, 1e-8, 3e-5),
+        (&fine, other_order, 1e-9, 1e-9),
+    ] {
+        let (a, b) = (run_one(source, "beta-20deg"), run_one(&rename(source, names), "beta-20deg"));
         assert_eq!(a.runs[0].series.time, b.runs[0].series.time);
         let mut compared = 0;
         for signal in &a.runs[0].series.signals {
@@ -393,8 +403,10 @@ fn names_of_shafts_do_not_matter() {
             }
             let other = b.runs[0].series.signal(&parts.join(".")).unwrap_or_else(|| panic!("no {}", signal.name));
             let size = signal.values.iter().fold(1.0f64, |max, x| max.max(x.abs()));
-            let worst = signal.values.iter().zip(&other.values).enumerate().map(|(k, (x, y))| ((x - y).abs() / size, k)).fold((0.0, 0), |m, x| if x.0 > m.0 { x } else { m });
-            println!("{} {:?} {:?} t={}", names[0].1, signal.name, worst, a.runs[0].series.time[worst.1]);
+            let tolerance = size * if signal.physical == Physical::Angle { for_angles } else { for_others };
+            for (k, (x, y)) in signal.values.iter().zip(&other.values).enumerate() {
+                assert!((x - y).abs() <= tolerance, "{} at row {k}: {x} and {y}", signal.name);
+            }
             compared += 1;
         }
         assert!(compared > 20);

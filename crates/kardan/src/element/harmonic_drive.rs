@@ -41,7 +41,9 @@ ratio = 50
 
 fn check(values: &Values) -> Vec<Mistake> {
     let keys = ["wave_generator", "circular_spline", "flexspline"];
-    let again = |k: &usize| values.word(keys[*k]).is_some() && keys[..*k].iter().any(|key| values.word(key) == values.word(keys[*k]));
+    let again = |k: &usize| {
+        values.word(keys[*k]).is_some() && keys[..*k].iter().any(|key| values.word(key) == values.word(keys[*k]))
+    };
     let mistake = |k: usize| {
         let message = format!("two of its shafts are `{}`", values.required(keys[k]));
         Mistake::new(keys[k], message, "name three different shafts")

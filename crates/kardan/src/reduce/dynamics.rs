@@ -209,10 +209,11 @@ impl Dynamics {
             let speed = along(row, &kinematics.speeds);
             0.5 * inertia * speed * speed
         });
-        let potential = self.springs.rows.iter().zip(&self.springs.coefficients).zip(&self.rests).map(|((row, s), rest)| {
-            let twist = along(row, &kinematics.angles) - rest;
-            0.5 * s * twist * twist
-        });
+        let potential =
+            self.springs.rows.iter().zip(&self.springs.coefficients).zip(&self.rests).map(|((row, s), rest)| {
+                let twist = along(row, &kinematics.angles) - rest;
+                0.5 * s * twist * twist
+            });
         kinetic.chain(potential).sum()
     }
 
@@ -255,7 +256,14 @@ impl Dynamics {
     ///
     /// `acceleration` is q̈_r, `inputs` the torques of the inputs, `frictions` the torque of each friction direction
     /// (positive in the sense of its direction's motion). Written to `out`, one entry per shaft.
-    pub fn constraint_force(&self, work: &Work, acceleration: &[f64], inputs: &[f64], frictions: &[f64], out: &mut [f64]) {
+    pub fn constraint_force(
+        &self,
+        work: &Work,
+        acceleration: &[f64],
+        inputs: &[f64],
+        frictions: &[f64],
+        out: &mut [f64],
+    ) {
         let kinematics = &work.kinematics;
         out.fill(0.0);
         let mut add = |row: &[(usize, f64)], torque: f64| {

@@ -23,7 +23,7 @@ pub enum Step {
         /// Its expression.
         value: Affine,
     },
-    /// `rest(q) + scale·q_shaft = γ(argument(q))`.
+    /// `q_shaft = γ(argument(q))`.
     Curve {
         /// The shaft found.
         shaft: usize,
@@ -31,10 +31,6 @@ pub enum Step {
         curve: Arc<dyn Curve>,
         /// Its argument.
         argument: Affine,
-        /// The known part of the driven side.
-        rest: Affine,
-        /// Coefficient of the unknown on the driven side.
-        scale: Rational,
     },
 }
 
@@ -86,7 +82,7 @@ impl AffineF64 {
 #[derive(Debug, Clone)]
 enum Operation {
     Linear { shaft: usize, value: AffineF64, varying: bool },
-    Curve { shaft: usize, curve: Arc<dyn Curve>, argument: AffineF64, rest: AffineF64, scale: f64 },
+    Curve { shaft: usize, curve: Arc<dyn Curve>, argument: AffineF64 },
 }
 
 /// Angles of all shafts, the basis `K = ∂q/∂q_r` and the bias `k = K̇ q̇_r`, at one position and speed.
@@ -122,14 +118,12 @@ impl Kinematics {
                     varying[*shaft] = value.terms.iter().any(|(s, _)| varying[*s]);
                     operations.push(Operation::Linear { shaft: *shaft, value, varying: varying[*shaft] });
                 }
-                Step::Curve { shaft, curve, argument, rest, scale } => {
+                Step::Curve { shaft, curve, argument } => {
                     varying[*shaft] = true;
                     operations.push(Operation::Curve {
                         shaft: *shaft,
                         curve: Arc::clone(curve),
                         argument: argument.into(),
-                        rest: rest.into(),
-                        scale: rational_to_f64(scale),
                     });
                 }
             }
@@ -195,19 +189,16 @@ impl Kinematics {
                         self.bias[*shaft] = value.combine(&self.bias);
                     }
                 }
-                Operation::Curve { shaft, curve, argument, rest, scale } => {
+                Operation::Curve { shaft, curve, argument } => {
                     let x = argument.value(&self.angles);
                     let (slope, curvature) = curve.derivatives(x);
-                    self.angles[*shaft] = (curve.value(x) - rest.value(&self.angles)) / scale;
+                    self.angles[*shaft] = curve.value(x);
                     self.work.fill(0.0);
-                    argument.add_rows(slope / scale, &self.basis, &mut self.work);
-                    rest.add_rows(-1.0 / scale, &self.basis, &mut self.work);
+                    argument.add_rows(slope, &self.basis, &mut self.work);
                     self.basis[shaft * r..(shaft + 1) * r].copy_from_slice(&self.work);
                     self.speeds[*shaft] = dot(&self.work, speed);
                     let x_speed = argument.combine(&self.speeds);
-                    self.bias[*shaft] = (curvature * x_speed * x_speed + slope * argument.combine(&self.bias)
-                        - rest.combine(&self.bias))
-                        / scale;
+                    self.bias[*shaft] = curvature * x_speed * x_speed + slope * argument.combine(&self.bias);
                 }
             }
         }
@@ -234,13 +225,10 @@ pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rationa
         for column in 0..r {
             let entry = match step {
                 Step::Linear { value, .. } => combine(&basis, value, column),
-                Step::Curve { curve, argument, rest, scale, .. } => {
+                Step::Curve { curve, argument, .. } => {
                     let x = AffineF64::from(argument).value(&numeric.angles);
                     let slope = rational_from_f64(curve.derivatives(x).0).expect("slope of a transmission is finite");
-                    slope
-                        .times(&combine(&basis, argument, column))
-                        .minus(&combine(&basis, rest, column))
-                        .over(scale)
+                    slope.times(&combine(&basis, argument, column))
                 }
             };
             basis[(step.shaft(), column)] = entry;

@@ -77,7 +77,8 @@ fn list(names: &[String]) -> String {
 fn describe_dependencies(dependencies: &[Dependency]) -> String {
     let one = |dependency: &Dependency| {
         let sum: Vec<String> = dependency.elements.iter().map(|(name, x)| format!("{x} · `{name}`")).collect();
-        let verdict = if dependency.contradiction { "and their offsets contradict each other" } else { "so one is superfluous" };
+        let verdict =
+            if dependency.contradiction { "and their offsets contradict each other" } else { "so one is superfluous" };
         format!("{} = 0, {verdict}", sum.join(" + "))
     };
     dependencies.iter().map(one).collect::<Vec<_>>().join("; ")
@@ -174,9 +175,12 @@ fn check_independence(equations: &Equations) -> Result<usize, ReduceError> {
             .enumerate()
             .map(|(k, rows)| {
                 let share = |row: usize| &e.transform[(e.rank() + k, row)];
-                let sum: f64 = rows.iter().map(|&r| rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).sum();
-                let size: f64 =
-                    rows.iter().map(|&r| (rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).abs()).sum();
+                let sum: f64 =
+                    rows.iter().map(|&r| rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).sum();
+                let size: f64 = rows
+                    .iter()
+                    .map(|&r| (rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).abs())
+                    .sum();
                 Dependency {
                     elements: rows
                         .iter()
@@ -195,7 +199,44 @@ fn check_independence(equations: &Equations) -> Result<usize, ReduceError> {
     Ok(constraints)
 }
 
+/// Sets of coordinates that [`automatic`] tries before it gives up.
+const MOST_TRIED: usize = 500;
+
 fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
+    let order = from_dropped_to_kept(equations);
+    let e = echelon(&equations.constraint_matrix(), &order);
+    let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
+    // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
+    // that its driven shaft depends on.
+    for transmission in &equations.transmissions {
+        let expression =
+            |shaft: usize| affine(equations, &e, shaft).terms.into_iter().map(|(s, _)| s).collect::<Vec<_>>();
+        let candidates = [
+            vec![transmission.driven, transmission.driving],
+            expression(transmission.driven),
+            expression(transmission.driving),
+        ]
+        .concat();
+        if let Some(shaft) = candidates.iter().find(|shaft| free.contains(shaft)) {
+            free.retain(|s| s != shaft);
+        }
+    }
+    let freedoms = order.len() - e.rank() - equations.transmissions.len();
+    let open =
+        if free.len() == freedoms { plan(equations, &free) } else { Err(equations.transmissions.iter().collect()) };
+    match open {
+        Ok(steps) => Ok((free, steps)),
+        // Where transmissions and gears mesh, the first choice can need an equation solved that another choice does not.
+        Err(open) => {
+            let kept: Vec<usize> = order.into_iter().rev().collect();
+            search(equations, &kept, freedoms, &mut Vec::new(), &mut 0).ok_or_else(|| not_explicit(&open, Vec::new()))
+        }
+    }
+}
+
+/// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
+/// large coefficients first; ties go by name.
+fn from_dropped_to_kept(equations: &Equations) -> Vec<usize> {
     let n = equations.shafts.len();
     let mut massless = vec![true; n];
     for term in &equations.inertias {
@@ -212,30 +253,37 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| {
         let end = |shaft: usize| equations.transmissions.iter().any(|t| t.driven == shaft || t.driving == shaft);
-        end(a)
-            .cmp(&end(b))
-            .then(massless[b].cmp(&massless[a]))
-            .then(largest[b].total_cmp(&largest[a]))
-            .then(a.cmp(&b))
+        end(a).cmp(&end(b)).then(massless[b].cmp(&massless[a])).then(largest[b].total_cmp(&largest[a])).then(a.cmp(&b))
     });
-    let e = echelon(&equations.constraint_matrix(), &order);
-    let mut free: Vec<usize> = (0..n).filter(|shaft| !e.pivots.contains(shaft)).collect();
-    // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
-    // that its driven shaft depends on.
-    for transmission in &equations.transmissions {
-        let expression = |shaft: usize| affine(equations, &e, shaft).terms.into_iter().map(|(s, _)| s).collect::<Vec<_>>();
-        let candidates =
-            [vec![transmission.driven, transmission.driving], expression(transmission.driven), expression(transmission.driving)]
-                .concat();
-        match candidates.iter().find(|shaft| free.contains(shaft)) {
-            Some(shaft) => free.retain(|s| s != shaft),
-            None => {
-                let elements = equations.transmissions.iter().map(|t| t.element.clone()).collect();
-                return Err(ReduceError::NotExplicit { elements, suggestion: Vec::new() });
-            }
-        }
+    order
+}
+
+/// The first set of coordinates, in the order given, from which all shafts follow one after another.
+fn search(
+    equations: &Equations,
+    candidates: &[usize],
+    freedoms: usize,
+    chosen: &mut Vec<usize>,
+    tried: &mut usize,
+) -> Option<Explicit> {
+    if chosen.len() == freedoms {
+        *tried += 1;
+        let mut coordinates = chosen.clone();
+        coordinates.sort_unstable();
+        return plan(equations, &coordinates).ok().map(|steps| (coordinates, steps));
     }
-    with_coordinates(equations, &free, Vec::new)
+    for (k, &candidate) in candidates.iter().enumerate() {
+        if *tried >= MOST_TRIED {
+            return None;
+        }
+        chosen.push(candidate);
+        let found = search(equations, &candidates[k + 1..], freedoms, chosen, tried);
+        if found.is_some() {
+            return found;
+        }
+        chosen.pop();
+    }
+    None
 }
 
 /// The affine expression of a shaft over the free shafts of an echelon form.
@@ -260,51 +308,59 @@ fn with_coordinates(
     wanted: &[usize],
     suggestion: impl Fn() -> Vec<String>,
 ) -> Result<Explicit, ReduceError> {
-    let n = equations.shafts.len();
-    let is_end = |shaft: &usize| equations.transmissions.iter().any(|t| t.driven == *shaft || t.driving == *shaft);
-    let others: Vec<usize> = (0..n).filter(|shaft| !wanted.contains(shaft)).collect();
-    let (ends, inner): (Vec<usize>, Vec<usize>) = others.into_iter().partition(is_end);
-    let order = [inner, ends, wanted.to_vec()].concat();
-    let e = echelon(&equations.constraint_matrix(), &order);
+    let e = echelon(&equations.constraint_matrix(), &known_last(equations, wanted));
     if e.pivots.iter().any(|pivot| wanted.contains(pivot)) {
         let named = wanted.iter().map(|&shaft| equations.shafts[shaft].clone()).collect();
         return Err(ReduceError::CoordinatesDependent { named, suggestion: suggestion() });
     }
-    let mut known = wanted.to_vec();
-    let mut steps = Vec::new();
-    let mut open: Vec<&TransmissionRow> = equations.transmissions.iter().collect();
-    while !open.is_empty() {
-        let found = open.iter().enumerate().find_map(|(k, t)| curve_step(equations, &e, t, &known).map(|step| (k, step)));
-        let Some((k, step)) = found else {
-            let elements = open.iter().map(|t| t.element.clone()).collect();
-            return Err(ReduceError::NotExplicit { elements, suggestion: suggestion() });
-        };
-        known.push(step.shaft());
-        steps.push(step);
-        open.remove(k);
-    }
-    let mut pivots = e.pivots.clone();
-    pivots.sort_unstable();
-    steps.extend(pivots.into_iter().map(|shaft| Step::Linear { shaft, value: affine(equations, &e, shaft) }));
+    let steps = plan(equations, wanted).map_err(|open| not_explicit(&open, suggestion()))?;
     Ok((wanted.to_vec(), steps))
 }
 
-/// A transmission as an evaluation step, if one of its ends is known and the other holds exactly one unknown.
-fn curve_step(equations: &Equations, e: &Echelon, t: &TransmissionRow, known: &[usize]) -> Option<Step> {
-    let ends = [(t.driving, t.driven, std::sync::Arc::clone(&t.curve)), (t.driven, t.driving, t.curve.inverse())];
-    for (from, to, curve) in ends {
-        let argument = affine(equations, e, from);
-        if argument.terms.iter().any(|(shaft, _)| !known.contains(shaft)) {
+fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceError {
+    ReduceError::NotExplicit { elements: open.iter().map(|t| t.element.clone()).collect(), suggestion }
+}
+
+fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
+    let unknown = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft));
+    unknown.chain(known.iter().copied()).collect()
+}
+
+/// Steps that find all shafts from the coordinates; the transmissions that stay open if that is not possible.
+///
+/// Method: a transmission whose one end follows from known shafts through the linear constraints makes its other end
+/// known; when none is left, the linear constraints must give the rest.
+fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>, Vec<&'a TransmissionRow>> {
+    let matrix = equations.constraint_matrix();
+    let mut known = coordinates.to_vec();
+    let mut steps = Vec::new();
+    let mut open: Vec<&TransmissionRow> = equations.transmissions.iter().collect();
+    loop {
+        let e = echelon(&matrix, &known_last(equations, &known));
+        let follows = |shaft: usize| {
+            known.contains(&shaft) || {
+                let value = affine(equations, &e, shaft);
+                e.pivots.contains(&shaft) && value.terms.iter().all(|(s, _)| known.contains(s))
+            }
+        };
+        let next = open.iter().enumerate().find_map(|(k, t)| match (follows(t.driving), follows(t.driven)) {
+            (true, false) => Some((k, t.driving, t.driven, std::sync::Arc::clone(&t.curve))),
+            (false, true) => Some((k, t.driven, t.driving, t.curve.inverse())),
+            _ => None,
+        });
+        if let Some((k, from, shaft, curve)) = next {
+            steps.push(Step::Curve { shaft, curve, argument: affine(equations, &e, from) });
+            known.push(shaft);
+            open.remove(k);
             continue;
         }
-        let value = affine(equations, e, to);
-        let (unknown, rest): (Vec<_>, Vec<_>) = value.terms.into_iter().partition(|(shaft, _)| !known.contains(shaft));
-        if let [(shaft, scale)] = unknown.as_slice() {
-            let rest = Affine { constant: value.constant, terms: rest };
-            return Some(Step::Curve { shaft: *shaft, curve, argument, rest, scale: scale.clone() });
+        let unknown: Vec<usize> = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft)).collect();
+        if !open.is_empty() || !unknown.iter().all(|&shaft| follows(shaft)) {
+            return Err(open);
         }
+        steps.extend(unknown.into_iter().map(|shaft| Step::Linear { shaft, value: affine(equations, &e, shaft) }));
+        return Ok(steps);
     }
-    None
 }
 
 /// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
