@@ -1,6 +1,8 @@
 //! Set-valued friction: the convex problem behind it, and drivetrains that stick and slip.
 
+use kardan::results::{Outcome, Run};
 use kardan::simulate::friction::BoxProblem;
+use kardan::study;
 use proptest::prelude::*;
 
 #[derive(Debug, Clone)]
@@ -56,19 +58,395 @@ fn violation(p: &Problem, lambda: &[f64]) -> f64 {
             } else {
                 alpha.abs()
             };
-            if !inside { f64::INFINITY } else if wrong == 0.0 { 0.0 } else { wrong / size }
+            if !inside {
+                f64::INFINITY
+            } else if wrong == 0.0 {
+                0.0
+            } else {
+                wrong / size
+            }
         })
         .fold(0.0, f64::max)
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: std::env::var("CASES").ok().and_then(|x| x.parse().ok()).unwrap_or(512), failure_persistence: None, ..ProptestConfig::default() })]
+fn objective(p: &Problem, x: &[f64]) -> f64 {
+    let m = x.len();
+    (0..m).map(|i| x[i] * ((0..m).map(|j| 0.5 * p.w[i * m + j] * x[j]).sum::<f64>() - p.r[i])).sum()
+}
 
+fn gauss_seidel(p: &Problem, sweeps: usize) -> Vec<f64> {
+    let m = p.r.len();
+    let mut x = vec![0.0; m];
+    for _ in 0..sweeps {
+        for i in (0..m).filter(|i| p.w[i * m + i] > 0.0) {
+            let rest = p.r[i] - (0..m).map(|j| p.w[i * m + j] * x[j]).sum::<f64>();
+            x[i] = (x[i] + rest / p.w[i * m + i]).clamp(-p.c[i], p.c[i]);
+        }
+    }
+    x
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Against the optimality conditions, and against projected Gauss-Seidel: nothing that finds has a lower objective.
     #[test]
     fn box_problem_reaches_the_optimum(p in problems()) {
         let mut lambda = vec![0.0; p.r.len()];
         let done = BoxProblem::new(p.room).solve(&p.w, &p.r, &p.c, &mut lambda);
         let violation = violation(&p, &lambda);
         prop_assert!(done && violation < 1e-9, "{done} {violation:e} {lambda:?}");
+        let (ours, theirs) = (objective(&p, &lambda), objective(&p, &gauss_seidel(&p, 2000)));
+        let size: f64 = p.r.iter().zip(&p.c).map(|(r, c)| (r * c).abs()).sum();
+        prop_assert!(ours <= theirs + 1e-9 * size, "{ours} > {theirs}");
     }
+}
+
+fn run(source: &str) -> Run {
+    let study = study::run(source, &study::Settings::default(), &study::Silent);
+    study.unwrap_or_else(|found| panic!("{found:?}")).runs.remove(0)
+}
+
+fn values<'a>(run: &'a Run, signal: &str) -> &'a [f64] {
+    &run.series.signal(signal).unwrap_or_else(|| panic!("no signal {signal}")).values
+}
+
+fn balanced(run: &Run) {
+    let energy = &run.energy;
+    let size = energy.input.abs().max(energy.stored.abs()).max(energy.dissipated);
+    assert_eq!(run.outcome, Outcome::Completed);
+    assert!(energy.residual.abs() <= 1e-8 * size, "{energy:?}");
+}
+
+/// The step that the motor or road makes, exactly at the Coulomb torque and next to it:
+///
+/// ```text
+///     T --> [ a ]--c--///
+/// ```
+#[test]
+fn a_torque_of_exactly_c_does_not_move_it() {
+    for torque in [0.1f64.next_down(), 0.1, 0.1f64.next_up()] {
+        let run = run(&format!(
+            r#"
+            [shaft.a]
+            inertia = "0.01 kg m^2"
+            friction = "0.1 N m"
+            [disturbance.T]
+            shaft = "a"
+            [scenario]
+            duration = "2 s"
+            [[scenario.event]]
+            at = "0.5 s"
+            signal = "T"
+            to = "{torque:?} N m"
+            "#
+        ));
+        balanced(&run);
+        assert!(values(&run, "a.phi").iter().all(|x| *x == 0.0), "creeps at {torque:?} N m");
+    }
+}
+
+/// A ramp of 0.2 N m/s breaks away at `t₁ = c/0.2 = 0.5 s`; from there `J φ = 0.2 (t − t₁)³/6`.
+#[test]
+fn a_ramp_breaks_away_on_time() {
+    let run = run(r#"
+        [shaft.a]
+        inertia = "0.01 kg m^2"
+        friction = "0.1 N m"
+        [disturbance.T]
+        shaft = "a"
+        [scenario]
+        duration = "1 s"
+        [[scenario.event]]
+        at = "0 s"
+        signal = "T"
+        to = "0.2 N m"
+        over = "1 s"
+    "#);
+    balanced(&run);
+    for (t, phi) in run.series.time.iter().zip(values(&run, "a.phi")) {
+        let expected = 20.0 * (t - 0.5).max(0.0).powi(3) / 6.0;
+        assert!((phi - expected).abs() < 1e-8, "{phi} against {expected} at {t} s");
+    }
+}
+
+/// Free decay: every half turn of the motion takes 2 c/k off the amplitude, until the spring no longer overcomes c.
+///
+/// ```text
+///     ///==/\/\/==[ a ]--c--///      k = 10 N m/rad, c = 0.1 N m, from 0.105 rad
+/// ```
+///
+/// With gears the same holds for six shafts that all reverse at once, their friction directions all dependent.
+#[test]
+fn free_decay_stops_after_five_half_turns() {
+    let gear = |k: usize| {
+        format!(
+            "[shaft.g{k}]\ninertia = \"0.01 kg m^2\"\nfriction = \"0.01 N m\"\n\
+             [gear.gear{k}]\nshaft_1 = \"a\"\nshaft_2 = \"g{k}\"\nratio = \"{}\"\n",
+            if k % 2 == 0 { "-1/2" } else { "2" }
+        )
+    };
+    // Shafts at -2 and 1/2 times the speed of a: inertias and Coulomb torques add up to what the single shaft has.
+    let gears: String = (0..4).map(gear).collect();
+    let alone = ("0.01", "0.1", String::new());
+    let geared = ("0.01", "0.05", gears);
+    for (inertia, friction, more) in [alone, geared] {
+        let single = more.is_empty();
+        let run = run(&format!(
+            r#"
+            [model]
+            coordinates = ["a"]
+            [shaft.a]
+            inertia = "{inertia} kg m^2"
+            friction = "{friction} N m"
+            [spring_damper.k]
+            shaft_1 = "a"
+            stiffness = "10 N m/rad"
+            {more}
+            [scenario]
+            duration = "3 s"
+            initial = {{ "a.phi" = "0.105 rad" }}
+            "#
+        ));
+        balanced(&run);
+        // 0.05 + 2·2·0.01 + 2·0.01/2 = 0.1 N m; 0.01 + 2·4·0.01 + 2·0.01/4 = 0.095 kg m².
+        let omega = if single { 1000f64.sqrt() } else { (10.0f64 / 0.095).sqrt() };
+        let half = std::f64::consts::PI / omega;
+        let mut times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
+        times.dedup();
+        assert_eq!(times.len(), 5, "{:?}", run.events);
+        for (k, time) in times.iter().enumerate() {
+            assert!((time - half * (k + 1) as f64).abs() < 1e-9, "{time}");
+        }
+        let at_rest = run.series.time.iter().position(|t| *t > times[4]).expect("it stops");
+        let phi = &values(&run, "a.phi")[at_rest..];
+        assert!((phi[0] + 0.005).abs() < 1e-9, "stops at {}", phi[0]);
+        assert!(phi.iter().all(|x| *x == phi[0]), "creeps");
+        assert_eq!(run.notes.is_empty(), single);
+    }
+}
+
+/// A mass pulled through a spring by a shaft at constant speed v sticks until `k v t = c`, then turns with
+/// `v (1 − cos ω t)`, and touches rest once a turn exactly when the spring is at c again.
+///
+/// ```text
+///     v --> [ drive ]==/\/\/==[ mass ]--c--///
+/// ```
+#[test]
+fn pulled_mass_touches_rest_at_the_limit() {
+    let run = run(r#"
+        [model]
+        coordinates = ["drive", "mass"]
+        [shaft.drive]
+        inertia = "1e9 kg m^2"
+        [shaft.mass]
+        inertia = "0.01 kg m^2"
+        friction = "0.5 N m"
+        [spring_damper.k]
+        shaft_1 = "drive"
+        shaft_2 = "mass"
+        stiffness = "10 N m/rad"
+        [scenario]
+        duration = "10 s"
+        initial = { "drive.w" = "0.1 rad/s" }
+    "#);
+    assert_eq!(run.outcome, Outcome::Completed);
+    // Against the 5e6 J of the drive.
+    assert!(run.energy.residual.abs() < 1e-7, "{:?}", run.energy);
+    let (v, omega) = (0.1, 1000f64.sqrt());
+    for (t, phi) in run.series.time.iter().zip(values(&run, "mass.phi")) {
+        let slip = (t - 0.5f64).max(0.0);
+        let expected = v * (slip - (omega * slip).sin() / omega);
+        assert!((phi - expected).abs() < 1e-7, "{phi} against {expected} at {t} s");
+    }
+    assert!(run.effort.events < 250, "{} events", run.effort.events);
+}
+
+/// Five shafts, friction on each and in each spring: against time stepping by Moreau with its own projected
+/// Gauss-Seidel, which knows no events, modes or reduction. Error of order dt, halved away by Richardson.
+///
+/// ```text
+///     T --> [s0]==/\/\/==[s1]==/\/\/==[s2]==/\/\/==[s3]==/\/\/==[s4]
+///            |c   c        |c    ...
+/// ```
+#[test]
+fn chain_agrees_with_time_stepping() {
+    const N: usize = 5;
+    let inertia = |i: usize| 0.01 * (1 + i % 3) as f64;
+    let ground = |i: usize| 0.1 * (1 + i % 4) as f64;
+    let stiffness = |i: usize| 100.0 * (1 + i % 2) as f64;
+    let (between, damping) = (0.05, 0.02);
+    let mut source = String::from(
+        "[model]\ncoordinates = [\"s0\", \"s1\", \"s2\", \"s3\", \"s4\"]\n[disturbance.T]\nshaft = \"s0\"\n",
+    );
+    for i in 0..N {
+        source += &format!("[shaft.s{i}]\ninertia = \"{} kg m^2\"\nfriction = \"{} N m\"\n", inertia(i), ground(i));
+    }
+    for i in 0..N - 1 {
+        source += &format!(
+            "[spring_damper.k{i}]\nshaft_1 = \"s{i}\"\nshaft_2 = \"s{}\"\nstiffness = \"{} N m/rad\"\n\
+             damping = \"{damping} N m s/rad\"\nfriction = \"{between} N m\"\n",
+            i + 1,
+            stiffness(i)
+        );
+    }
+    source += "[scenario]\nduration = \"1 s\"\n\
+               [[scenario.event]]\nat = \"0 s\"\nsignal = \"T\"\nto = \"3 N m\"\n\
+               [[scenario.event]]\nat = \"0.25 s\"\nsignal = \"T\"\nto = \"-1 N m\"\n";
+    let run = run(&source);
+    balanced(&run);
+    let reference = |steps: usize| {
+        let dt = 1.0 / steps as f64;
+        let (mut q, mut v) = ([0.0; N], [0.0; N]);
+        let mut p = [0.0; 2 * N - 1];
+        for step in 0..steps {
+            let mut force = [0.0; N];
+            force[0] = if step < steps / 4 { 3.0 } else { -1.0 };
+            for i in 0..N - 1 {
+                let torque = stiffness(i) * (q[i] - q[i + 1]) + damping * (v[i] - v[i + 1]);
+                force[i] -= torque;
+                force[i + 1] += torque;
+            }
+            for i in 0..N {
+                v[i] += dt * force[i] / inertia(i);
+            }
+            let push = |v: &mut [f64; N], k: usize, impulse: f64| {
+                if k < N {
+                    v[k] -= impulse / inertia(k);
+                } else {
+                    v[k - N] -= impulse / inertia(k - N);
+                    v[k - N + 1] += impulse / inertia(k - N + 1);
+                }
+            };
+            (0..2 * N - 1).for_each(|k| push(&mut v, k, p[k]));
+            for _ in 0..60 {
+                for k in 0..2 * N - 1 {
+                    let (c, speed, w) = if k < N {
+                        (ground(k), v[k], 1.0 / inertia(k))
+                    } else {
+                        (between, v[k - N] - v[k - N + 1], 1.0 / inertia(k - N) + 1.0 / inertia(k - N + 1))
+                    };
+                    let new = (p[k] + speed / w).clamp(-c * dt, c * dt);
+                    push(&mut v, k, new - p[k]);
+                    p[k] = new;
+                }
+            }
+            (0..N).for_each(|i| q[i] += dt * v[i]);
+        }
+        q
+    };
+    let (coarse, fine) = (reference(40_000), reference(80_000));
+    for i in 0..N {
+        let ours = *values(&run, &format!("s{i}.phi")).last().expect("rows");
+        let theirs = 2.0 * fine[i] - coarse[i];
+        assert!(
+            (ours - theirs).abs() < 2e-5 + (fine[i] - coarse[i]).abs(),
+            "s{i}: {ours} against {theirs} ({})",
+            fine[i]
+        );
+    }
+    assert!(run.effort.events > 10, "the test sees no friction events");
+}
+
+fn position_loop(motor: &str) -> Run {
+    run(&format!(
+        r#"
+        [model]
+        coordinates = ["a", "b"]
+        [shaft.a]
+        inertia = "0.05 kg m^2"
+        friction = "0.1 N m"
+        [shaft.b]
+        inertia = "0.02 kg m^2"
+        [spring_damper.k]
+        shaft_1 = "a"
+        shaft_2 = "b"
+        stiffness = "50 N m/rad"
+        [motor.m]
+        shaft = "a"
+        {motor}
+        [control.p]
+        law = "position_loop"
+        output = "a.phi"
+        input = "m"
+        natural_frequency = "20 rad/s"
+        damping_ratio = 0.7
+        reference = "ref"
+        [scenario]
+        duration = "4 s"
+        initial = {{ "b.phi" = "1 rad" }}
+        [[scenario.event]]
+        at = "0 s"
+        signal = "ref"
+        to = "90 deg"
+        [[scenario.event]]
+        at = "2 s"
+        signal = "ref"
+        to = "-90 deg"
+        over = "0.5 s"
+        "#
+    ))
+}
+
+/// The torque is the clamped command in every row, through hundreds of entries into the limit and ways out.
+#[test]
+fn torque_limit_is_left_and_entered_on_time() {
+    let run = position_loop("torque_limit = \"1 N m\"");
+    balanced(&run);
+    let (torque, command) = (values(&run, "m.tau"), values(&run, "m.command"));
+    for ((torque, command), t) in torque.iter().zip(command).zip(&run.series.time) {
+        assert!((torque - command.clamp(-1.0, 1.0)).abs() < 1e-9, "{torque} for {command} at {t} s");
+    }
+    assert!(torque.contains(&1.0) && torque.contains(&-1.0) && torque.iter().any(|x| x.abs() < 0.9));
+}
+
+/// Limit, then rate limit: the torque never changes faster than allowed, and where it differs from the limited command
+/// it moves towards it at full rate.
+#[test]
+fn rate_limit_is_kept_and_used() {
+    let run = position_loop("torque_limit = \"1 N m\"\nrate_limit = \"20 N m/s\"");
+    balanced(&run);
+    let (time, torque, command) = (&run.series.time, values(&run, "m.tau"), values(&run, "m.command"));
+    let (mut followed, mut limited) = (0, 0);
+    for k in 1..time.len() {
+        let rate = (torque[k] - torque[k - 1]) / (time[k] - time[k - 1]);
+        assert!(rate.abs() <= 20.0 * (1.0 + 1e-6), "{rate} N m/s at {} s", time[k]);
+        let gaps = [k - 1, k].map(|k| command[k].clamp(-1.0, 1.0) - torque[k]);
+        if gaps.iter().all(|gap| gap.abs() < 1e-9) {
+            followed += 1;
+        } else if gaps.iter().all(|gap| gap.abs() > 0.05) && gaps[0] * gaps[1] > 0.0 {
+            limited += 1;
+            assert!((rate - 20.0 * gaps[0].signum()).abs() < 1e-4, "{rate} N m/s at {} s, gaps {gaps:?}", time[k]);
+        }
+    }
+    assert!(followed > 100 && limited > 100, "{followed} {limited}");
+}
+
+/// A run that diverges says so and keeps what it has; energy and rows end together.
+#[test]
+fn divergence_keeps_partial_results() {
+    let run = run(r#"
+        [shaft.a]
+        inertia = "1e-9 kg m^2"
+        [disturbance.T]
+        shaft = "a"
+        [scenario]
+        duration = "20 s"
+        output_step = "10 ms"
+        [[scenario.event]]
+        at = "0.5 s"
+        signal = "T"
+        to = "1 N m"
+    "#);
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("it reaches 1e9 rad/s after 1 s") };
+    assert!((*time >= 1.5) && *time <= 20.0 && cause.contains("diverges") && cause.contains("a.w"), "{time} {cause}");
+    let last = *run.series.time.last().expect("rows");
+    assert!(last < *time && last >= 0.5);
+    assert!(
+        run.series
+            .signals
+            .iter()
+            .all(|s| s.values.len() == run.series.time.len() && s.values.iter().all(|x| x.is_finite()))
+    );
+    assert!(run.energy.residual.abs() < 1e-9 * run.energy.input, "{:?}", run.energy);
 }

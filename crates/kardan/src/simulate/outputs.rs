@@ -55,7 +55,8 @@ impl Outputs {
         let equations = &reduced.equations;
         let multipliers = Multipliers::new(reduced);
         let mut columns: Vec<(String, Physical, String, Read)> = Vec::new();
-        let mut add = |name: String, physical, description: String, read| columns.push((name, physical, description, read));
+        let mut add =
+            |name: String, physical, description: String, read| columns.push((name, physical, description, read));
         for (k, shaft) in equations.shafts.iter().enumerate() {
             add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
             add(format!("{shaft}.w"), Physical::Speed, format!("angular velocity of shaft {shaft}"), Read::Speed(k));
@@ -124,7 +125,8 @@ impl Outputs {
                     ("tau", Physical::Torque, read)
                 }
                 Measured::ConstraintTorque(element, s) => {
-                    let k = multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
+                    let k =
+                        multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
                     ("tau", Physical::Torque, Read::ConstraintTorque(k, shaft(s)))
                 }
             };
@@ -134,13 +136,17 @@ impl Outputs {
                 _ => quantity,
             };
             let stiffness = match &quantity {
-                Read::SpringDamper { springs, .. } => springs
-                    .iter()
-                    .map(|&k| equations.springs[k].value.stiffness.to_f64())
-                    .sum(),
+                Read::SpringDamper { springs, .. } => {
+                    springs.iter().map(|&k| equations.springs[k].value.stiffness.to_f64()).sum()
+                }
                 _ => 1.0,
             };
-            add(format!("{name}.{suffix}"), physical, format!("reading of sensor {name}"), Read::Sensor(samplers.len()));
+            add(
+                format!("{name}.{suffix}"),
+                physical,
+                format!("reading of sensor {name}"),
+                Read::Sensor(samplers.len()),
+            );
             samplers.push(Sampler {
                 quantity,
                 step: resolution.map(|step| step * stiffness),
@@ -157,7 +163,14 @@ impl Outputs {
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
         let (constraints, shafts) = (multipliers.elements.len(), equations.shafts.len());
-        Self { reads, signals, samplers, multipliers, lambda: vec![0.0; constraints], constraint_force: vec![0.0; shafts] }
+        Self {
+            reads,
+            signals,
+            samplers,
+            multipliers,
+            lambda: vec![0.0; constraints],
+            constraint_force: vec![0.0; shafts],
+        }
     }
 
     /// The next time at which a sampled sensor reads, s.
@@ -166,8 +179,8 @@ impl Outputs {
         next.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a state has to be observed for the multipliers' sake before reading.
-    fn solve_multipliers(&mut self, machine: &Machine) {
+    /// Finds the constraint torques at the point that the machine has observed; before `sample` and `record`.
+    pub fn solve_multipliers(&mut self, machine: &Machine) {
         machine.dynamics.constraint_force(
             &machine.work,
             &machine.acceleration,
@@ -200,9 +213,8 @@ impl Outputs {
         }
     }
 
-    /// Lets the sensors read that are due at this time. The machine must have observed this point.
+    /// Lets the sensors read that are due at this time. The constraint torques must be those of this point.
     pub fn sample(&mut self, time: f64, machine: &Machine) {
-        self.solve_multipliers(machine);
         for k in 0..self.samplers.len() {
             let sampler = &self.samplers[k];
             let due = sampler.period.is_none_or(|period| sampler.next as f64 * period <= time);
@@ -223,9 +235,8 @@ impl Outputs {
         }
     }
 
-    /// Appends one row. The machine must have observed this point.
+    /// Appends one row. The constraint torques must be those of this point.
     pub fn record(&mut self, machine: &Machine) {
-        self.solve_multipliers(machine);
         for k in 0..self.reads.len() {
             let value = self.read(&self.reads[k], machine);
             self.signals[k].values.push(value);

@@ -39,6 +39,8 @@ pub struct RunResult {
 
 /// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
 const LOOKS: usize = 6;
+/// Part of a step by which a step made anew ends beyond the event it was shortened for.
+const BEYOND: f64 = 1e-3;
 /// Located events within a millionth of the run that count as chatter.
 const CHATTER: usize = 2000;
 /// Steps after which a run is given up.
@@ -148,10 +150,14 @@ impl Runner<'_> {
         let mut recent = (start, 0);
         self.restart(start);
         let mut time = start;
-        let mut settled = false;
         while time < end {
             if self.solver.counts().accepted as usize > MOST_STEPS {
-                return Err(self.failed(time, format!("more than {MOST_STEPS} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts")));
+                return Err(failed(
+                    time,
+                    format!(
+                        "more than {MOST_STEPS} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts"
+                    ),
+                ));
             }
             let machine = &mut self.machine;
             let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
@@ -160,36 +166,70 @@ impl Runner<'_> {
             }
             let r = self.machine.freedoms();
             if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
-                let time = self.solver.time();
-                return Err(self.failed(time, format!("the loop diverges: {} exceeds {DIVERGED:e} rad/s", self.fastest())));
+                self.state.copy_from_slice(self.solver.state());
+                return Err(failed(
+                    self.solver.time(),
+                    format!("the loop diverges: {} exceeds {DIVERGED:e} rad/s", self.fastest()),
+                ));
             }
             let machine = &mut self.machine;
             self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
-            let event = self.look_for_event();
+            let mut event = self.look_for_event();
+            if let Some(at) = event {
+                self.shorten_step(at)?;
+                event = self.look_for_event();
+            }
             time = event.unwrap_or(self.solver.time());
             self.observe_until(time, None);
             if self.solver.counts().accepted % 64 == 0 {
                 progress(time / self.scenario.duration);
             }
-            settled = event.is_some();
-            let Some(at) = event else { continue };
+            let Some(at) = event else {
+                self.state.copy_from_slice(self.solver.state());
+                continue;
+            };
             self.located += 1;
-            self.solver.interpolate(at, &mut self.state);
             let crossing = self.reversed.clone();
+            self.solver.interpolate(at, &mut self.state);
             self.machine.remember_commands(at, &mut self.state);
             self.settle(at, &crossing);
             recent = if at - recent.0 > 1e-6 * self.scenario.duration { (at, 0) } else { (recent.0, recent.1 + 1) };
             if recent.1 > CHATTER {
                 let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
-                return Err(self.failed(at, format!("more than {CHATTER} events within a millionth of the run, the last ones: {}", what.join("; "))));
+                return Err(failed(
+                    at,
+                    format!(
+                        "more than {CHATTER} events within a millionth of the run, the last ones: {}",
+                        what.join("; ")
+                    ),
+                ));
             }
             if at < end {
                 self.restart(at);
             }
         }
-        if !settled {
-            self.state.copy_from_slice(self.solver.state());
+        Ok(())
+    }
+
+    /// Makes the last step anew so that it ends just after an event found in it: near the end of a step the dense output
+    /// is as accurate as the step, in its middle it is not.
+    fn shorten_step(&mut self, at: f64) -> Result<(), Outcome> {
+        let (from, to) = (self.solver.previous_time(), self.solver.time());
+        let end = at + BEYOND * (to - from);
+        if end >= to {
+            return Ok(());
         }
+        self.looked.copy_from_slice(self.solver.previous_state());
+        let next = self.solver.next_step();
+        let machine = &mut self.machine;
+        let mut rhs = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
+        self.solver.start(from, &self.looked, &mut rhs);
+        self.solver.set_step(end - from);
+        if let Err(error) = self.solver.step(end, &mut rhs) {
+            return Err(self.step_failed(error));
+        }
+        self.solver.prepare_dense(&mut rhs);
+        self.solver.set_step(next);
         Ok(())
     }
 
@@ -273,6 +313,7 @@ impl Runner<'_> {
                 self.solver.interpolate(at, &mut self.looked);
             }
             self.machine.observe(at, &self.looked);
+            self.outputs.solve_multipliers(&self.machine);
             self.outputs.sample(at, &self.machine);
             if row <= at {
                 self.outputs.record(&self.machine);
@@ -303,7 +344,12 @@ impl Runner<'_> {
         let speeds = &self.machine.work.kinematics.speeds;
         let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
         fastest.map_or_else(String::new, |k| {
-            self.outputs.signals.iter().filter(|s| s.physical == Physical::Speed).nth(k).map_or_else(String::new, |s| s.name.clone())
+            self.outputs
+                .signals
+                .iter()
+                .filter(|s| s.physical == Physical::Speed)
+                .nth(k)
+                .map_or_else(String::new, |s| s.name.clone())
         })
     }
 
@@ -314,15 +360,12 @@ impl Runner<'_> {
                 "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
             ),
             StepError::NotFinite { .. } => {
-                "the equations give a value that is not finite: the loop diverges, or the inertia becomes singular".to_string()
+                "the equations give a value that is not finite: the loop diverges, or the inertia becomes singular"
+                    .to_string()
             }
         };
-        self.failed(at, text)
-    }
-
-    fn failed(&mut self, time: f64, cause: String) -> Outcome {
         self.state.copy_from_slice(self.solver.state());
-        Outcome::Failed { time, cause: format!("at t = {time:.9} s: {cause}") }
+        failed(at, text)
     }
 
     fn finish(mut self, outcome: Outcome) -> RunResult {
@@ -344,4 +387,8 @@ impl Runner<'_> {
             },
         }
     }
+}
+
+fn failed(time: f64, cause: String) -> Outcome {
+    Outcome::Failed { time, cause: format!("at t = {time:.9} s: {cause}") }
 }

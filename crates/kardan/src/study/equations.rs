@@ -61,7 +61,11 @@ fn row(matrix: &Matrix<Rational>, i: usize, names: &[String]) -> Vec<(Rational, 
 }
 
 /// Left-hand and right-hand side of each reduced equation.
-fn lines(variant: &PreparedVariant, model: &LinearModel, mark: &dyn Fn(&str, usize) -> String) -> Vec<(String, String)> {
+fn lines(
+    variant: &PreparedVariant,
+    model: &LinearModel,
+    mark: &dyn Fn(&str, usize) -> String,
+) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &Along<InputKind>| match input.value {
         InputKind::Motor(_) => mark(&input.element, 3),
@@ -111,7 +115,13 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         5 => name.to_string(),
         _ => format!("sgn({name}')"),
     };
-    let _ = writeln!(out, "Model {}: {} shafts, {} degrees of freedom", variant.model.name, model.basis.rows(), model.coordinates.len());
+    let _ = writeln!(
+        out,
+        "Model {}: {} shafts, {} degrees of freedom",
+        variant.model.name,
+        model.basis.rows(),
+        model.coordinates.len()
+    );
     let _ = writeln!(out, "Coordinates: {} (angles in rad, torques in N m)\n", model.coordinates.join(", "));
     out.push_str("Equations of motion\n");
     for (left, right) in lines(variant, model, &mark) {
@@ -132,7 +142,12 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         out.push_str("\nShafts from coordinates (rates)\n");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();
         for shaft in variant.reduced.dependents() {
-            let _ = writeln!(out, "  {}' = {}", variant.reduced.equations.shafts[shaft], sum(row(&model.basis, shaft, &rates).into_iter()));
+            let _ = writeln!(
+                out,
+                "  {}' = {}",
+                variant.reduced.equations.shafts[shaft],
+                sum(row(&model.basis, shaft, &rates).into_iter())
+            );
         }
     }
     for (title, unit, matrix, columns) in matrices(model) {
@@ -195,18 +210,17 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     out.push_str("\\begin{align}\n");
     let mut rows: Vec<String> =
         lines(variant, model, &mark).into_iter().map(|(left, right)| format!("  {left} &= {right}")).collect();
-    rows.extend(constraints(variant, &|name| mark(name, 0)).into_iter().map(|(_, line)| {
-        format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))
-    }));
+    rows.extend(
+        constraints(variant, &|name| mark(name, 0))
+            .into_iter()
+            .map(|(_, line)| format!("  {}", line.replacen(" = ", " &= ", 1).replace('γ', r"\gamma"))),
+    );
     out.push_str(&rows.join(" \\\\\n"));
     out.push_str("\n\\end{align}\n");
     let names = ["H_r", "D_r", "S_r", "F_r"];
     for (name, (_, _, matrix, _)) in names.iter().zip(matrices(model)) {
-        let rows: Vec<String> = matrix
-            .to_rows()
-            .iter()
-            .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" & "))
-            .collect();
+        let rows: Vec<String> =
+            matrix.to_rows().iter().map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" & ")).collect();
         let _ = writeln!(out, "\\[ {name} = \\begin{{bmatrix}} {} \\end{{bmatrix}} \\]", rows.join(r" \\ "));
     }
     let motors: Vec<String> = variant

@@ -1,10 +1,14 @@
 //! What a model file asks for: checked, designed, run for every variant, judged.
 
+mod asked;
+mod checks;
 mod equations;
 mod prepare;
+mod read;
+mod scenario;
 
 pub use equations::{EquationsForm, equations};
-pub use prepare::{PreparedVariant, Prepared, check, prepare};
+pub use prepare::{Prepared, PreparedVariant, check, prepare};
 
 use rayon::prelude::*;
 
@@ -12,9 +16,7 @@ use crate::analysis::closed_loop_poles;
 use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::num::Matrix;
 use crate::reduce::linearise;
-use crate::results::{
-    LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
-};
+use crate::results::{LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study};
 use crate::simulate::{Setup, signal_names, simulate};
 
 /// Hears how far the runs are. Called from several threads.

@@ -1,0 +1,233 @@
+//! What a study asks for: requirements, plots, accuracy.
+
+use super::Requirement;
+use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::model::{Document, TableReader};
+use crate::results::{Physical, Plot};
+use crate::schema::{Scalar as Written, Sign, Spanned, Table};
+use crate::simulate::Tolerance;
+use crate::units::Dimension;
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// The signals of a study, for what names them.
+pub(super) struct Known<'a> {
+    pub(super) document: &'a Document,
+    pub(super) signals: Vec<(String, Physical)>,
+    /// Elements whose signals may be others.
+    pub(super) doubtful: BTreeSet<String>,
+}
+
+impl Known<'_> {
+    /// Whether a signal that was not found may be there when the mistakes told are put right.
+    pub(super) fn may_have(&self, signal: &str) -> bool {
+        let doubts = &self.document.doubts;
+        let (head, tail) = signal.split_once('.').map_or((signal, ""), |(head, tail)| (head, tail));
+        if tail.is_empty() && doubts.references || doubts.all {
+            return true;
+        }
+        let doubtful = doubts.has(head) || self.doubtful.contains(head);
+        let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
+        doubtful
+            && match kind {
+                Some("shaft") => tail == "friction",
+                Some("motor") => tail == "tau" || tail == "command",
+                _ => true,
+            }
+    }
+}
+
+/// The physical kind of a signal; an unknown name is reported.
+pub(super) fn known_signal(
+    name: &str,
+    span: &Range<usize>,
+    known: &Known<'_>,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Physical> {
+    if let Some((_, physical)) = known.signals.iter().find(|(other, _)| other == name) {
+        return Some(*physical);
+    }
+    if known.may_have(name) {
+        return None;
+    }
+    let names = || known.signals.iter().map(|(name, _)| name.as_str());
+    let head = name.split('.').next().unwrap_or_default();
+    let of_head = || names().filter(|other| other.split('.').next() == Some(head));
+    let help = match nearest(name, of_head()).or_else(|| nearest(name, names())) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),
+        None if known.signals.is_empty() => "the model has no signals".to_string(),
+        None => format!("there are {}", quoted(names())),
+    };
+    let message = format!("{what}: there is no signal `{}`", shortened(name));
+    out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such signal").help(help));
+    None
+}
+
+pub(super) fn known_variants(
+    table: &Table,
+    names: &[String],
+    known: &Known<'_>,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<String> {
+    let words = read_words(table, "variants");
+    let doubts = &known.document.doubts;
+    for word in words.iter().filter(|word| !names.contains(&word.value) && !doubts.variants && !doubts.all) {
+        let there: Vec<&str> = names.iter().map(String::as_str).filter(|name| !name.is_empty()).collect();
+        let help = match nearest(&word.value, there.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if there.is_empty() => "the model has no `[variants]`; leave this key out".to_string(),
+            None => format!("there are {}", quoted(there)),
+        };
+        let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
+        out.push(Diagnostic::error("name::unknown", message).at(word.span.clone(), "no such variant").help(help));
+    }
+    words.iter().map(|word| word.value.clone()).collect()
+}
+
+pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Requirement> {
+    let document = known.document;
+    let reader = TableReader::new(document, &[]);
+    let time = (Dimension::TIME, Sign::NonNegative);
+    let mut silent = Vec::new();
+    let duration =
+        match document.scenario.values.contains_key("duration") || document.scenario.unread.contains(&"duration") {
+            true => quantity(&reader, &document.scenario, "duration", time, "", &mut silent).map(|x| x.to_f64()),
+            false => Some(1.0),
+        };
+    let mut requirements = Vec::new();
+    for table in &document.requirements {
+        let what = "`[[requirement]]`";
+        let variants = known_variants(table, variants, known, what, out);
+        let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+        if !here("below") && !here("above") {
+            out.push(
+                Diagnostic::error("key::missing", format!("{what}: a bound is missing"))
+                    .at(table.span.clone(), "neither `below` nor `above`")
+                    .help("add `below = \"...\"`, `above = \"...\"` or both"),
+            );
+        }
+        for key in ["below", "above", "from", "until"] {
+            if let Some(Spanned { value: Written::Parameter(name), span }) = read_scalar(table, key)
+                && document.variants.iter().any(|variants| variants.parameter.value == name)
+            {
+                let message = format!("`{key}` of {what}: `{name}` differs between the variants");
+                out.push(
+                    Diagnostic::error("requirement::varied", message)
+                        .at(span, "a varied parameter")
+                        .help("write a number, and one requirement for each variant: `variants = [...]`"),
+                );
+            }
+        }
+        let signal = read_word(table, "signal");
+        let physical =
+            signal.and_then(|name| known_signal(name, &TableReader::span(table, "signal"), known, what, out));
+        let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
+        let (from, until) = (number("from", time), number("until", time));
+        let bounds = physical.map(|physical| {
+            let dimension = (physical_dimension(physical), Sign::Any);
+            (number("below", dimension), number("above", dimension))
+        });
+        let end = until.unwrap_or(f64::INFINITY).min(duration.unwrap_or(f64::INFINITY));
+        let begin = from.unwrap_or(0.0);
+        if begin > end {
+            let (key, other) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
+            let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {other} s");
+            out.push(
+                Diagnostic::error("requirement::window", message)
+                    .at(TableReader::span(table, key), "no time is left")
+                    .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
+            );
+        }
+        if let Some((Some(below), Some(above))) = bounds
+            && above >= below
+        {
+            let message = format!("{what}: nothing is above {above} and below {below}");
+            out.push(
+                Diagnostic::error("requirement::bounds", message)
+                    .at(TableReader::span(table, "below"), "not above `above`")
+                    .help("let `above` be less than `below`, or write two requirements"),
+            );
+        }
+        if let (Some(signal), Some(measure), Some((below, above))) = (signal, read_word(table, "measure"), bounds) {
+            requirements.push(Requirement {
+                signal: signal.into(),
+                measure: measure.into(),
+                below,
+                above,
+                from: begin,
+                until: until.unwrap_or(f64::INFINITY),
+                variants,
+            });
+        }
+    }
+    requirements
+}
+
+pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
+    let mut plots: Vec<Plot> = Vec::new();
+    let mut places: Vec<Range<usize>> = Vec::new();
+    for table in &known.document.plots {
+        let id = read_word(table, "name").unwrap_or_default().to_string();
+        let what = if id.is_empty() { "`[[plot]]`".to_string() } else { format!("plot `{id}`") };
+        let place = TableReader::span(table, "name");
+        if let Some(other) = plots.iter().position(|plot| plot.id.eq_ignore_ascii_case(&id) && !id.is_empty()) {
+            out.push(
+                Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
+                    .at(place.clone(), "again here")
+                    .at(places[other].clone(), "first here")
+                    .help("give each plot a name of its own; it becomes a file name"),
+            );
+        }
+        let variants = known_variants(table, variants, known, &what, out);
+        let mut signals = |key: &str| {
+            let words = read_words(table, key);
+            for word in words {
+                known_signal(&word.value, &word.span, known, &what, out);
+            }
+            words.iter().map(|word| word.value.clone()).collect::<Vec<_>>()
+        };
+        let (drawn, references) = (signals("signals"), signals("references"));
+        if drawn.is_empty() && table.values.contains_key("signals") {
+            out.push(
+                Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
+                    .at(TableReader::span(table, "signals"), "no signal")
+                    .help("list one or more signals: `signals = [\"rk.phi\"]`"),
+            );
+        }
+        places.push(place);
+        plots.push(Plot {
+            id,
+            title: read_word(table, "title").unwrap_or_default().into(),
+            caption: read_word(table, "caption").unwrap_or_default().into(),
+            signals: drawn,
+            references,
+            variants,
+        });
+    }
+    plots
+}
+
+pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Tolerance {
+    let reader = TableReader::new(document, &[]);
+    let relative = quantity(
+        &reader,
+        &document.scenario,
+        "relative_tolerance",
+        (Dimension::NONE, Sign::Positive),
+        "`[scenario]`",
+        out,
+    );
+    let Some(relative) = relative.map(|x| x.to_f64()) else { return Tolerance::default() };
+    if !(1e-13..=1e-3).contains(&relative) {
+        out.push(
+            Diagnostic::error("scenario::tolerance", format!("a relative tolerance of {relative:e} is out of range"))
+                .at(TableReader::span(&document.scenario, "relative_tolerance"), "from 1e-13 to 1e-3")
+                .help("leave it out for 1e-10, which suits almost every study"),
+        );
+    }
+    Tolerance { relative, absolute: 1e-2 * relative }
+}

@@ -1,0 +1,336 @@
+//! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
+
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::element::Values;
+use crate::equations::Term;
+use crate::model::{ControlSpec, Document, Model, TableReader, words};
+use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
+use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, linearise};
+use crate::schema::{Field, Kind};
+use crate::synthesis::SynthesisError;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Places shown for one mistake.
+pub(super) const MOST_LABELS: usize = 8;
+
+pub(super) fn span_of(document: &Document, element: &str) -> Range<usize> {
+    document.elements.iter().find(|e| e.name == element).map_or(0..0, |e| e.span.clone())
+}
+
+/// The place of a key's value of an element, of its header if the key is absent.
+pub(super) fn span_of_value(document: &Document, element: &str, key: &str) -> Range<usize> {
+    let element = document.elements.iter().find(|e| e.name == element);
+    element.map_or(0..0, |e| e.table.values.get(key).map_or_else(|| e.span.clone(), |value| value.span.clone()))
+}
+
+/// The places of a word in a controller's table, of its header if the word is not there.
+pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Range<usize>> {
+    let table = document.controls.iter().find(|c| c.span == control.span).map(|c| &c.table);
+    let places = table.map(|table| words(table, word)).unwrap_or_default();
+    if places.is_empty() { vec![control.span.clone()] } else { places }
+}
+
+/// The signals that the keys of a law name.
+pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
+    let mut out = Vec::new();
+    for field in fields {
+        match field.kind {
+            Kind::Signal => out.extend(values.word(field.name).map(str::to_string)),
+            Kind::Tables(inner) => {
+                out.extend(
+                    values.tables(field.name).unwrap_or_default().iter().flat_map(|values| signals_of(inner, values)),
+                );
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, error: &SynthesisError) -> Diagnostic {
+    let (named, label, help) = match error {
+        SynthesisError::NotDecouplable { outputs, not_reached, .. } => {
+            let named = if not_reached.is_empty() { outputs.clone() } else { not_reached.clone() };
+            let label = if not_reached.is_empty() { "not independent" } else { "not reached" };
+            (
+                named,
+                label,
+                "choose other outputs or inputs; `kardan equations` shows what each input reaches".to_string(),
+            )
+        }
+        SynthesisError::Twice { name, what } => {
+            (vec![name.clone()], "used here", format!("name another {what} in each channel"))
+        }
+        SynthesisError::NotReached { input, .. } => (
+            vec![input.clone()],
+            "does not act on the output directly",
+            "choose a motor that acts on the output without a spring between, or give `inertia`".to_string(),
+        ),
+        SynthesisError::NotAnAngle { signal, example } => {
+            (vec![signal.clone()], "not an angle", format!("name the angle of a shaft, such as `{example}`"))
+        }
+    };
+    let mut out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
+    let mut places: Vec<Range<usize>> =
+        named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();
+    places.sort_by_key(|place| place.start);
+    places.dedup();
+    for place in places {
+        out = out.at(place, label);
+    }
+    out
+}
+
+/// Whether all angles, and the way they depend on the coordinates, are finite at a position.
+pub(super) fn is_finite_at(reduced: &Reduced, position: &[f64]) -> bool {
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &vec![0.0; position.len()]);
+    kinematics.angles.iter().chain(&kinematics.basis).all(|x| x.is_finite())
+}
+
+/// Whether the matrices of a model can be held in numbers, and its inertias are not lost in rounding.
+pub(super) fn is_representable(model: &LinearModel) -> bool {
+    let matrices = [&model.inertia, &model.damping, &model.stiffness, &model.input, &model.basis];
+    let finite = matrices.iter().all(|matrix| matrix.to_f64().as_slice().iter().all(|x| x.is_finite()));
+    let inertia = model.inertia.to_f64();
+    finite && (0..inertia.rows()).all(|k| inertia[(k, k)].is_normal() && (1.0 / inertia[(k, k)]).is_finite())
+}
+
+/// Reports parts of the model that neither an element nor a law connects.
+pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
+    let mut part: Vec<usize> = (0..model.shafts.len()).collect();
+    let number = |name: &str| model.shafts.iter().position(|shaft| shaft == name);
+    let mut join = |names: Vec<&str>| {
+        let numbers: Vec<usize> = names.iter().filter_map(|name| number(name)).collect();
+        for pair in numbers.windows(2) {
+            let (from, to) = (part[pair[1]], part[pair[0]]);
+            for p in &mut part {
+                if *p == from {
+                    *p = to;
+                }
+            }
+        }
+    };
+    let mut shafts_of_input: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for named in &model.terms {
+        let shafts: Vec<&str> = match &named.term {
+            Term::Inertia { along, .. }
+            | Term::Spring { along, .. }
+            | Term::Damper { along, .. }
+            | Term::Friction { along, .. }
+            | Term::Constraint { along, .. }
+            | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
+            Term::Transmission { driven, driving, .. } => vec![driven, driving],
+            Term::Output(_) => continue,
+        };
+        if matches!(named.term, Term::Input { .. }) {
+            shafts_of_input.insert(&named.element, shafts.clone());
+        }
+        join(shafts);
+    }
+    for control in &model.controls {
+        let inputs = (control.law.inputs)(&control.values);
+        join(inputs.iter().filter_map(|input| shafts_of_input.get(input.as_str())).flatten().copied().collect());
+    }
+    let first = part.first().copied();
+    let away: Vec<&String> =
+        model.shafts.iter().zip(&part).filter(|(_, p)| Some(**p) != first).map(|(shaft, _)| shaft).collect();
+    if let Some(shaft) = away.first() {
+        let names = quoted(away.iter().map(|name| name.as_str()));
+        let message = format!("the model falls apart: nothing connects {names} with `{}`", model.shafts[0]);
+        out.push(
+            Diagnostic::error("model::disconnected", message)
+                .at(span_of(document, shaft), "not connected")
+                .help("connect the parts by a gear, a spring_damper or a common controller, or make two models"),
+        );
+    }
+}
+
+pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {
+    let coordinates = TableReader::span(&document.model, "coordinates");
+    let suggest = |names: &[String]| {
+        if names.is_empty() {
+            "leave `coordinates` out to have them chosen".to_string()
+        } else {
+            let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+            format!("coordinates = [{}] would do", names.join(", "))
+        }
+    };
+    match error {
+        ReduceError::ConstraintsDependent { rank, dependencies } => dependencies
+            .iter()
+            .map(|Dependency { elements, contradiction }| {
+                let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
+                let verdict =
+                    if *contradiction { "their offsets contradict each other" } else { "one of them is superfluous" };
+                let rows = rank + dependencies.len();
+                // Shares so that the first is one.
+                let unit = elements.first().map_or(1.0, |(_, x)| *x);
+                let mut sum = String::new();
+                for (name, x) in elements {
+                    let share = x / unit;
+                    let sign = match (sum.is_empty(), share < 0.0) {
+                        (true, false) => "",
+                        (true, true) => "-",
+                        (false, false) => " + ",
+                        (false, true) => " - ",
+                    };
+                    let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
+                    sum += &format!("{sign}{size}{name}");
+                }
+                let message = format!(
+                    "the constraints {names} are linearly dependent ({sum} = 0), and {verdict}; \
+                     {rows} rows have the rank {rank}"
+                );
+                let mut out = Diagnostic::error("constraint::dependent", message);
+                for (name, x) in elements.iter().take(MOST_LABELS) {
+                    out = out.at(span_of(document, name), format!("this row, times {}", x / unit));
+                }
+                let help = if *contradiction {
+                    "remove one of them, or correct a ratio or an offset"
+                } else {
+                    "remove one of them, or correct a ratio"
+                };
+                out.help(help)
+            })
+            .collect(),
+        ReduceError::NoMotion { .. } => {
+            let mut out = Diagnostic::error("constraint::no-motion", error.to_string())
+                .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
+            let rows =
+                model.terms.iter().filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. }));
+            let mut places: Vec<Range<usize>> = rows.map(|named| span_of(document, &named.element)).collect();
+            places.sort_by_key(|place| place.start);
+            for place in places.into_iter().take(MOST_LABELS) {
+                out = out.at(place, "a constraint");
+            }
+            vec![out]
+        }
+        ReduceError::CoordinateCount { suggestion, .. } | ReduceError::CoordinatesDependent { suggestion, .. } => vec![
+            Diagnostic::error("coordinates::choice", error.to_string())
+                .at(coordinates, "these coordinates")
+                .help(suggest(suggestion)),
+        ],
+        ReduceError::NotExplicit { elements, suggestion } => {
+            let mut out = Diagnostic::error("constraint::loop", error.to_string());
+            for name in elements.iter().take(MOST_LABELS) {
+                out = out.at(span_of(document, name), "part of the loop");
+            }
+            let help = if model.coordinates.is_some() {
+                suggest(suggestion)
+            } else {
+                "break the loop: two transmissions between the same shafts leave no motion".to_string()
+            };
+            vec![out.help(help)]
+        }
+    }
+}
+
+/// Inertia must be positive definite and damping positive semidefinite in every position; both are decided exactly at
+/// the positions tried.
+pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
+    let r = reduced.freedoms();
+    let constant = Kinematics::new(reduced).is_constant();
+    let positions: Vec<Vec<f64>> = if constant {
+        vec![vec![0.0; r]]
+    } else {
+        (0..8).map(|k| vec![f64::from(k) * std::f64::consts::PI / 8.0; r]).collect()
+    };
+    let negative: Vec<&str> = reduced
+        .equations
+        .dampers
+        .iter()
+        .filter(|damper| damper.value.signum() < 0)
+        .map(|damper| damper.element.as_str())
+        .collect();
+    let mut passive = true;
+    for position in &positions {
+        let model = is_finite_at(reduced, position).then(|| linearise(reduced, position));
+        let Some(model) = model else {
+            let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
+            let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
+            let mut diagnostic = Diagnostic::error("number::range", "an angle of the model is too large for a number");
+            for name in ratios.take(MOST_LABELS) {
+                diagnostic = diagnostic.at(span_of(document, name), "through this constraint");
+            }
+            out.push(diagnostic.help("check the exponents of ratios, coefficients and offsets"));
+            return false;
+        };
+        match definiteness(&model.inertia) {
+            Definiteness::Positive => {}
+            Definiteness::PositiveSemi { direction } | Definiteness::Indefinite { witness: direction } => {
+                let shafts = moving(reduced, &model, &direction);
+                let names = quoted(shafts.iter().map(String::as_str));
+                let message = format!("a motion without inertia is possible: {names} can move while no mass does");
+                let mut diagnostic = Diagnostic::error("model::massless", message);
+                for name in shafts.iter().take(MOST_LABELS) {
+                    diagnostic = diagnostic.at(span_of(document, name), "moves without inertia");
+                }
+                out.push(diagnostic.help("give one of these shafts an inertia, or tie it to another shaft by a gear"));
+                return false;
+            }
+        }
+        if !is_representable(&model) {
+            let message = "the numbers of the model lie too far apart: a reduced inertia, damping, stiffness or ratio is too \
+                           large or too small for a number";
+            let mut diagnostic = Diagnostic::error("number::range", message);
+            for name in reduced.coordinate_names().iter().take(MOST_LABELS) {
+                diagnostic = diagnostic.at(span_of(document, name), "moves with it");
+            }
+            out.push(diagnostic.help("check the exponents of inertias, dampings, stiffnesses and ratios"));
+            return false;
+        }
+        if passive
+            && !negative.is_empty()
+            && let Definiteness::Indefinite { witness } = definiteness(&model.damping)
+        {
+            passive = false;
+            let shafts = moving(reduced, &model, &witness);
+            let names = quoted(shafts.iter().map(String::as_str));
+            let message = format!(
+                "the damping is not passive: a motion of {names} gains energy from it (the reduced damping matrix is not \
+                 positive semidefinite)"
+            );
+            let mut diagnostic = Diagnostic::error("damping::not-passive", message);
+            for name in negative.iter().take(MOST_LABELS) {
+                diagnostic = diagnostic.at(span_of_value(document, name, "damping"), "negative damping");
+            }
+            out.push(diagnostic.help("make this damping less negative, or add damping to the shafts named"));
+        }
+    }
+    if passive {
+        for name in negative {
+            let message = format!(
+                "`{name}` has a negative damping; the model as a whole is passive (its reduced damping matrix is positive \
+                 semidefinite)"
+            );
+            out.push(
+                Diagnostic::warning("damping::negative", message)
+                    .at(span_of_value(document, name, "damping"), "negative damping")
+                    .help("fine for an equivalent damping identified on a gear; otherwise correct its sign"),
+            );
+        }
+    }
+    true
+}
+
+/// Shafts that take part in a reduced motion, the largest share first.
+pub(super) fn moving(reduced: &Reduced, model: &LinearModel, direction: &[Rational]) -> Vec<String> {
+    let mut shares: Vec<(f64, &String)> = reduced
+        .equations
+        .shafts
+        .iter()
+        .enumerate()
+        .map(|(shaft, name)| {
+            let sum = direction
+                .iter()
+                .enumerate()
+                .fold(Rational::ZERO, |sum, (j, x)| sum.plus(&model.basis[(shaft, j)].times(x)));
+            (rational_to_f64(&sum).abs(), name)
+        })
+        .filter(|(share, _)| *share > 0.0)
+        .collect();
+    shares.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
+    shares.into_iter().map(|(_, name)| name.clone()).collect()
+}

@@ -1,0 +1,71 @@
+//! Reading quantities and names from the tables of a study.
+
+use crate::diagnostics::Diagnostic;
+use crate::model::TableReader;
+use crate::results::Physical;
+use crate::schema::{Scalar as Written, Sign, Spanned, Table, Value};
+use crate::units::{Dimension, Exact};
+
+pub(super) fn physical_dimension(physical: Physical) -> Dimension {
+    match physical {
+        Physical::Angle => Dimension::ANGLE,
+        Physical::Speed => Dimension::ANGULAR_VELOCITY,
+        Physical::Torque | Physical::Energy => Dimension::TORQUE,
+    }
+}
+
+pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Spanned<Written>> {
+    table.values.get(key).and_then(|spanned| match &spanned.value {
+        Value::Scalar(scalar) => Some(Spanned { value: scalar.clone(), span: spanned.span.clone() }),
+        _ => None,
+    })
+}
+
+pub(super) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
+    table.values.get(key).and_then(|spanned| match &spanned.value {
+        Value::Word(word) => Some(word.as_str()),
+        _ => None,
+    })
+}
+
+pub(super) fn read_words<'a>(table: &'a Table, key: &str) -> &'a [Spanned<String>] {
+    table.values.get(key).map_or(&[], |spanned| match &spanned.value {
+        Value::Words(words) => words,
+        _ => &[],
+    })
+}
+
+/// A quantity of a table in SI, checked against a dimension and, through parameters, against a sign.
+pub(super) fn quantity(
+    reader: &TableReader<'_>,
+    table: &Table,
+    key: &str,
+    (dimension, sign): (Dimension, Sign),
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Exact> {
+    let scalar = read_scalar(table, key)?;
+    let label = format!("`{key}` of {what}");
+    of_dimension(reader, &scalar, (dimension, sign), &label, out)
+}
+
+/// A quantity in SI of one dimension.
+pub(super) fn of_dimension(
+    reader: &TableReader<'_>,
+    scalar: &Spanned<Written>,
+    (dimension, sign): (Dimension, Sign),
+    label: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Exact> {
+    let (value, found) = reader.scalar(scalar, Some((dimension, sign)), label, out)?;
+    if found != dimension {
+        let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
+        out.push(
+            Diagnostic::error("unit::dimension", message)
+                .at(scalar.span.clone(), found.noun())
+                .help(format!("write a unit such as {}", dimension.example())),
+        );
+        return None;
+    }
+    Some(value)
+}

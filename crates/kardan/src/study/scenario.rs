@@ -1,0 +1,294 @@
+//! The scenario of a run: signals from outside, what they do, output times, initial state.
+
+use super::asked::Known;
+use super::checks::places_in_control;
+use super::read::{of_dimension, physical_dimension, quantity, read_word};
+use crate::assemble::Equations;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::InputKind;
+use crate::model::{ControlSpec, Document, Model, Setting, TableReader};
+use crate::num::{Rational, rational_to_f64};
+use crate::results::Physical;
+use crate::schema::{Sign, Table, Value};
+use crate::simulate::{Scenario, SignalEvent, Source, SourceTarget};
+use crate::units::{Dimension, Exact};
+
+/// Rows that one run may have.
+const MOST_ROWS: f64 = 5e6;
+/// Rows that all runs of a study may have together.
+const MOST_ROWS_OF_ALL: f64 = 2e7;
+
+/// Signals that events may set: references of laws, disturbances, torques of motors without a law.
+pub(super) fn sources(
+    model: &Model,
+    equations: &Equations,
+    document: &Document,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Source> {
+    let mut sources: Vec<Source> = Vec::new();
+    let mut commanded: Vec<String> = Vec::new();
+    for control in &model.controls {
+        commanded.extend((control.law.inputs)(&control.values));
+        for reference in (control.law.references)(&control.values) {
+            let element = document.elements.iter().find(|e| e.name == reference.name);
+            let other = sources.iter().find(|s| s.name == reference.name);
+            let taken = match (element, other) {
+                (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
+                (None, Some(other)) if other.physical != reference.physical => {
+                    Some(format!("of {} in {}", other.description, other.physical.unit()))
+                }
+                _ => None,
+            };
+            if let Some(taken) = taken {
+                let message =
+                    format!("control `{}`: the name `{}` is already that {taken}", control.name, reference.name);
+                let places = places_in_control(document, control, &reference.name);
+                out.push(
+                    Diagnostic::error("name::duplicate", message)
+                        .at(places[places.len() - 1].clone(), "this name")
+                        .help("give the reference a name of its own, such as `ref_rack`"),
+                );
+            } else if other.is_none() {
+                sources.push(Source {
+                    name: reference.name,
+                    physical: reference.physical,
+                    description: reference.description,
+                    target: SourceTarget::Reference,
+                });
+            }
+        }
+    }
+    for (k, input) in equations.inputs.iter().enumerate() {
+        let (name, description) = match &input.value {
+            InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
+            InputKind::Motor(_) if commanded.contains(&input.element) => continue,
+            InputKind::Motor(_) => (format!("{}.tau", input.element), format!("torque of {}", input.element)),
+        };
+        sources.push(Source { name, physical: Physical::Torque, description, target: SourceTarget::Input(k) });
+    }
+    sources.sort_by(|a, b| a.name.cmp(&b.name));
+    sources
+}
+
+/// Why an event cannot set a signal; nothing if the signal may be there when the mistakes told are put right.
+pub(super) fn not_settable(
+    signal: &str,
+    sources: &[Source],
+    document: &Document,
+    model: &Model,
+) -> Option<(String, String)> {
+    let shown = shortened(signal);
+    let names = || sources.iter().map(|source| source.name.as_str());
+    let all = || match sources {
+        [] => "there is nothing to set: add a motor or a disturbance".to_string(),
+        _ => format!("events can set {}", quoted(names())),
+    };
+    let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+    let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
+    if tail == "tau" && is_kind("motor") {
+        let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
+        let control = model.controls.iter().find(commands)?;
+        let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
+        let message =
+            format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
+        return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
+    }
+    if is_kind("shaft") && (tail == "phi" || tail == "w") {
+        return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
+    }
+    let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
+    if known.may_have(signal) {
+        return None;
+    }
+    let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
+    Some((format!("there is no signal `{shown}` that an event can set"), help))
+}
+
+/// The scenario. `coordinates` are the reduced coordinates if they are known.
+pub(super) fn scenario(
+    document: &Document,
+    model: &Model,
+    equations: &Equations,
+    coordinates: Option<&[String]>,
+    settings: &[Setting],
+    out: &mut Vec<Diagnostic>,
+) -> Scenario {
+    let reader = TableReader::new(document, settings);
+    let table = &document.scenario;
+    let time = |table: &Table, key: &str, sign: Sign, what: &str, out: &mut Vec<Diagnostic>| {
+        quantity(&reader, table, key, (Dimension::TIME, sign), what, out)
+    };
+    // Left out is not the same as unreadable.
+    let mut or_default = |key: &str, default: Exact| {
+        let left_out = !table.values.contains_key(key) && !table.unread.contains(&key);
+        if left_out { Some(default) } else { time(table, key, Sign::Positive, "`[scenario]`", out) }
+    };
+    let duration = or_default("duration", Exact::one());
+    let step = or_default("output_step", Exact::from_ratio(1, 1000));
+    let sources = sources(model, equations, document, out);
+    let mut events = Vec::new();
+    let mut times = Vec::new();
+    let tables = match table.values.get("event").map(|spanned| &spanned.value) {
+        Some(Value::Tables(tables)) => tables.as_slice(),
+        _ => &[],
+    };
+    for (i, event) in tables.iter().enumerate() {
+        let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
+        let at = time(event, "at", Sign::NonNegative, what, out);
+        let over = time(event, "over", Sign::NonNegative, what, out);
+        if let (Some(at), Some(duration)) = (&at, &duration)
+            && at.to_f64() >= duration.to_f64()
+        {
+            let message =
+                format!("this event at {} s never happens: the run ends at {} s", at.to_f64(), duration.to_f64());
+            out.push(
+                Diagnostic::warning("event::late", message)
+                    .at(TableReader::span(event, "at"), "after the end")
+                    .help("lengthen `duration` or move the event"),
+            );
+        }
+        let Some(signal) = read_word(event, "signal") else { continue };
+        let Some(source) = sources.iter().position(|source| source.name == signal) else {
+            if let Some((message, help)) = not_settable(signal, &sources, document, model) {
+                out.push(
+                    Diagnostic::error("name::unknown", format!("{what}: {message}"))
+                        .at(TableReader::span(event, "signal"), "not settable")
+                        .help(help),
+                );
+            }
+            continue;
+        };
+        let dimension = physical_dimension(sources[source].physical);
+        let to = quantity(&reader, event, "to", (dimension, Sign::Any), what, out);
+        let (Some(at), Some(to)) = (at, to) else { continue };
+        times.push(at.clone());
+        if let Some(over) = over.as_ref().filter(|over| !over.is_zero()) {
+            times.push(Exact::new(at.to_rational() + over.to_rational(), 0));
+        }
+        events.push(SignalEvent { source, at: at.to_f64(), to: to.to_f64(), over: over.map_or(0.0, |x| x.to_f64()) });
+    }
+    let times = match (&duration, &step) {
+        (Some(duration), Some(step)) if check_rows(document, duration, step, times.len(), out) => {
+            output_times(duration, step, &times)
+        }
+        _ => vec![0.0],
+    };
+    let (position, speed) = initial_state(&reader, document, coordinates, out);
+    let duration = duration.map_or(0.0, |duration| duration.to_f64());
+    Scenario { duration, times, sources, events, position, speed }
+}
+
+/// Whether the results fit into memory.
+pub(super) fn check_rows(
+    document: &Document,
+    duration: &Exact,
+    step: &Exact,
+    events: usize,
+    out: &mut Vec<Diagnostic>,
+) -> bool {
+    let runs: f64 = document.variants.iter().map(|variants| variants.values.len() as f64).product();
+    let most = MOST_ROWS.min(MOST_ROWS_OF_ALL / runs);
+    let rows = duration.to_f64() / step.to_f64() + 100.0 * events as f64;
+    if rows <= most {
+        return true;
+    }
+    let shown = if rows < 1e9 { format!("{rows:.0}") } else { format!("about {rows:.0e}") };
+    let shown = if rows.is_finite() { shown } else { "endlessly many".to_string() };
+    let each = if runs > 1.0 { format!(" for each of {runs} variants") } else { String::new() };
+    let key = if document.scenario.values.contains_key("output_step") { "output_step" } else { "duration" };
+    out.push(
+        Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
+            .at(TableReader::span(&document.scenario, key), "too fine for this duration")
+            .help(format!("choose an output_step of at least {:.3e} s", duration.to_f64() / (0.9 * most))),
+    );
+    false
+}
+
+/// Multiples of the step, quarters of it for 20 steps after each event, the event times and the end; each is the number
+/// nearest to its exact value.
+pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> Vec<f64> {
+    let end = duration.to_f64();
+    let ratio = step.to_rational();
+    let mut times: Vec<f64> = Vec::new();
+    let (numerator, denominator) =
+        (rational_to_f64(&Rational::from(ratio.numerator().clone())), ratio.denominator().clone());
+    let denominator = rational_to_f64(&Rational::from(denominator));
+    // A quotient of two whole numbers below 2^53 is rounded once.
+    let multiple = |k: f64| {
+        if numerator * k < 9e15 && denominator < 9e15 { numerator * k / denominator } else { step.to_f64() * k }
+    };
+    let count = (end / step.to_f64()).floor() as usize;
+    times.extend((0..=count).map(|k| multiple(k as f64)));
+    for event in events {
+        let event = event.to_rational();
+        let quarter = &ratio / Rational::from(4);
+        times.extend((0..=80).map(|k| rational_to_f64(&(&event + &quarter * Rational::from(k)))));
+    }
+    times.push(end);
+    times.retain(|time| (0.0..=end).contains(time));
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|b, a| *b - *a <= 1e-12 * end);
+    if let Some(last) = times.last_mut() {
+        *last = end;
+    }
+    times
+}
+
+/// Positions and speeds of the coordinates; of none if these are not known.
+pub(super) fn initial_state(
+    reader: &TableReader<'_>,
+    document: &Document,
+    coordinates: Option<&[String]>,
+    out: &mut Vec<Diagnostic>,
+) -> (Vec<f64>, Vec<f64>) {
+    let names = coordinates.unwrap_or_default();
+    let (mut position, mut speed) = (vec![0.0; names.len()], vec![0.0; names.len()]);
+    let Some(Value::Map(entries)) = document.scenario.values.get("initial").map(|spanned| &spanned.value) else {
+        return (position, speed);
+    };
+    let shafts: Vec<&str> =
+        document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str()).collect();
+    for (name, scalar) in entries {
+        let (shaft, tail) = name.value.rsplit_once('.').unwrap_or((&name.value, ""));
+        let coordinate = names.iter().position(|n| n == shaft);
+        let is_shaft = shafts.contains(&shaft);
+        let target = match (tail, coordinate) {
+            ("phi", Some(k)) => Some((Some(&mut position[k]), Dimension::ANGLE)),
+            ("w", Some(k)) => Some((Some(&mut speed[k]), Dimension::ANGULAR_VELOCITY)),
+            ("phi", None) if coordinates.is_none() && is_shaft => Some((None, Dimension::ANGLE)),
+            ("w", None) if coordinates.is_none() && is_shaft => Some((None, Dimension::ANGULAR_VELOCITY)),
+            _ => None,
+        };
+        let Some((target, dimension)) = target else {
+            if coordinates.is_none() && document.doubts.has(shaft) {
+                continue;
+            }
+            let usable: Vec<&str> =
+                if coordinates.is_some() { names.iter().map(String::as_str).collect() } else { shafts.clone() };
+            let known: Vec<String> = usable.iter().flat_map(|n| [format!("{n}.phi"), format!("{n}.w")]).collect();
+            let known = || known.iter().map(String::as_str);
+            let shown = shortened(&name.value);
+            let (message, help) = if is_shaft && matches!(tail, "phi" | "w") {
+                let help =
+                    format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(known()));
+                (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
+            } else {
+                let help = nearest(&name.value, known())
+                    .map_or_else(|| format!("there are {}", quoted(known())), |near| format!("did you mean `{near}`?"));
+                (format!("`{shown}` is not the angle or speed of a coordinate"), help)
+            };
+            out.push(
+                Diagnostic::error("name::unknown", format!("`initial` of `[scenario]`: {message}"))
+                    .at(name.span.clone(), "not a coordinate")
+                    .help(help),
+            );
+            continue;
+        };
+        let label = format!("`{}` in `initial` of `[scenario]`", name.value);
+        let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
+        if let (Some(target), Some(value)) = (target, value) {
+            *target = value.to_f64();
+        }
+    }
+    (position, speed)
+}
