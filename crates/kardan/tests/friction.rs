@@ -176,14 +176,14 @@ fn a_ramp_breaks_away_on_time() {
 ///     ///==/\/\/==[ a ]--c--///      k = 10 N m/rad, c = 0.1 N m, from 0.105 rad
 /// ```
 ///
-/// With gears the same holds for six shafts that all reverse at once, their friction directions all dependent.
+/// With gears the same holds for five shafts that all reverse at once, their friction directions all dependent.
 #[test]
 fn free_decay_stops_after_five_half_turns() {
     let gear = |k: usize| {
         format!(
             "[shaft.g{k}]\ninertia = \"0.01 kg m^2\"\nfriction = \"0.01 N m\"\n\
              [gear.gear{k}]\nshaft_1 = \"a\"\nshaft_2 = \"g{k}\"\nratio = \"{}\"\n",
-            if k % 2 == 0 { "-1/2" } else { "2" }
+            if k.is_multiple_of(2) { "-1/2" } else { "2" }
         )
     };
     // Shafts at -2 and 1/2 times the speed of a: inertias and Coulomb torques add up to what the single shaft has.

@@ -135,14 +135,15 @@ impl Tree {
         self
     }
 
-    /// Without friction on shafts whose speed can pass through zero while the drive moves: in a mesh of joints, the
-    /// coefficients of a planetary gear can cancel at some angle.
+    /// Without friction on shafts whose speed can pass through zero while the drive moves: where joints and planetary
+    /// gears mesh, the coefficients can cancel at some angle.
     fn meshing_freely(mut self) -> Self {
-        if self.nodes.iter().any(|node| matches!(node.link, Link::Joint { .. })) {
-            for node in &mut self.nodes {
-                if matches!(node.link, Link::Planetary { .. } | Link::HarmonicDrive { .. }) {
-                    node.friction = 0.0;
-                }
+        let joint = self.nodes.iter().any(|node| matches!(node.link, Link::Joint { .. }));
+        let split = self.nodes.iter().any(|node| matches!(node.link, Link::Planetary { .. } | Link::HarmonicDrive { .. }));
+        let free = self.free();
+        for (k, node) in self.nodes.iter_mut().enumerate() {
+            if joint && split && !free.contains(&k) {
+                node.friction = 0.0;
             }
         }
         self

@@ -181,7 +181,7 @@ impl Runner<'_> {
             }
             time = event.unwrap_or(self.solver.time());
             self.observe_until(time, None);
-            if self.solver.counts().accepted % 64 == 0 {
+            if self.solver.counts().accepted.is_multiple_of(64) {
                 progress(time / self.scenario.duration);
             }
             let Some(at) = event else {
