@@ -45,6 +45,9 @@ const BEYOND: f64 = 1e-3;
 const CHATTER: usize = 2000;
 /// Steps after which a run is given up.
 const MOST_STEPS: usize = 20_000_000;
+/// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
+/// keeps a step honest whose other error estimates are small by accident.
+const ENERGY: f64 = 10.0;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e9;
 
@@ -85,7 +88,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
     let machine = Machine::new(setup);
     let (r, size) = (machine.freedoms(), machine.size());
     let mut absolute = vec![tolerance.absolute; size];
-    absolute[size - 2..].fill(f64::INFINITY);
+    absolute[size - 2..].fill(ENERGY * tolerance.relative);
     let mut state = vec![0.0; size];
     state[..r].copy_from_slice(&scenario.position);
     state[r..2 * r].copy_from_slice(&scenario.speed);
