@@ -47,9 +47,19 @@ fn the_command_of_the_readme() {
         let table = folder.join("kardan-out").join(format!("{}.csv", variant["name"].as_str().expect("a name")));
         let text = std::fs::read_to_string(&table).expect("the table is there");
         let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
-        for column in
-            ["t", "rk.phi", "fs.phi", "cj.phi", "wg.w", "driver.tau", "rk_motor.tau", "wg_motor.tau", "hd.tau", "cardan.tau", "ref_rk"]
-        {
+        for column in [
+            "t",
+            "rk.phi",
+            "fs.phi",
+            "cj.phi",
+            "wg.w",
+            "driver.tau",
+            "rk_motor.tau",
+            "wg_motor.tau",
+            "hd.tau",
+            "cardan.tau",
+            "ref_rk",
+        ] {
             assert!(header.contains(&column), "{column} in {header:?}");
         }
         assert!(text.lines().count() > 9000);

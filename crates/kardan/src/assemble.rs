@@ -84,8 +84,12 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
         out.shafts.binary_search_by(|shaft| shaft.as_str().cmp(name)).unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
     let row = |along: &Direction| {
-        let mut row: Vec<(usize, Rational)> =
-            along.entries.iter().map(|(name, x)| (number(name), x.to_rational())).filter(|(_, x)| !Scalar::is_zero(x)).collect();
+        let mut row: Vec<(usize, Rational)> = along
+            .entries
+            .iter()
+            .map(|(name, x)| (number(name), x.to_rational()))
+            .filter(|(_, x)| !Scalar::is_zero(x))
+            .collect();
         row.sort_by_key(|(shaft, _)| *shaft);
         row
     };

@@ -16,11 +16,7 @@ pub const CONSTRAINT: Element = Element {
             Kind::Coefficients,
             "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.",
         ),
-        Field::optional(
-            "offset",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "The right-hand side; left out: zero.",
-        ),
+        Field::optional("offset", Kind::Quantity(Dimension::ANGLE, Sign::Any), "The right-hand side; left out: zero."),
     ],
     example: "\
 [constraint.belt]

@@ -47,10 +47,7 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
     let along = Direction {
-        entries: vec![
-            (values.required("shaft_1").into(), Exact::one()),
-            (values.required("shaft_2").into(), -&ratio),
-        ],
+        entries: vec![(values.required("shaft_1").into(), Exact::one()), (values.required("shaft_2").into(), -&ratio)],
     };
     vec![Term::Constraint { along, offset: -&values.exact_or_zero("offset") }]
 }

@@ -22,11 +22,7 @@ pub const SPRING_DAMPER: Element = Element {
             Kind::Quantity(Dimension::STIFFNESS, Sign::NonNegative),
             "Torsional stiffness; left out: no spring.",
         ),
-        Field::optional(
-            "damping",
-            Kind::Quantity(Dimension::DAMPING, Sign::Any),
-            "Viscous damping; left out: none.",
-        ),
+        Field::optional("damping", Kind::Quantity(Dimension::DAMPING, Sign::Any), "Viscous damping; left out: none."),
         Field::optional(
             "friction",
             Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
@@ -53,7 +49,11 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction::difference(values.required("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
-        out.push(Term::Spring { along: along.clone(), stiffness: stiffness.clone(), rest: values.exact_or_zero("rest") });
+        out.push(Term::Spring {
+            along: along.clone(),
+            stiffness: stiffness.clone(),
+            rest: values.exact_or_zero("rest"),
+        });
     }
     out.extend(losses(&along, values));
     out

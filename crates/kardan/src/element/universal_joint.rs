@@ -19,9 +19,17 @@ pub const UNIVERSAL_JOINT: Element = Element {
     signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
             constraint torque on shaft_1.",
     fields: &[
-        Field::required("shaft_1", Kind::Shaft, "The shaft whose speed is C/(cos^2 q2 + C^2 sin^2 q2) times the other's."),
+        Field::required(
+            "shaft_1",
+            Kind::Shaft,
+            "The shaft whose speed is C/(cos^2 q2 + C^2 sin^2 q2) times the other's.",
+        ),
         Field::required("shaft_2", Kind::Shaft, "The other shaft."),
-        Field::optional("angle", Kind::Quantity(Dimension::ANGLE, Sign::Any), "Bend angle of a single joint, below 90 deg."),
+        Field::optional(
+            "angle",
+            Kind::Quantity(Dimension::ANGLE, Sign::Any),
+            "Bend angle of a single joint, below 90 deg.",
+        ),
         Field::optional(
             "angle_1",
             Kind::Quantity(Dimension::ANGLE, Sign::Any),

@@ -38,7 +38,14 @@ const STUDY: &[(&str, &str)] = &[
 pub fn manual_of(name: &str) -> Option<String> {
     let mut out = String::new();
     if let Some(kind) = element::find(name) {
-        let _ = writeln!(out, "[{}.NAME]\n\n{}\n\n{}\n\n{}\n\nKeys", kind.keyword, kind.summary, kind.sketch.trim_start_matches('\n'), kind.signs);
+        let _ = writeln!(
+            out,
+            "[{}.NAME]\n\n{}\n\n{}\n\n{}\n\nKeys",
+            kind.keyword,
+            kind.summary,
+            kind.sketch.trim_start_matches('\n'),
+            kind.signs
+        );
         keys(kind.fields, &mut out);
         let _ = write!(out, "\nExample\n\n{}", kind.example);
     } else if let Some(law) = synthesis::find(name) {
@@ -67,7 +74,8 @@ fn keys(fields: &[Field], out: &mut String) {
         if let Kind::Tables(inner) = field.kind {
             for field in inner {
                 let need = if field.required { "required" } else { "optional" };
-                let _ = writeln!(out, "      {} ({}, {need})\n          {}", field.name, describe(&field.kind), field.doc);
+                let _ =
+                    writeln!(out, "      {} ({}, {need})\n          {}", field.name, describe(&field.kind), field.doc);
             }
         }
     }

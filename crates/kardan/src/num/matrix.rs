@@ -76,7 +76,11 @@ impl<S: Scalar> Matrix<S> {
     /// # Panics
     /// If the inner dimensions differ.
     pub fn multiply(&self, other: &Self) -> Self {
-        assert_eq!(self.columns, other.rows, "matrix product of {}x{} and {}x{}", self.rows, self.columns, other.rows, other.columns);
+        assert_eq!(
+            self.columns, other.rows,
+            "matrix product of {}x{} and {}x{}",
+            self.rows, self.columns, other.rows, other.columns
+        );
         Self::from_fn(self.rows, other.columns, |i, j| {
             let mut sum = S::zero();
             for k in 0..self.columns {
@@ -94,7 +98,11 @@ impl<S: Scalar> Matrix<S> {
     /// If the shapes differ.
     pub fn plus(&self, other: &Self) -> Self {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "sum of matrices of different shape");
-        Self { rows: self.rows, columns: self.columns, data: self.data.iter().zip(&other.data).map(|(a, b)| a.plus(b)).collect() }
+        Self {
+            rows: self.rows,
+            columns: self.columns,
+            data: self.data.iter().zip(&other.data).map(|(a, b)| a.plus(b)).collect(),
+        }
     }
 
     /// `factor · self`.
@@ -128,7 +136,10 @@ impl<S: Scalar> Matrix<S> {
     /// # Panics
     /// If `self` is not square or the row numbers differ.
     pub fn solve(&self, right: &Self) -> Option<Self> {
-        assert!(self.rows == self.columns && self.rows == right.rows, "solve needs a square matrix and matching right-hand side");
+        assert!(
+            self.rows == self.columns && self.rows == right.rows,
+            "solve needs a square matrix and matching right-hand side"
+        );
         let n = self.rows;
         let (mut a, mut b) = (self.clone(), right.clone());
         for k in 0..n {

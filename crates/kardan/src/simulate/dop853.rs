@@ -6,7 +6,7 @@
 //! Source: E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993: the method,
 //! its error estimate and its dense output in section II.10, the starting step in II.4; E. Hairer, G. Wanner, *Solving
 //! Ordinary Differential Equations II*, 2nd ed. 1996, section IV.2: the PI controller. The coefficients are the
-//! published ones, rounded to the nearest `f64`. Below, [HNW] and [HW] are these two books.
+//! published ones, rounded to the nearest `f64`. Below, \[HNW\] and \[HW\] are these two books.
 
 /// Why a step could not be made. The solver then still stands at its last accepted point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -127,7 +127,7 @@ impl Dop853 {
     }
 
     /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts
-    /// is forgotten. The next [`Dop853::step`] chooses its length by the heuristic of [HNW, II.4], unless
+    /// is forgotten. The next [`Dop853::step`] chooses its length by the heuristic of \[HNW, II.4\], unless
     /// [`Dop853::set_step`] hints one.
     ///
     /// # Panics
@@ -285,7 +285,7 @@ impl Dop853 {
     /// Writes the state at `time` in `[previous_time(), time()]` to `out` (n components).
     ///
     /// With `θ = (time − previous_time)/h` and `ϑ = 1 − θ` it is the polynomial of degree 7
-    /// `x₀ + θ (x₁ − x₀) + θϑ (r₂ + θ (r₃ + ϑ (r₄ + θ (r₅ + ϑ (r₆ + θ r₇)))))` of [HNW, II.10]: state and slope are
+    /// `x₀ + θ (x₁ − x₀) + θϑ (r₂ + θ (r₃ + ϑ (r₄ + θ (r₅ + ϑ (r₆ + θ r₇)))))` of \[HNW, II.10\]: state and slope are
     /// continuous from step to step, the error inside a step is `O(h⁸)`. At both ends it returns the states bit for
     /// bit. Cost: 15 n multiplications.
     ///
@@ -355,7 +355,7 @@ impl Dop853 {
     }
 
     /// `|h| Σe₅² / √(N (Σe₅² + 0.01 Σe₃²))` over the N controlled components, errors divided by their scales
-    /// [HNW, II.10]; NaN when a stage is not finite. Scaled errors of an uncontrolled component are 0.
+    /// \[HNW, II.10\]; NaN when a stage is not finite. Scaled errors of an uncontrolled component are 0.
     fn error_norm(&mut self, h: f64) -> f64 {
         let n = self.state.len();
         // The dense coefficients are free while a step is tried.
@@ -378,7 +378,7 @@ impl Dop853 {
     }
 
     /// A first step, at most to `until`: an Euler step that moves the state by 1 % of itself, corrected by the
-    /// second derivative that it meets so that a term `h⁸·max(‖ẋ‖, ‖ẍ‖)` is 0.01 [HNW, II.4].
+    /// second derivative that it meets so that a term `h⁸·max(‖ẋ‖, ‖ẍ‖)` is 0.01 \[HNW, II.4\].
     fn starting_step(&mut self, until: f64, rhs: &mut impl FnMut(f64, &[f64], &mut [f64])) -> f64 {
         let Self { relative, absolute, controlled, state: x, slopes, work, .. } = self;
         let room = until - self.time;
@@ -438,7 +438,7 @@ fn combine<const K: usize>(out: &mut [f64], base: &[f64], h: f64, row: &[Term; K
     }
 }
 
-/// Factor of the length after an accepted step: `0.9 err^(-1/8 + 0.2 β) · err_last^β` in `[1/3, 6]` [HW, IV.2].
+/// Factor of the length after an accepted step: `0.9 err^(-1/8 + 0.2 β) · err_last^β` in `[1/3, 6]` \[HW, IV.2\].
 fn growth_factor(error: f64, last_error: f64) -> f64 {
     (0.9 * error.powf(0.2 * BETA - 0.125) * last_error.powf(BETA)).clamp(1.0 / 3.0, 6.0)
 }

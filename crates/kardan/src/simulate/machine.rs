@@ -190,9 +190,11 @@ impl Machine {
             .laws
             .into_iter()
             .map(|law| {
-                let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
+                let input =
+                    |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
                 let wired: Vec<usize> = law.inputs().iter().map(input).collect();
-                let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
+                let source =
+                    |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
                 Wired {
                     reference_values: vec![0.0; references.len()],
@@ -526,7 +528,8 @@ impl Machine {
             weighted[a * r..(a + 1) * r].copy_from_slice(row(k));
             self.work.factor.solve(&mut weighted[a * r..(a + 1) * r]);
         }
-        let w: Vec<f64> = (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
+        let w: Vec<f64> =
+            (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
         let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
         let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.friction_torques()[k]).collect();
         let mut torques = vec![0.0; m];
@@ -570,14 +573,23 @@ impl Machine {
         self.work.kinematics.update(&state[..r], &state[r..2 * r]);
         let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
         for (k, mode) in self.modes.iter().enumerate() {
-            if *mode != Mode::Stick && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -(1e-14 * scale + REVERSED) {
+            if *mode != Mode::Stick
+                && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -(1e-14 * scale + REVERSED)
+            {
                 out.push(k);
             }
         }
     }
 
     /// Motors whose limits no longer fit their mode at this point.
-    pub fn drives_switch(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64], out: &mut Vec<usize>) {
+    pub fn drives_switch(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        derivative: &mut [f64],
+        moved: &mut [f64],
+        out: &mut Vec<usize>,
+    ) {
         out.clear();
         if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) {
             return;
@@ -629,15 +641,22 @@ impl Machine {
     /// `crossing` are slipping directions that have just come to rest; `everything` asks for all directions at rest to
     /// be found from their speeds (the beginning of a run). Speeds along directions at rest are set to zero by the
     /// smallest change in the metric of the inertia. Returns what happened in words.
-    pub fn settle(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool, names: &[String], input_names: &[String]) -> Vec<String> {
+    pub fn settle(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        crossing: &[usize],
+        everything: bool,
+        names: &[String],
+        input_names: &[String],
+    ) -> Vec<String> {
         let r = self.freedoms;
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
         self.forces(time, state);
-        let mut resting: Vec<usize> = (0..self.modes.len())
-            .filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k))
-            .collect();
+        let mut resting: Vec<usize> =
+            (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k)).collect();
         if everything {
             let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
             resting = (0..self.modes.len())
@@ -659,11 +678,8 @@ impl Machine {
         // Speeds along them are zero: v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v.
         self.factor_holding();
         let count = self.holding.len();
-        let mut lambda: Vec<f64> = self
-            .holding
-            .iter()
-            .map(|&k| dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r]))
-            .collect();
+        let mut lambda: Vec<f64> =
+            self.holding.iter().map(|&k| dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r])).collect();
         self.hold_factor.solve(&mut lambda);
         if count == r {
             state[r..2 * r].fill(0.0);
@@ -726,7 +742,14 @@ impl Machine {
         out
     }
 
-    fn settle_drives(&mut self, time: f64, state: &mut [f64], everything: bool, names: &[String], events: &mut Vec<String>) {
+    fn settle_drives(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        everything: bool,
+        names: &[String],
+        events: &mut Vec<String>,
+    ) {
         self.forces(time, state);
         for k in 0..self.drives.len() {
             let command = self.commands[k];

@@ -92,7 +92,10 @@ pub enum SynthesisError {
     /// The decoupling matrix is singular.
     #[error(
         "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
-         the inputs through a matrix of rank {rank} only{}", list(outputs), list(inputs), unreached(not_reached)
+         the inputs through a matrix of rank {rank} only{}",
+        list(outputs),
+        list(inputs),
+        unreached(not_reached)
     )]
     NotDecouplable {
         /// The outputs.
@@ -136,13 +139,12 @@ fn unreached(names: &[String]) -> String {
 
 /// The shaft number behind a signal `<shaft>.phi`.
 fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError> {
-    signal
-        .strip_suffix(".phi")
-        .and_then(|name| shafts.iter().position(|shaft| shaft == name))
-        .ok_or_else(|| SynthesisError::NotAnAngle {
+    signal.strip_suffix(".phi").and_then(|name| shafts.iter().position(|shaft| shaft == name)).ok_or_else(|| {
+        SynthesisError::NotAnAngle {
             signal: signal.to_string(),
             example: format!("{}.phi", shafts.first().map_or("shaft", String::as_str)),
-        })
+        }
+    })
 }
 
 /// `1/(c H⁻¹ cᵀ)`: the inertia that a torque along the output feels, kg m², exact.
@@ -152,7 +154,8 @@ fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError
 /// # Panics
 /// If the inertia matrix is singular or the direction has no motion (the model checks the first before).
 pub fn effective_inertia(model: &LinearModel, shaft: usize) -> Rational {
-    inertia_between(model, shaft, &model.direction(shaft).transpose()).expect("a shaft that can move feels its own torque")
+    inertia_between(model, shaft, &model.direction(shaft).transpose())
+        .expect("a shaft that can move feels its own torque")
 }
 
 /// `1/(c H⁻¹ f)`: torque of an input per acceleration of an output, kg m², exact; `None` if the input does not act on it.

@@ -164,9 +164,8 @@ pub fn design_noninteracting(
     };
     let projector = acceleration_gain.multiply(&weighted);
     let (stiffness, damping) = (projector.multiply(&model.stiffness), projector.multiply(&model.damping));
-    let state_gain = Matrix::from_fn(m, 2 * r, |i, j| {
-        if j < r { stiffness[(i, j)].clone() } else { damping[(i, j - r)].clone() }
-    });
+    let state_gain =
+        Matrix::from_fn(m, 2 * r, |i, j| if j < r { stiffness[(i, j)].clone() } else { damping[(i, j - r)].clone() });
     let effective_inertia = channels.iter().map(|channel| effective_inertia(model, channel.shaft)).collect();
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
@@ -318,26 +317,46 @@ impl Law for Running {
     }
 
     fn summary(&self) -> LawSummary {
-        let state: Vec<String> =
-            self.coordinates.iter().map(|c| format!("{c}.phi")).chain(self.coordinates.iter().map(|c| format!("{c}.w"))).collect();
+        let state: Vec<String> = self
+            .coordinates
+            .iter()
+            .map(|c| format!("{c}.phi"))
+            .chain(self.coordinates.iter().map(|c| format!("{c}.w")))
+            .collect();
         let accelerations: Vec<String> = self.outputs.iter().map(|output| format!("{output}''")).collect();
-        let matrix = |title: &str, unit: &str, rows: &[String], columns: &[String], values: &Matrix<Rational>| NamedMatrix {
-            title: title.into(),
-            unit: unit.into(),
-            rows: rows.to_vec(),
-            columns: columns.to_vec(),
-            values: values.to_rows(),
-        };
+        let matrix =
+            |title: &str, unit: &str, rows: &[String], columns: &[String], values: &Matrix<Rational>| NamedMatrix {
+                title: title.into(),
+                unit: unit.into(),
+                rows: rows.to_vec(),
+                columns: columns.to_vec(),
+                values: values.to_rows(),
+            };
         let notes = self.outputs.iter().zip(&self.design.effective_inertia).map(|(output, inertia)| {
-            format!("Relative degree of {output}: 2; effective inertia along it: {:.9} kg m^2.", rational_to_f64(inertia))
+            format!(
+                "Relative degree of {output}: 2; effective inertia along it: {:.9} kg m^2.",
+                rational_to_f64(inertia)
+            )
         });
         LawSummary {
             name: self.name.clone(),
             law: NONINTERACTING.keyword.into(),
             gains: vec![
                 matrix("state gain Kx", "N m/rad, N m s/rad", &self.inputs, &state, &self.design.state_gain),
-                matrix("acceleration gain Ku", "N m s^2/rad", &self.inputs, &accelerations, &self.design.acceleration_gain),
-                matrix("decoupling matrix", "rad/(N m s^2)", &accelerations, &self.inputs, &self.design.decoupling_matrix),
+                matrix(
+                    "acceleration gain Ku",
+                    "N m s^2/rad",
+                    &self.inputs,
+                    &accelerations,
+                    &self.design.acceleration_gain,
+                ),
+                matrix(
+                    "decoupling matrix",
+                    "rad/(N m s^2)",
+                    &accelerations,
+                    &self.inputs,
+                    &self.design.decoupling_matrix,
+                ),
             ],
             notes: notes.collect(),
         }

@@ -111,8 +111,8 @@ impl Law for Running {
 
     fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]) {
         let load = references.get(1).copied().unwrap_or(0.0) / self.inertia;
-        out[0] = self.inertia
-            * self.position_loop.acceleration(references[0], angles[self.shaft], speeds[self.shaft], load);
+        out[0] =
+            self.inertia * self.position_loop.acceleration(references[0], angles[self.shaft], speeds[self.shaft], load);
     }
 
     fn gains(&self) -> (Matrix<f64>, Matrix<f64>) {
