@@ -29,7 +29,9 @@ fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
             }
             (Kind::Shafts(_), Value::Words(names)) => out.extend(names.iter().map(|name| name.value.clone())),
             (Kind::Coefficients, Value::Map(entries)) => out.extend(entries.iter().map(|(name, _)| name.value.clone())),
-            (Kind::Tables(fields), Value::Tables(tables)) => tables.iter().for_each(|table| shafts_in(fields, table, out)),
+            (Kind::Tables(fields), Value::Tables(tables)) => {
+                tables.iter().for_each(|table| shafts_in(fields, table, out))
+            }
             _ => {}
         }
     }
@@ -43,7 +45,8 @@ fn around(kind: &element::Element) -> Vec<String> {
     let (document, mistakes) = model::read(kind.example);
     // The example alone may lack a shaft; all else is right.
     assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "the example of `{}`: {mistakes:?}", kind.keyword);
-    let instance = document.elements.first().unwrap_or_else(|| panic!("the example of `{}` has no element", kind.keyword));
+    let instance =
+        document.elements.first().unwrap_or_else(|| panic!("the example of `{}` has no element", kind.keyword));
     assert_eq!(instance.kind.keyword, kind.keyword);
     let mut shafts = BTreeSet::new();
     shafts_in(kind.fields, &instance.table, &mut shafts);
@@ -111,7 +114,11 @@ fn constraints_do_no_work(run: &Run, source: &str) -> usize {
         for row in 0..run.series.time.len() {
             let power: f64 = pairs.iter().map(|(torque, speed)| torque[row] * speed[row]).sum();
             let shares: f64 = pairs.iter().map(|(torque, speed)| (torque[row] * speed[row]).abs()).sum();
-            assert!(power.abs() <= 1e-12 * shares + 1e-15, "`{element}` does {power:e} W at {} s", run.series.time[row]);
+            assert!(
+                power.abs() <= 1e-12 * shares + 1e-15,
+                "`{element}` does {power:e} W at {} s",
+                run.series.time[row]
+            );
             moved |= shares > 1e-6;
         }
         assert!(moved, "`{element}` carries torque while it moves");
@@ -216,7 +223,8 @@ fn every_law_is_what_its_gains_say() {
             let mut unit = vec![0.0; n];
             unit[shaft] = 1.0;
             for (gains, on_angle) in [(&on_angles, true), (&on_speeds, false)] {
-                let (angles, speeds) = if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
+                let (angles, speeds) =
+                    if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
                 let mut out = vec![0.0; m];
                 law.command(&angles, &speeds, &references, &mut out);
                 for input in 0..m {
@@ -497,9 +505,15 @@ fn parallel_frictions_share() {
         + "[gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 1\n"
         + &motor("m", "a", "")
         + &scenario(4.0, 0.01, "")
-        + &event(0.0, "m.tau", 4.0, 4.0);
+        + &event(0.0, "m.tau", 4.0, 4.0)
+        + &event(1.0, "m.tau", 4.0, 3.0);
     let run = run(&model);
-    assert_eq!(run.notes.iter().filter(|note| note.contains("`a`, `b`") && note.contains("not unique")).count(), 1, "{:?}", run.notes);
+    assert_eq!(
+        run.notes.iter().filter(|note| note.contains("`a`, `b`") && note.contains("not unique")).count(),
+        1,
+        "{:?}",
+        run.notes
+    );
     for (k, time) in run.series.time.iter().enumerate() {
         let (a, b) = (signal(&run, "a.friction")[k], signal(&run, "b.friction")[k]);
         assert!(a.abs() <= 2.0 + 1e-12 && b.abs() <= 1.0 + 1e-12);
@@ -552,8 +566,24 @@ fn motor_limit_rate_and_lag() {
     };
     let after = |t: f64, start: f64| if t < start { 0.0 } else { t - start };
     let limited = with("torque_limit = \"3 N m\"");
-    follows(&limited, "m.tau", 1e-12, |t| if t < 0.1 { 0.0 } else if t < 0.7 { 3.0 } else { 1.0 });
-    follows(&limited, "m.command", 1e-12, |t| if t < 0.1 { 0.0 } else if t < 0.7 { 5.0 } else { 1.0 });
+    follows(&limited, "m.tau", 1e-12, |t| {
+        if t < 0.1 {
+            0.0
+        } else if t < 0.7 {
+            3.0
+        } else {
+            1.0
+        }
+    });
+    follows(&limited, "m.command", 1e-12, |t| {
+        if t < 0.1 {
+            0.0
+        } else if t < 0.7 {
+            5.0
+        } else {
+            1.0
+        }
+    });
     let slow = with("rate_limit = \"15 N m/s\"");
     follows(&slow, "m.tau", ACCURATE, |t| {
         if t < 0.7 { (15.0 * after(t, 0.1)).min(5.0) } else { (5.0 - 15.0 * (t - 0.7)).max(1.0) }
@@ -563,7 +593,11 @@ fn motor_limit_rate_and_lag() {
     let lagging = with("lag = \"0.1 s\"");
     let at_step = 5.0 * (1.0 - (-6.0_f64).exp());
     follows(&lagging, "m.tau", ACCURATE, |t| {
-        if t < 0.7 { 5.0 * (1.0 - (-after(t, 0.1) / 0.1).exp()) } else { 1.0 + (at_step - 1.0) * (-(t - 0.7) / 0.1).exp() }
+        if t < 0.7 {
+            5.0 * (1.0 - (-after(t, 0.1) / 0.1).exp())
+        } else {
+            1.0 + (at_step - 1.0) * (-(t - 0.7) / 0.1).exp()
+        }
     });
     let all = with("torque_limit = \"3 N m\"\nrate_limit = \"15 N m/s\"\nlag = \"0.1 s\"");
     // The answer of the lag to a ramp r t is r (t − T + T e^(−t/T)); at 0.3 s the ramp ends at the limit.
@@ -597,11 +631,17 @@ fn encoder_rounds_and_holds() {
     // No row or sample comes closer to an edge than 1e-4 rad (1.0123 has a digit more than rows and edges have).
     follows(&run, "fine.phi", 1e-12, |t| floor(angle(t), 0.125));
     let sampled = |t: f64| ((t + 1e-9) / 0.01).floor() * 0.01;
-    follows(&run, "lines.phi", 1e-12, |t| floor(angle(sampled(t)), std::f64::consts::TAU / 16.0));
-    follows(&run, "speed.w", 1e-9, |t| match sampled(t) {
-        s if s < 0.005 => 0.0,
-        s => (floor(angle(s), 0.125) - floor(angle(s - 0.01), 0.125)) / 0.01,
-    });
+    // Rows between the readings; where both fall together, either may come first by an ulp of time.
+    let between = |t: f64| (t / 0.01 - (t / 0.01).round()).abs() > 1e-6;
+    let mut compared = 0;
+    for (row, &t) in run.series.time.iter().enumerate().filter(|(_, t)| between(**t)) {
+        let (s, lines, speed) = (sampled(t), signal(&run, "lines.phi")[row], signal(&run, "speed.w")[row]);
+        close(lines, floor(angle(s), std::f64::consts::TAU / 16.0), 1e-12, &format!("lines at {t} s"));
+        let change = if s < 0.005 { 0.0 } else { floor(angle(s), 0.125) - floor(angle(s - 0.01), 0.125) };
+        close(speed, change / 0.01, 1e-9, &format!("speed at {t} s"));
+        compared += 1;
+    }
+    assert!(compared > 200);
 }
 
 /// ```text
@@ -619,23 +659,4 @@ fn a_short_pulse_between_rows_is_not_missed() {
     close(at(&run, "a.w", 1.0) / (1000.0 * 1e-6 / 0.5), 1.0, 1e-9, "speed after the pulse");
     assert_eq!(at(&run, "a.w", 0.3), 0.0);
     close(run.energy.stored, 0.25 * 0.002 * 0.002, 1e-12, "energy");
-}
-
-/// ```text
-///   τ → [ J ]===|hold|        friction on a shaft that cannot move takes no part
-/// ```
-#[test]
-fn friction_on_a_held_shaft() {
-    let model = body("a", 0.5, "friction = \"1 N m\"")
-        + &body("b", 0.5, "friction = \"2 N m\"")
-        + "[constraint.hold]\ncoefficients = { a = 1 }\n[spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
-           stiffness = \"1 N m/rad\"\n"
-        + &motor("m", "b", "")
-        + &scenario(2.0, 0.01, "")
-        + &event(0.5, "m.tau", 3.0, 0.0);
-    let run = run(&model);
-    assert!(signal(&run, "a.w").iter().all(|w| *w == 0.0));
-    // φ̈ = (3 − 2 − φ)/J from 0.5 s on: φ = 1 − cos √2 t, until it comes back to rest at t = π/√2.
-    let omega = 2.0_f64.sqrt();
-    follows(&run, "b.phi", ACCURATE, |t| if t < 0.5 { 0.0 } else { 1.0 - (omega * (t - 0.5)).cos() });
 }

@@ -209,7 +209,9 @@ fn breaches(layer: &str, depth: usize, code: &str) -> Vec<String> {
         }
         match (own, rank(&name)) {
             (_, None) => out.push(format!("{line}: `{name}` is no layer")),
-            (Some(own), Some(other)) if other > own => out.push(format!("{line}: `{layer}` names `{name}`, which is below it")),
+            (Some(own), Some(other)) if other > own => {
+                out.push(format!("{line}: `{layer}` names `{name}`, which is below it"))
+            }
             _ if UNKNOWN.iter().any(|(l, not)| *l == layer && not.contains(&name.as_str())) => {
                 out.push(format!("{line}: `{layer}` must not know `{name}`"));
             }
@@ -258,7 +260,8 @@ fn a_file_names_only_its_own_layer_and_those_above() {
 #[test]
 fn the_root_lists_the_layers() {
     let text = code(&fs::read_to_string(crate_folder("src/lib.rs")).expect("lib.rs"));
-    let mut modules: Vec<String> = text.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")).map(name_at).collect();
+    let mut modules: Vec<String> =
+        text.lines().filter_map(|line| line.trim().strip_prefix("pub mod ")).map(name_at).collect();
     let mut layers: Vec<String> = LAYERS.iter().map(|layer| layer.to_string()).collect();
     modules.sort();
     layers.sort();
@@ -281,15 +284,28 @@ use mycrate::nothing;
     let mut names: Vec<String> = named(&code(source), 2).into_iter().map(|(_, name)| name).collect();
     names.sort();
     assert_eq!(names, ["element", "num", "simulate", "study", "synthesis", "units"]);
-    let below = breaches("reduce", 1, "use crate::study;\nuse crate::num;\nuse crate::element::X;\nuse crate::nonsense;");
+    let below =
+        breaches("reduce", 1, "use crate::study;\nuse crate::num;\nuse crate::element::X;\nuse crate::nonsense;");
     assert_eq!(below.len(), 3, "{below:?}");
     assert!(breaches("study", 1, "use crate::study::x; use crate::model;").is_empty());
 }
 
 /// What a pure library never touches.
 const IMPURE: &[&str] = &[
-    "println!", "eprintln!", "print!", "eprint!", "dbg!", "std::fs", "std::env", "std::net", "std::process", "std::io::std",
-    "std::time::Instant", "std::time::SystemTime", "std::thread::sleep", "unsafe",
+    "println!",
+    "eprintln!",
+    "print!",
+    "eprint!",
+    "dbg!",
+    "std::fs",
+    "std::env",
+    "std::net",
+    "std::process",
+    "std::io::std",
+    "std::time::Instant",
+    "std::time::SystemTime",
+    "std::thread::sleep",
+    "unsafe",
 ];
 
 #[test]
@@ -307,15 +323,29 @@ fn the_library_prints_nothing_and_touches_no_files() {
 
 /// What firmware cannot have.
 const NOT_IN_FIRMWARE: &[&str] = &[
-    "std::", "alloc", "Vec", "Box", "String", "unwrap", "expect", "panic!", "assert!", "assert_eq!", "unreachable!", "todo!",
-    "unimplemented!", "unsafe",
+    "std::",
+    "alloc",
+    "Vec",
+    "Box",
+    "String",
+    "unwrap",
+    "expect",
+    "panic!",
+    "assert!",
+    "assert_eq!",
+    "unreachable!",
+    "todo!",
+    "unimplemented!",
+    "unsafe",
 ];
 
 /// Places where `[` follows a value: an index, which can panic.
 fn indexed(code: &str) -> Vec<usize> {
     let bytes = code.as_bytes();
     (1..bytes.len())
-        .filter(|&k| bytes[k] == b'[' && (bytes[k - 1].is_ascii_alphanumeric() || matches!(bytes[k - 1], b'_' | b')' | b']')))
+        .filter(|&k| {
+            bytes[k] == b'[' && (bytes[k - 1].is_ascii_alphanumeric() || matches!(bytes[k - 1], b'_' | b')' | b']'))
+        })
         .map(|k| code[..k].matches('\n').count() + 1)
         .collect()
 }
@@ -329,7 +359,8 @@ fn firmware_blocks_need_no_heap_and_cannot_panic() {
         let code = code(&fs::read_to_string(&file).expect("a source"));
         no_std |= code.contains("#![no_std]");
         // The lints that forbid these things name them.
-        let code: String = code.lines().filter(|line| !line.starts_with("#![")).map(|line| format!("{line}\n")).collect();
+        let code: String =
+            code.lines().filter(|line| !line.starts_with("#![")).map(|line| format!("{line}\n")).collect();
         for word in NOT_IN_FIRMWARE {
             let hit = code.match_indices(word).find(|(at, _)| !inside_name(&code, *at));
             assert!(hit.is_none(), "{} uses `{word}`", file.display());

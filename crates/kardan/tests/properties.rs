@@ -51,25 +51,21 @@ fn decimal(range: std::ops::RangeInclusive<i32>) -> impl Strategy<Value = f64> {
 fn node(rough: bool) -> impl Strategy<Value = Node> {
     let ratio = || prop_oneof![decimal(25..=400), decimal(-400..=-25)];
     let friction = move || if rough { decimal(0..=50).boxed() } else { Just(0.0).boxed() };
-    let link = prop_oneof![
-        (decimal(0..=5000), decimal(0..=100), friction(), decimal(-50..=50))
-            .prop_map(|(stiffness, damping, friction, rest)| Link::Spring { stiffness, damping, friction, rest }),
-        (ratio(), decimal(-100..=100)).prop_map(|(ratio, offset)| Link::Gear { ratio, offset }),
-        (decimal(-4000..=4000), decimal(-300..=300), any::<bool>())
-            .prop_map(|(degrees, phase, driven)| Link::Joint { degrees, phase, driven }),
-        (any::<usize>(), [ratio(), ratio(), ratio()])
-            .prop_map(|(other, coefficients)| Link::Planetary { other, coefficients }),
-        (any::<usize>(), decimal(100..=900), decimal(-100..=100))
-            .prop_map(|(other, ratio, offset)| Link::HarmonicDrive { other, ratio, offset }),
-    ];
+    let link =
+        prop_oneof![
+            (decimal(0..=5000), decimal(0..=100), friction(), decimal(-50..=50))
+                .prop_map(|(stiffness, damping, friction, rest)| Link::Spring { stiffness, damping, friction, rest }),
+            (ratio(), decimal(-100..=100)).prop_map(|(ratio, offset)| Link::Gear { ratio, offset }),
+            (decimal(-4000..=4000), decimal(-300..=300), any::<bool>())
+                .prop_map(|(degrees, phase, driven)| Link::Joint { degrees, phase, driven }),
+            (any::<usize>(), [ratio(), ratio(), ratio()])
+                .prop_map(|(other, coefficients)| Link::Planetary { other, coefficients }),
+            (any::<usize>(), decimal(100..=900), decimal(-100..=100))
+                .prop_map(|(other, ratio, offset)| Link::HarmonicDrive { other, ratio, offset }),
+        ];
     let inertia = prop_oneof![3 => decimal(5..=300), 1 => Just(0.0)];
-    (inertia, decimal(0..=50), friction(), any::<usize>(), link).prop_map(|(inertia, damping, friction, parent, link)| Node {
-        inertia,
-        damping,
-        friction,
-        parent,
-        link,
-    })
+    (inertia, decimal(0..=50), friction(), any::<usize>(), link)
+        .prop_map(|(inertia, damping, friction, parent, link)| Node { inertia, damping, friction, parent, link })
 }
 
 fn tree(most: usize, rough: bool) -> impl Strategy<Value = Tree> {
@@ -139,7 +135,8 @@ impl Tree {
     /// gears mesh, the coefficients can cancel at some angle.
     fn meshing_freely(mut self) -> Self {
         let joint = self.nodes.iter().any(|node| matches!(node.link, Link::Joint { .. }));
-        let split = self.nodes.iter().any(|node| matches!(node.link, Link::Planetary { .. } | Link::HarmonicDrive { .. }));
+        let split =
+            self.nodes.iter().any(|node| matches!(node.link, Link::Planetary { .. } | Link::HarmonicDrive { .. }));
         let free = self.free();
         for (k, node) in self.nodes.iter_mut().enumerate() {
             if joint && split && !free.contains(&k) {
@@ -218,7 +215,8 @@ impl Tree {
         if initial {
             let names = self.names(false);
             let free = self.free();
-            let entries = free.iter().enumerate().map(|(k, s)| format!("\"{}.w\" = \"{} rad/s\"", names[*s], self.speed[k]));
+            let entries =
+                free.iter().enumerate().map(|(k, s)| format!("\"{}.w\" = \"{} rad/s\"", names[*s], self.speed[k]));
             out += &format!("initial = {{ {} }}\n", entries.collect::<Vec<_>>().join(", "));
         }
         for (time, signal, value) in [("0.05", "m.tau", motor), ("0.1", "load", load), ("0.2", "load", 0.0)] {
@@ -506,7 +504,9 @@ fn same_motion(tree: &Tree, one: &Run, two: &Run, renamed: bool) -> Result<(), T
                 prop_assert!(
                     (x - y).abs() <= 1e-6 * scale,
                     "{name}.{suffix} at {} s: {x} against {y}; events {:?} against {:?}",
-                    one.series.time[row], one.events, two.events
+                    one.series.time[row],
+                    one.events,
+                    two.events
                 );
             }
         }

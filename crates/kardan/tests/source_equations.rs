@@ -52,7 +52,8 @@ impl Hd {
     fn text(&self) -> String {
         let mut out = "[model]\ncoordinates = [\"wg\", \"cs\"]\n".to_string();
         for (k, name) in ["wg", "cs", "fs"].iter().enumerate() {
-            let (inertia, damping, friction) = (self.inertia[k].text(), self.damping[k].text(), self.friction[k].text());
+            let (inertia, damping, friction) =
+                (self.inertia[k].text(), self.damping[k].text(), self.friction[k].text());
             out += &format!(
                 "[shaft.{name}]\ninertia = \"{inertia} kg m^2\"\ndamping = \"{damping} N m s/rad\"\n\
                  friction = \"{friction} N m\"\n[motor.{name}_motor]\nshaft = \"{name}\"\n"
@@ -108,9 +109,7 @@ impl Hds {
         let mut out = "[model]\ncoordinates = [\"wg\", \"rk\", \"fs\"]\n".to_string();
         for (k, name) in ["wg", "cs", "fs", "rk"].iter().enumerate() {
             let (inertia, damping) = (self.inertia[k].text(), self.damping[k].text());
-            out += &format!(
-                "[shaft.{name}]\ninertia = \"{inertia} kg m^2\"\ndamping = \"{damping} N m s/rad\"\n"
-            );
+            out += &format!("[shaft.{name}]\ninertia = \"{inertia} kg m^2\"\ndamping = \"{damping} N m s/rad\"\n");
         }
         out + &format!(
             "[harmonic_drive.hd]\nwave_generator = \"wg\"\ncircular_spline = \"cs\"\nflexspline = \"fs\"\nratio = \"{}\"\n\
@@ -373,8 +372,7 @@ load = \"load_fs\"
         let (i, j, t, c) = (self.i, self.i + int(1), self.jcj_effective(), self.jc());
         let cross = if printed { j * j * self.jwg / c } else { -(t / c) * self.dsp };
         let wheel = j / i * (t / c * self.dfs + if printed { i * i * self.dwg } else { int(0) });
-        let own = j * j * (self.jwg * self.dcjcj() - t * self.dwg) / c
-            + if printed { int(0) } else { self.dcjcj() };
+        let own = j * j * (self.jwg * self.dcjcj() - t * self.dwg) / c + if printed { int(0) } else { self.dcjcj() };
         [
             cross,
             wheel,
@@ -438,7 +436,12 @@ fn eq_4_11_to_4_14_explicit_velocity_and_acceleration() {
     let position = |t: f64| -> Vec<f64> { (0..3).map(|k| start[k] + t * v[k] + 0.5 * t * t * a[k]).collect() };
     let mut angles = |t: f64| {
         dynamics.update(&position(t), &v, &mut work);
-        (work.kinematics.angles.clone(), work.kinematics.speeds.clone(), work.kinematics.bias.clone(), work.kinematics.basis.clone())
+        (
+            work.kinematics.angles.clone(),
+            work.kinematics.speeds.clone(),
+            work.kinematics.bias.clone(),
+            work.kinematics.basis.clone(),
+        )
     };
     let h = 1e-4;
     let ((before, ..), (now, speeds, bias, basis), (after, ..)) = (angles(-h), angles(0.0), angles(h));
@@ -474,7 +477,12 @@ fn eq_4_15_implicit_and_explicit_constraints_agree() {
         let c = 35.0_f64.to_radians().cos();
         let (jacobian, bias) = steering_constraints(sia.i.f64(), c, &kin.angles, &kin.speeds);
         // (4.15a), with the joint in the form (6.100).
-        close(dot(&jacobian[0], &kin.angles), 0.0, TOLERANCE * 100.0, "c(γ) of the harmonic drive, angles up to 50 rad");
+        close(
+            dot(&jacobian[0], &kin.angles),
+            0.0,
+            TOLERANCE * 100.0,
+            "c(γ) of the harmonic drive, angles up to 50 rad",
+        );
         let (cj, cs) = (kin.angles[0], kin.angles[1]);
         close(cj.sin() * cs.cos() - c * cj.cos() * cs.sin(), 0.0, TOLERANCE, "c(γ) of the joint");
         for (row, j) in jacobian.iter().zip(&bias) {
@@ -615,7 +623,8 @@ fn projector(reduced: &Reduced) -> (Matrix<Rational>, Matrix<Rational>) {
 /// Theorem 4.5 and (4.57), (4.58): P² = P and Pᵀ K = 0, exactly.
 #[test]
 fn theorem_4_5_projector_idempotent() {
-    for reduced in [Sia::table().straight().reduced, Sia::skew().straight().reduced, first(&Hd::skew().text()).reduced] {
+    for reduced in [Sia::table().straight().reduced, Sia::skew().straight().reduced, first(&Hd::skew().text()).reduced]
+    {
         let (p, _) = projector(&reduced);
         assert_eq!(p.multiply(&p), p, "(4.57)");
         let basis = linearise(&reduced, &vec![0.0; reduced.freedoms()]).basis;
@@ -730,7 +739,8 @@ fn eq_6_12_reduced_harmonic_drive() {
     agrees(&model.inertia, &rows(&golden["hd"]["Hr"]), TOLERANCE, "hd.Hr");
     agrees(&model.damping, &rows(&golden["hd"]["Dr"]), TOLERANCE, "hd.Dr");
     // The built-in model is the one of Table 6.1.
-    let builtin = linearise(&first(kardan::model::builtin("harmonic-drive").expect("built in").source).reduced, &[0.0; 2]);
+    let builtin =
+        linearise(&first(kardan::model::builtin("harmonic-drive").expect("built in").source).reduced, &[0.0; 2]);
     assert_eq!((builtin.inertia, builtin.damping), (model.inertia, model.damping));
 }
 
@@ -813,11 +823,7 @@ fn eq_6_54_reduced_hds() {
     let ([jwg, jcs, jfs, jrk], [dwg, dcs, dfs, drk]) = (hds.inertia, hds.damping);
     let (i, j, o) = (hds.i, hds.i + int(1), int(0));
     let j2 = j * j;
-    let h = vec![
-        vec![jwg + jcs / j2, o, i / j2 * jcs],
-        vec![o, jrk, o],
-        vec![i / j2 * jcs, o, jfs + i * i / j2 * jcs],
-    ];
+    let h = vec![vec![jwg + jcs / j2, o, i / j2 * jcs], vec![o, jrk, o], vec![i / j2 * jcs, o, jfs + i * i / j2 * jcs]];
     let (dsp, ssp) = (hds.dsp, hds.ssp);
     let d = vec![
         vec![dwg + (dcs + dsp) / j2, -(dsp / j), i / j2 * (dcs + dsp)],
@@ -900,12 +906,7 @@ fn eq_a_8_elliptical_basis_with_a_8b_corrected() {
         let (i, j, o, one) = (hds.i, hds.i + int(1), int(0), int(1));
         let m = jfs + i * i * jwg;
         // Columns u2, u3, u1; rows in the order of the library (cs, fs, rk, wg).
-        let basis = vec![
-            vec![o, one, o],
-            vec![one, i * j * jwg / m, o],
-            vec![o, o, one],
-            vec![-i, j * jfs / m, o],
-        ];
+        let basis = vec![vec![o, one, o], vec![one, i * j * jwg / m, o], vec![o, o, one], vec![-i, j * jfs / m, o]];
         let rational = Matrix::from_fn(4, 3, |a, b| basis[a][b].rational());
         let form = |full: Matrix<Rational>| rational.transpose().multiply(&full).multiply(&rational);
         assert!(equations.constraint_matrix().multiply(&rational).as_slice().iter().all(|x| *x == Rational::ZERO));
@@ -998,11 +999,11 @@ fn eq_6_108_basis_of_the_steering_system() {
         let (i, c) = (sia.i.f64(), degrees.to_radians().cos());
         let ratio = c / r_cj(c, 1.1);
         let closed = [
-            [0.0, 0.0, 1.0],                    // cj
-            [0.0, 0.0, ratio],                  // cs
-            [0.0, 1.0, 0.0],                    // fs
-            [1.0, 0.0, 0.0],                    // rk
-            [0.0, -i, (i + 1.0) * ratio],       // wg
+            [0.0, 0.0, 1.0],              // cj
+            [0.0, 0.0, ratio],            // cs
+            [0.0, 1.0, 0.0],              // fs
+            [1.0, 0.0, 0.0],              // rk
+            [0.0, -i, (i + 1.0) * ratio], // wg
         ];
         for (shaft, row) in closed.iter().enumerate() {
             for column in 0..3 {
@@ -1158,7 +1159,11 @@ fn eq_6_124_rack_feedback() {
     for sia in Sia::both() {
         let design = sia.design();
         same(&Matrix::from_fn(1, 6, |_, j| design.state_gain[(1, j)].clone()), &[sia.rack_gains()], "on the state");
-        same(&Matrix::from_fn(1, 2, |_, j| design.acceleration_gain[(1, j)].clone()), &[vec![int(0), sia.jrk]], "on u1");
+        same(
+            &Matrix::from_fn(1, 2, |_, j| design.acceleration_gain[(1, j)].clone()),
+            &[vec![int(0), sia.jrk]],
+            "on u1",
+        );
         let (state, inputs) = sia.closed_loop(-1);
         assert_eq!(state[0], vec![int(0); 6], "(6.125)");
         assert_eq!(inputs[0], [int(1), int(0), int(0)], "(6.125)");
@@ -1179,11 +1184,8 @@ fn eq_6_127_and_6_128_corrected() {
         let (i, j, t) = (sia.i, sia.i + int(1), sia.jcj_effective());
         let share = i * j * sia.jwg / t;
         assert_eq!(row(&h), [int(0), sia.jfs_effective(), int(0)]);
-        let damping = [
-            -(share * sia.dsp),
-            sia.dfs + sia.jc() / t * i * i * sia.dwg,
-            share * sia.dcjcj() - i * j * sia.dwg,
-        ];
+        let damping =
+            [-(share * sia.dsp), sia.dfs + sia.jc() / t * i * i * sia.dwg, share * sia.dcjcj() - i * j * sia.dwg];
         assert_eq!(row(&d), damping);
         assert_ne!(row(&d)[0], share * sia.dsp, "as printed");
         assert_eq!(row(&s), [-(share * sia.ssp), int(0), share * sia.ssp]);
@@ -1327,7 +1329,10 @@ fn eq_6_135_poles_open_and_closed() {
     let closed = closed_loop_poles(&variant.design_models[0], &variant.design_laws()).expect("poles");
     // The pair −14 ± 14.28j is double (rack and wheel): it splits by √(ulp of 1e6) = 1e-5 at most.
     for expected in rows(&golden["sia"]["closed_loop_eigs"]) {
-        assert!(closed.iter().any(|(re, im)| (re - expected[0]).hypot(im - expected[1]) < 1e-5), "{expected:?}: {closed:?}");
+        assert!(
+            closed.iter().any(|(re, im)| (re - expected[0]).hypot(im - expected[1]) < 1e-5),
+            "{expected:?}: {closed:?}"
+        );
     }
     assert_eq!(closed.len(), 6);
 }
@@ -1380,7 +1385,8 @@ fn eq_6_138() {
         let mut torque = [0.0];
         law.command(&angles, &speeds, &[reference, load], &mut torque);
         let (omega, xi, inertia) = (20.0, 0.7, sia.jfs_effective().f64());
-        let expected = omega * omega * inertia * (reference - POINT.0[1]) - 2.0 * xi * omega * inertia * POINT.1[1] - load;
+        let expected =
+            omega * omega * inertia * (reference - POINT.0[1]) - 2.0 * xi * omega * inertia * POINT.1[1] - load;
         close(torque[0], expected, TOLERANCE, "(6.138)");
     }
     // Its rows in the reference: Tfs = Tx x.

@@ -5,6 +5,8 @@
 //! minimise `½ λᵀWλ − rᵀλ` with `W = G H⁻¹ Gᵀ` and `r` the accelerations along the directions without their friction.
 //! The acceleration is unique; λ is not where directions depend on each other (parallel friction on geared shafts).
 
+use crate::num::dot;
+
 /// What a friction direction does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -195,4 +197,38 @@ fn residual(w: &[f64], r: &[f64], lambda: &[f64], i: usize) -> (f64, f64) {
         size += (w * x).abs();
     }
     (rest, size)
+}
+
+/// Part of a direction outside a span, relative to its size and squared, that counts as nothing.
+pub(super) const OUTSIDE: f64 = 1e-20;
+
+/// Independent directions with an orthonormal basis of what they span, in the metric of the inverse inertia.
+pub(super) struct Span {
+    pub(super) members: Vec<usize>,
+    pub(super) basis: Vec<Vec<f64>>,
+}
+
+impl Span {
+    /// The part of a row outside the span, relative to its size and squared.
+    pub(super) fn left(&self, mut row: Vec<f64>) -> f64 {
+        let size = dot(&row, &row);
+        self.reject(&mut row);
+        dot(&row, &row) / size
+    }
+
+    pub(super) fn reject(&self, row: &mut [f64]) {
+        // Twice is enough.
+        for vector in self.basis.iter().chain(&self.basis) {
+            let share = dot(row, vector);
+            row.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
+        }
+    }
+
+    pub(super) fn add(&mut self, member: usize, mut row: Vec<f64>) {
+        self.reject(&mut row);
+        let size = dot(&row, &row).sqrt();
+        row.iter_mut().for_each(|x| *x /= size);
+        self.members.push(member);
+        self.basis.push(row);
+    }
 }

@@ -1,59 +1,12 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
-use super::friction::{BoxProblem, Mode};
+use super::drive::{Drive, Limit, Rate};
+use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::Law;
-
-/// What a motor without lag in its limits does: follow its command, or move at its rate limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Rate {
-    Follow,
-    Rise,
-    Fall,
-}
-
-/// Where the command stands against the torque limit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Limit {
-    Inside,
-    High,
-    Low,
-}
-
-/// A motor in the loop: limit, then rate limit, then lag.
-#[derive(Debug, Clone)]
-struct Drive {
-    limit: Option<f64>,
-    rate: Option<f64>,
-    lag: Option<f64>,
-    limit_mode: Limit,
-    rate_mode: Rate,
-    /// Place of the rate limiter's output in the state.
-    rate_state: Option<usize>,
-    /// Place of the lagged torque in the state.
-    lag_state: Option<usize>,
-}
-
-impl Drive {
-    fn limited(&self, command: f64) -> f64 {
-        match (self.limit, self.limit_mode) {
-            (Some(limit), Limit::High) => limit,
-            (Some(limit), Limit::Low) => -limit,
-            _ => command,
-        }
-    }
-
-    fn limit_mode(&self, command: f64) -> Limit {
-        match self.limit {
-            Some(limit) if command > limit => Limit::High,
-            Some(limit) if command < -limit => Limit::Low,
-            _ => Limit::Inside,
-        }
-    }
-}
 
 /// A law with its wiring.
 struct Wired {
@@ -116,40 +69,6 @@ const ROUNDING: f64 = 1e-12;
 
 /// Speed against the direction of slip that still counts as rounding, rad/s.
 const REVERSED: f64 = 1e-13;
-/// Part of a direction outside a span, relative to its size and squared, that counts as nothing.
-const DEPENDENT: f64 = 1e-20;
-
-/// Independent directions with an orthonormal basis of what they span, in the metric of the inverse inertia.
-struct Span {
-    members: Vec<usize>,
-    basis: Vec<Vec<f64>>,
-}
-
-impl Span {
-    /// The part of a row outside the span, relative to its size and squared.
-    fn left(&self, mut row: Vec<f64>) -> f64 {
-        let size = dot(&row, &row);
-        self.reject(&mut row);
-        dot(&row, &row) / size
-    }
-
-    fn reject(&self, row: &mut [f64]) {
-        // Twice is enough.
-        for vector in self.basis.iter().chain(&self.basis) {
-            let share = dot(row, vector);
-            row.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
-        }
-    }
-
-    fn add(&mut self, member: usize, mut row: Vec<f64>) {
-        self.reject(&mut row);
-        let size = dot(&row, &row).sqrt();
-        row.iter_mut().for_each(|x| *x /= size);
-        self.members.push(member);
-        self.basis.push(row);
-    }
-}
-
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -507,7 +426,7 @@ impl Machine {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
             let span = self.span(&sticking.collect::<Vec<_>>());
             for (&k, mode) in resting.iter().zip(&mut modes) {
-                if *mode != Mode::Stick && span.left(self.metric_row(k)) <= DEPENDENT {
+                if *mode != Mode::Stick && span.left(self.metric_row(k)) <= OUTSIDE {
                     *mode = Mode::Stick;
                 }
             }
@@ -671,7 +590,7 @@ impl Machine {
         self.choose_holding(&resting);
         let span = self.span(&resting);
         let dependent: Vec<usize> = (0..self.modes.len())
-            .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= DEPENDENT)
+            .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= OUTSIDE)
             .collect();
         resting.extend(dependent);
         resting.sort_unstable();
@@ -823,7 +742,7 @@ impl Machine {
         while !rows.is_empty() && span.basis.len() < self.freedoms {
             let left: Vec<f64> = rows.iter().map(|(_, row)| span.left(row.clone())).collect();
             let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
-            if left[best] <= DEPENDENT {
+            if left[best] <= OUTSIDE {
                 break;
             }
             let (k, row) = rows.remove(best);

@@ -1,6 +1,7 @@
 //! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
 pub mod dop853;
+mod drive;
 pub mod friction;
 mod machine;
 mod outputs;

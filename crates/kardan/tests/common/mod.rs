@@ -44,7 +44,8 @@ pub fn signal<'a>(run: &'a Run, name: &str) -> &'a [f64] {
 
 /// The value of a signal in the row at a time.
 pub fn at(run: &Run, name: &str, time: f64) -> f64 {
-    let row = run.series.time.iter().position(|t| (t - time).abs() < 1e-12).unwrap_or_else(|| panic!("no row at {time}"));
+    let row =
+        run.series.time.iter().position(|t| (t - time).abs() < 1e-12).unwrap_or_else(|| panic!("no row at {time}"));
     signal(run, name)[row]
 }
 
