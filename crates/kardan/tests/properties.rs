@@ -53,7 +53,7 @@ fn node(rough: bool) -> impl Strategy<Value = Node> {
     let friction = move || if rough { decimal(0..=50).boxed() } else { Just(0.0).boxed() };
     let link =
         prop_oneof![
-            (decimal(0..=5000), decimal(0..=100), friction(), decimal(-50..=50))
+            (decimal(1..=5000), decimal(0..=100), friction(), decimal(-50..=50))
                 .prop_map(|(stiffness, damping, friction, rest)| Link::Spring { stiffness, damping, friction, rest }),
             (ratio(), decimal(-100..=100)).prop_map(|(ratio, offset)| Link::Gear { ratio, offset }),
             (decimal(-4000..=4000), decimal(-300..=300), any::<bool>())

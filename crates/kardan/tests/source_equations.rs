@@ -906,7 +906,7 @@ fn eq_a_8_elliptical_basis_with_a_8b_corrected() {
         let (i, j, o, one) = (hds.i, hds.i + int(1), int(0), int(1));
         let m = jfs + i * i * jwg;
         // Columns u2, u3, u1; rows in the order of the library (cs, fs, rk, wg).
-        let basis = vec![vec![o, one, o], vec![one, i * j * jwg / m, o], vec![o, o, one], vec![-i, j * jfs / m, o]];
+        let basis = [vec![o, one, o], vec![one, i * j * jwg / m, o], vec![o, o, one], vec![-i, j * jfs / m, o]];
         let rational = Matrix::from_fn(4, 3, |a, b| basis[a][b].rational());
         let form = |full: Matrix<Rational>| rational.transpose().multiply(&full).multiply(&rational);
         assert!(equations.constraint_matrix().multiply(&rational).as_slice().iter().all(|x| *x == Rational::ZERO));

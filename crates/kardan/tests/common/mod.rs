@@ -181,7 +181,7 @@ impl Sub for Q {
 impl Div for Q {
     type Output = Q;
     fn div(self, other: Q) -> Q {
-        self * frac(other.denominator, other.numerator)
+        self.mul(frac(other.denominator, other.numerator))
     }
 }
 
