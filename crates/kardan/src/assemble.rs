@@ -48,7 +48,7 @@ pub struct TransmissionRow {
 
 /// All terms of a model, by kind, over shafts numbered in the order of their names.
 ///
-/// The order of the file never shows: shafts are sorted by name and terms by element name.
+/// The order of the file never shows: shafts are sorted by name, terms by the shafts that they act on and by element name.
 #[derive(Debug, Clone, Default)]
 pub struct Equations {
     /// Shaft names, sorted; the coordinates q \[rad\].
@@ -134,7 +134,16 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
         }
     }
+    sort(&mut next.inertias);
+    sort(&mut next.springs);
+    sort(&mut next.dampers);
+    sort(&mut next.frictions);
     Equations { shafts: out.shafts, ..next }
+}
+
+/// By the shafts that a term acts on: sums then run in the same order whatever the elements are called.
+fn sort<T>(terms: &mut [Along<T>]) {
+    terms.sort_by_key(|term| term.row.iter().map(|(shaft, _)| *shaft).collect::<Vec<_>>());
 }
 
 impl Equations {

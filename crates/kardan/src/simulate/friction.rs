@@ -212,6 +212,10 @@ impl Span {
     /// The part of a row outside the span, relative to its size and squared.
     pub(super) fn left(&self, mut row: Vec<f64>) -> f64 {
         let size = dot(&row, &row);
+        if size == 0.0 {
+            // A direction along which nothing can move depends on everything.
+            return 0.0;
+        }
         self.reject(&mut row);
         dot(&row, &row) / size
     }

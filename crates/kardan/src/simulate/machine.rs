@@ -46,6 +46,8 @@ pub struct Machine {
     following: Vec<usize>,
     /// Reduced coordinates that stand still exactly.
     still: Vec<usize>,
+    /// Largest speed of a shaft so far, rad/s.
+    fastest: f64,
     freedoms: usize,
     size: usize,
     pub(super) sources: Vec<f64>,
@@ -67,6 +69,8 @@ const BREAKAWAY: f64 = 1e-9;
 /// Relative size of what rounding leaves of an acceleration that should vanish.
 const ROUNDING: f64 = 1e-12;
 
+/// Part of the fastest speed so far that coming to rest may take away; more means that nothing came to rest.
+const TAKEN: f64 = 1e-6;
 /// Speed against the direction of slip that still counts as rounding, rad/s.
 const REVERSED: f64 = 1e-13;
 impl Machine {
@@ -137,6 +141,7 @@ impl Machine {
             holding: Vec::with_capacity(r),
             following: Vec::with_capacity(m),
             still: Vec::with_capacity(r),
+            fastest: 0.0,
             freedoms: r,
             size: size + 2,
             commands: vec![0.0; inputs.len()],
@@ -491,6 +496,7 @@ impl Machine {
         }
         self.work.kinematics.update(&state[..r], &state[r..2 * r]);
         let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
+        self.fastest = self.fastest.max(scale);
         for (k, mode) in self.modes.iter().enumerate() {
             if *mode != Mode::Stick
                 && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -(1e-14 * scale + REVERSED)
@@ -574,6 +580,11 @@ impl Machine {
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
         self.forces(time, state);
+        let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
+        for k in passing {
+            let speed = self.dynamics.friction_speed(k, &self.work);
+            self.modes[k] = if speed < 0.0 { Mode::Backward } else { Mode::Forward };
+        }
         let mut resting: Vec<usize> =
             (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k)).collect();
         if everything {
@@ -637,27 +648,42 @@ impl Machine {
         events
     }
 
+    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it
+    /// to rest would take away more speed than rounding has.
+    fn passes(&self, k: usize) -> bool {
+        let r = self.freedoms;
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut change = row.to_vec();
+        self.work.factor.solve(&mut change);
+        let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
+        let kinematics = &self.work.kinematics;
+        let largest = (0..kinematics.speeds.len())
+            .map(|shaft| (factor * dot(kinematics.row(shaft), &change)).abs())
+            .fold(0.0f64, f64::max);
+        largest > TAKEN * self.fastest || factor.is_nan()
+    }
+
     /// Names of sticking directions whose torques are not unique.
     pub fn shared_friction(&self) -> Vec<usize> {
         if self.following.is_empty() {
             return Vec::new();
         }
-        // Only holding directions that a following one depends on take part; with dependence through several, all do.
-        let mut out: Vec<usize> = self.following.clone();
-        let r = self.freedoms;
-        for (a, &k) in self.holding.iter().enumerate() {
-            let takes_part = self.following.iter().any(|&f| {
-                let mut row: Vec<f64> = (0..self.holding.len())
-                    .map(|b| dot(&self.weighted[b * r..(b + 1) * r], &self.work.friction_rows[f * r..(f + 1) * r]))
-                    .collect();
-                self.hold_factor.solve(&mut row);
-                row[a].abs() > 1e-9 * row.iter().fold(0.0f64, |m, x| m.max(x.abs()))
-            });
-            if takes_part {
-                out.push(k);
+        // A following direction shares with the holding ones that it is a combination of; one along which nothing can
+        // move shares nothing.
+        let (r, count) = (self.freedoms, self.holding.len());
+        let mut out = Vec::new();
+        for &f in &self.following {
+            let row = &self.work.friction_rows[f * r..(f + 1) * r];
+            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+            self.hold_factor.solve(&mut shares);
+            let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+            if largest > 0.0 {
+                out.push(f);
             }
+            out.extend((0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]));
         }
         out.sort_unstable();
+        out.dedup();
         out
     }
 

@@ -26,7 +26,8 @@ struct Sampler {
     quantity: Read,
     /// Step of the angle (or of the torque), SI.
     step: Option<f64>,
-    period: Option<f64>,
+    /// Time between readings, s, as a quotient of whole numbers, so that readings fall on rows where they should.
+    period: Option<(f64, f64)>,
     differentiate: bool,
     next: u64,
     last_angle: f64,
@@ -150,7 +151,14 @@ impl Outputs {
             samplers.push(Sampler {
                 quantity,
                 step: resolution.map(|step| step * stiffness),
-                period: sample_time.as_ref().map(crate::units::Exact::to_f64),
+                period: sample_time.as_ref().map(|time| {
+                    let time = time.to_rational();
+                    let whole = |x: crate::num::Rational| crate::num::rational_to_f64(&x);
+                    (
+                        whole(time.numerator().clone().into()),
+                        whole(crate::num::Rational::from(time.denominator().clone())),
+                    )
+                }),
                 differentiate: coarse_speed,
                 next: 0,
                 last_angle: f64::NAN,
@@ -175,7 +183,7 @@ impl Outputs {
 
     /// The next time at which a sampled sensor reads, s.
     pub fn next_sample(&self) -> f64 {
-        let next = self.samplers.iter().filter_map(|s| s.period.map(|period| s.next as f64 * period));
+        let next = self.samplers.iter().filter_map(|s| s.period.map(|(n, d)| s.next as f64 * n / d));
         next.fold(f64::INFINITY, f64::min)
     }
 
@@ -217,7 +225,7 @@ impl Outputs {
     pub fn sample(&mut self, time: f64, machine: &Machine) {
         for k in 0..self.samplers.len() {
             let sampler = &self.samplers[k];
-            let due = sampler.period.is_none_or(|period| sampler.next as f64 * period <= time);
+            let due = sampler.period.is_none_or(|(n, d)| sampler.next as f64 * n / d <= time);
             if !due {
                 continue;
             }
@@ -227,7 +235,7 @@ impl Outputs {
             sampler.held = if sampler.differentiate {
                 let before = if sampler.last_angle.is_nan() { rounded } else { sampler.last_angle };
                 sampler.last_angle = rounded;
-                (rounded - before) / sampler.period.unwrap_or(1.0)
+                (rounded - before) / sampler.period.map_or(1.0, |(n, d)| n / d)
             } else {
                 rounded
             };

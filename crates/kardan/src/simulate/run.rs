@@ -130,6 +130,7 @@ impl Runner<'_> {
         self.machine.enter_segment(0.0);
         self.announce(0.0);
         self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
+        self.note_shared_friction();
         self.initial_energy = self.machine.energy(&self.state);
         for (k, &end) in breaks.iter().enumerate() {
             if k > 0 {
@@ -244,6 +245,10 @@ impl Runner<'_> {
     fn settle(&mut self, time: f64, crossing: &[usize]) {
         let happened = self.machine.settle(time, &mut self.state, crossing, false, &self.names, &self.input_names);
         self.events.extend(happened.into_iter().map(|what| Event { time, what }));
+        self.note_shared_friction();
+    }
+
+    fn note_shared_friction(&mut self) {
         let shared = self.machine.shared_friction();
         if !shared.is_empty() {
             let names: Vec<String> = shared.iter().map(|&k| format!("`{}`", self.names[k])).collect();
