@@ -34,7 +34,7 @@ pub enum ReduceError {
         constraints: usize,
     },
     /// Coordinates named by the user are too few or too many.
-    #[error("the model has {freedoms} degrees of freedom, but {} coordinates are named", named.len())]
+    #[error("the model has {freedoms} degree{} of freedom, but {} coordinate{} named", plural(*freedoms), named.len(), if named.len() == 1 { " is" } else { "s are" })]
     CoordinateCount {
         /// Degrees of freedom.
         freedoms: usize,
@@ -68,6 +68,10 @@ pub struct Dependency {
     pub elements: Vec<(String, f64)>,
     /// Whether the offsets contradict each other; otherwise one row is superfluous.
     pub contradiction: bool,
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 fn list(names: &[String]) -> String {

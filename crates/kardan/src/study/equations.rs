@@ -117,7 +117,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     };
     let _ = writeln!(
         out,
-        "Model {}: {} shafts, {} degrees of freedom",
+        "Model {}: shafts {}, degrees of freedom {}",
         variant.model.name,
         model.basis.rows(),
         model.coordinates.len()
