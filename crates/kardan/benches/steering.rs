@@ -27,7 +27,7 @@ fn four_angles(bencher: Bencher) {
     bencher.bench(|| study::run(steering(), &study::Settings::default(), &study::Silent));
 }
 
-/// One joint angle, 9 s with set-valued friction, 9241 rows of 30 signals.
+/// One joint angle, 9 s with set-valued friction, 10521 rows of 30 signals.
 #[divan::bench]
 fn one_angle(bencher: Bencher) {
     let settings = study::Settings { variants: vec!["beta-30deg".into()] };

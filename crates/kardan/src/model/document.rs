@@ -30,7 +30,7 @@ pub const SCENARIO: &[Field] = &[
     Field::optional(
         "output_step",
         Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time between rows of the results, a quarter of it for 20 rows after each event; left out: 1 ms.",
+        "Time between rows of the results, a twentieth of it during 20 steps after each event; left out: 1 ms.",
     ),
     Field::optional(
         "relative_tolerance",

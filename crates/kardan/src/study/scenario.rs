@@ -188,7 +188,7 @@ pub(super) fn check_rows(
 ) -> bool {
     let runs: f64 = document.variants.iter().map(|variants| variants.values.len() as f64).product();
     let most = MOST_ROWS.min(MOST_ROWS_OF_ALL / runs);
-    let rows = duration.to_f64() / step.to_f64() + 100.0 * events as f64;
+    let rows = duration.to_f64() / step.to_f64() + 400.0 * events as f64;
     if rows <= most {
         return true;
     }
@@ -204,7 +204,7 @@ pub(super) fn check_rows(
     false
 }
 
-/// Multiples of the step, quarters of it for 20 steps after each event, the event times and the end; each is the number
+/// Multiples of the step, twentieths of it for 20 steps after each event, the event times and the end; each is the number
 /// nearest to its exact value.
 pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> Vec<f64> {
     let end = duration.to_f64();
@@ -221,8 +221,8 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
     times.extend((0..=count).map(|k| multiple(k as f64)));
     for event in events {
         let event = event.to_rational();
-        let quarter = &ratio / Rational::from(4);
-        times.extend((0..=80).map(|k| rational_to_f64(&(&event + &quarter * Rational::from(k)))));
+        let twentieth = &ratio / Rational::from(20);
+        times.extend((0..=400).map(|k| rational_to_f64(&(&event + &twentieth * Rational::from(k)))));
     }
     times.push(end);
     times.retain(|time| (0.0..=end).contains(time));
