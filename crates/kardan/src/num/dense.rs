@@ -1,5 +1,3 @@
-use super::Matrix;
-
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
@@ -145,16 +143,4 @@ pub fn multiply(matrix: &[f64], x: &[f64], out: &mut [f64]) {
 /// The inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-impl From<&Matrix<f64>> for Cholesky {
-    /// Factors at once.
-    ///
-    /// # Panics
-    /// If the matrix is not positive definite.
-    fn from(matrix: &Matrix<f64>) -> Self {
-        let mut out = Cholesky::new(matrix.rows());
-        assert!(out.factor(matrix.as_slice()), "Cholesky factor of a matrix that is not positive definite");
-        out
-    }
 }

@@ -61,11 +61,6 @@ impl<S: Scalar> Matrix<S> {
         &self.data
     }
 
-    /// All entries, row by row, to write.
-    pub fn as_mut_slice(&mut self) -> &mut [S] {
-        &mut self.data
-    }
-
     /// The transpose.
     pub fn transpose(&self) -> Self {
         Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)].clone())

@@ -86,12 +86,11 @@ impl Dynamics {
     pub fn new(reduced: &Reduced) -> (Self, Work) {
         let kinematics = Kinematics::new(reduced);
         let (r, equations) = (reduced.freedoms(), &reduced.equations);
-        let directions = |kind: &dyn Fn(&Kinematics) -> Directions| kind(&kinematics);
-        let inertias = directions(&|k| Directions::new(&equations.inertias, |x| x.to_f64(), k, r));
-        let dampers = directions(&|k| Directions::new(&equations.dampers, |x| x.to_f64(), k, r));
-        let springs = directions(&|k| Directions::new(&equations.springs, |x| x.stiffness.to_f64(), k, r));
-        let frictions = directions(&|k| Directions::new(&equations.frictions, |x| x.to_f64(), k, r));
-        let inputs = directions(&|k| Directions::new(&equations.inputs, |_| 1.0, k, r));
+        let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics, r);
+        let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics, r);
+        let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics, r);
+        let frictions = Directions::new(&equations.frictions, |x| x.to_f64(), &kinematics, r);
+        let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics, r);
         let sum = |d: &Directions| {
             let mut out = Matrix::<f64>::zeros(r, r);
             for &k in &d.constant {
@@ -240,11 +239,6 @@ impl Dynamics {
     pub fn spring_torque(&self, spring: usize, work: &Work) -> f64 {
         self.springs.coefficients[spring]
             * (along(&self.springs.rows[spring], &work.kinematics.angles) - self.rests[spring])
-    }
-
-    /// Stiffness of a spring by its number, N m/rad.
-    pub fn spring_stiffness(&self, spring: usize) -> f64 {
-        self.springs.coefficients[spring]
     }
 
     /// Torque of a damper by its number, N m, at the last update: `d·aᵀq̇`.

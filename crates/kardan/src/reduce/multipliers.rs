@@ -43,16 +43,6 @@ impl Multipliers {
         }
     }
 
-    /// Entries of the Jacobian row of a constraint at the current position: `(shaft, coefficient)`.
-    pub fn row(&self, constraint: usize, kinematics: &Kinematics) -> Vec<(usize, f64)> {
-        match &self.rows[constraint] {
-            Row::Linear(row) => row.clone(),
-            Row::Curve { driven, driving, curve } => {
-                vec![(*driven, 1.0), (*driving, -curve.derivatives(kinematics.angles[*driving]).0)]
-            }
-        }
-    }
-
     /// Coefficient of a shaft in a constraint, at the current position.
     pub fn coefficient(&self, constraint: usize, shaft: usize, kinematics: &Kinematics) -> f64 {
         match &self.rows[constraint] {

@@ -39,6 +39,14 @@ impl Drive {
         }
     }
 
+    /// What the rate limiter gives for a command, from its state.
+    pub(super) fn after_rate(&self, command: f64, state: &[f64]) -> f64 {
+        match (self.rate_mode, self.rate_state) {
+            (Rate::Rise | Rate::Fall, Some(place)) => state[place],
+            _ => self.limited(command),
+        }
+    }
+
     pub(super) fn limit_mode(&self, command: f64) -> Limit {
         match self.limit {
             Some(limit) if command > limit => Limit::High,

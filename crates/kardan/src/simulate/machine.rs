@@ -208,12 +208,10 @@ impl Machine {
         }
         self.force.copy_from_slice(&self.work.passive);
         for (k, drive) in self.drives.iter().enumerate() {
-            let limited = drive.limited(self.commands[k]);
-            let after_rate = match (drive.rate_mode, drive.rate_state) {
-                (Rate::Follow, _) | (_, None) => limited,
-                (_, Some(place)) => state[place],
+            let torque = match drive.lag_state {
+                Some(place) => state[place],
+                None => drive.after_rate(self.commands[k], state),
             };
-            let torque = drive.lag_state.map_or(after_rate, |place| state[place]);
             self.torques[k] = torque;
             for (force, g) in self.force.iter_mut().zip(&self.work.input_rows[k * r..(k + 1) * r]) {
                 *force += torque * g;
@@ -325,20 +323,15 @@ impl Machine {
         out[r..2 * r].copy_from_slice(&self.acceleration);
         let mut input_power = 0.0;
         for (k, drive) in self.drives.iter().enumerate() {
-            let limited = drive.limited(self.commands[k]);
-            let mut after_rate = limited;
             if let (Some(place), Some(rate)) = (drive.rate_state, drive.rate) {
                 out[place] = match drive.rate_mode {
                     Rate::Follow => 0.0,
                     Rate::Rise => rate,
                     Rate::Fall => -rate,
                 };
-                if drive.rate_mode != Rate::Follow {
-                    after_rate = state[place];
-                }
             }
             if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
-                out[place] = (after_rate - state[place]) / lag;
+                out[place] = (drive.after_rate(self.commands[k], state) - state[place]) / lag;
             }
             input_power += self.torques[k] * self.dynamics.input_speed(k, &self.work);
         }
