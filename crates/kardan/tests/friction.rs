@@ -450,3 +450,39 @@ fn divergence_keeps_partial_results() {
     );
     assert!(run.energy.residual.abs() < 1e-9 * run.energy.input, "{:?}", run.energy);
 }
+
+/// ```text
+///   a ===+ 60°        b = γ(a),  c = b − a:  w_c = (γ′ − 1) w_a
+///         \\=== b      reverses four times a turn while a moves on
+///   planetary: b − a − c = 0, friction on c
+/// ```
+///
+/// A direction that reverses because its coefficients cancel must not stop the drive. The loss is the Coulomb torque times
+/// the way of c, which swings between ±atan((1−C)/(2√C)) with C = cos 60°.
+#[test]
+fn a_direction_that_cancels_does_not_stop_the_drive() {
+    let torque = 0.05;
+    let model = "[model]\ncoordinates = [\"a\"]\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"0.01 kg m^2\"\n\
+        [shaft.c]\nfriction = \"0.05 N m\"\n[universal_joint.j]\nshaft_1 = \"b\"\nshaft_2 = \"a\"\nangle = \"60 deg\"\n\
+        [planetary.p]\ncoefficients = { b = 1, a = -1, c = -1 }\n\
+        [scenario]\nduration = \"3 s\"\ninitial = { \"a.w\" = \"10 rad/s\" }\n";
+    let run = study::run(model, &Default::default(), &study::Silent).expect("a right model").runs.remove(0);
+    let last = |name: &str| *run.series.signal(name).expect(name).values.last().expect("rows");
+    assert!(run.series.signal("a.w").expect("a.w").values.iter().all(|w| *w > 5.0), "the drive moves on");
+    let c = 0.5_f64;
+    let swing = ((1.0 - c) / (2.0 * c.sqrt())).atan();
+    let extreme = (1.0 / c.sqrt()).atan();
+    let half_turns = (last("a.phi") / std::f64::consts::PI).floor();
+    let rest = last("a.phi") - half_turns * std::f64::consts::PI;
+    let difference = last("c.phi");
+    let way = 4.0 * swing * half_turns
+        + match rest {
+            y if y <= extreme => -difference,
+            y if y <= std::f64::consts::PI - extreme => 2.0 * swing + difference,
+            _ => 4.0 * swing - difference,
+        };
+    assert!(way > 10.0, "several turns");
+    // The step control holds each of some hundred steps to 1e-9 J.
+    assert!((run.energy.dissipated - torque * way).abs() < 1e-7, "{} against {}", run.energy.dissipated, torque * way);
+    assert!(run.energy.residual.abs() < 1e-7);
+}
