@@ -1,5 +1,9 @@
 //! Analysis of linear models.
 
+mod system;
+
+pub use system::{ConstrainedSystem, LinearSystem};
+
 use crate::num::{Matrix, eigenvalues};
 use crate::reduce::LinearModel;
 use crate::results::Pole;

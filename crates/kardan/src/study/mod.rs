@@ -1,5 +1,6 @@
 //! What a model file asks for: checked, designed, run for every variant, judged.
 
+mod analyze;
 mod asked;
 mod checks;
 mod equations;
@@ -7,6 +8,7 @@ mod prepare;
 mod read;
 mod scenario;
 
+pub use analyze::{AnalyzeSettings, analyze};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 

@@ -1,5 +1,9 @@
 //! What a study produces: plain data with names and units, nothing computed here.
 
+mod analysis;
+
+pub use analysis::*;
+
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Physical {

@@ -1,0 +1,205 @@
+use std::collections::BTreeSet;
+
+use crate::assemble::Along;
+use crate::num::{Matrix, Rational, Scalar, echelon, rational_from_f64};
+use crate::reduce::{Kinematics, Reduced};
+
+/// A constant linear constrained mechanical system `Hq̈ + Dq̇ + Sq = Fτ + Cᵀλ`, `Cq = 0` \[diss. (4.31), (4.36)\], as terms
+/// along directions with exact coefficients.
+///
+/// A model that is not constant and linear is brought to this form at an operating point: a transmission contributes the
+/// row of its slope, a stuck friction direction the row of its constraint.
+#[derive(Debug, Clone, Default)]
+pub struct ConstrainedSystem {
+    /// Names of the coordinates q before reduction (shafts; loop charges of a circuit).
+    pub shafts: Vec<String>,
+    /// Inertias.
+    pub inertias: Vec<Along<Rational>>,
+    /// Dampers.
+    pub dampers: Vec<Along<Rational>>,
+    /// Springs.
+    pub springs: Vec<Along<Rational>>,
+    /// Rows of C, independent.
+    pub constraints: Vec<Along<()>>,
+    /// Inputs that are considered.
+    pub inputs: Vec<Along<()>>,
+}
+
+impl ConstrainedSystem {
+    /// A reduced model at a reduced position (rad), at rest, springs relaxed; friction of the elements in `stuck` holds.
+    ///
+    /// Only the inputs named are kept, in that order. The slope of a transmission is rounded to `f64` once and exact from
+    /// there on. A stuck direction that follows from other constraints adds nothing.
+    ///
+    /// # Panics
+    /// If `position` has not one entry per coordinate, gives a slope that is not finite, or an input is not there.
+    pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
+        let equations = &reduced.equations;
+        let mut kinematics = Kinematics::new(reduced);
+        kinematics.update(position, &vec![0.0; reduced.freedoms()]);
+        let constant = |term: &Along<crate::units::Exact>| Along {
+            element: term.element.clone(),
+            row: term.row.clone(),
+            value: term.value.to_rational(),
+        };
+        let row =
+            |element: &str, row: &[(usize, Rational)]| Along { element: element.into(), row: row.to_vec(), value: () };
+        let mut constraints: Vec<Along<()>> = equations.constraints.iter().map(|c| row(&c.element, &c.row)).collect();
+        constraints.extend(equations.transmissions.iter().map(|t| {
+            let slope = t.curve.derivatives(kinematics.angles[t.driving]).0;
+            let slope = rational_from_f64(slope).expect("the slope of a transmission is finite");
+            let mut entries = vec![(t.driven, Rational::ONE), (t.driving, Rational::ZERO.minus(&slope))];
+            entries.sort_by_key(|(shaft, _)| *shaft);
+            Along { element: t.element.clone(), row: entries, value: () }
+        }));
+        let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element));
+        constraints.extend(held.map(|f| row(&f.element, &f.row)));
+        let mut out = Self {
+            shafts: equations.shafts.clone(),
+            inertias: equations.inertias.iter().map(constant).collect(),
+            dampers: equations.dampers.iter().map(constant).collect(),
+            springs: equations
+                .springs
+                .iter()
+                .map(|s| Along {
+                    element: s.element.clone(),
+                    row: s.row.clone(),
+                    value: s.value.stiffness.to_rational(),
+                })
+                .collect(),
+            constraints,
+            inputs: inputs
+                .iter()
+                .map(|name| {
+                    let input = equations.inputs.iter().find(|i| i.element == *name);
+                    let input = input.unwrap_or_else(|| panic!("no input `{name}`"));
+                    row(name, &input.row)
+                })
+                .collect(),
+        };
+        out.drop_dependent_constraints();
+        out
+    }
+
+    /// Keeps the first rows of C that are independent.
+    fn drop_dependent_constraints(&mut self) {
+        let rows = self.constraints.len();
+        let columns = self.constraint_matrix().transpose();
+        let kept: BTreeSet<usize> = echelon(&columns, &(0..rows).collect::<Vec<_>>()).pivots.into_iter().collect();
+        let mut number = 0;
+        self.constraints.retain(|_| {
+            number += 1;
+            kept.contains(&(number - 1))
+        });
+    }
+
+    /// C, one row per constraint.
+    pub fn constraint_matrix(&self) -> Matrix<Rational> {
+        dense(&self.constraints, self.shafts.len())
+    }
+
+    /// F, one column per input.
+    pub fn input_matrix(&self) -> Matrix<Rational> {
+        dense(&self.inputs, self.shafts.len()).transpose()
+    }
+
+    /// `Σ J a aᵀ`.
+    pub fn inertia_matrix(&self) -> Matrix<Rational> {
+        sum(&self.inertias, self.shafts.len())
+    }
+
+    /// `Σ d a aᵀ`.
+    pub fn damping_matrix(&self) -> Matrix<Rational> {
+        sum(&self.dampers, self.shafts.len())
+    }
+
+    /// `Σ s a aᵀ`.
+    pub fn stiffness_matrix(&self) -> Matrix<Rational> {
+        sum(&self.springs, self.shafts.len())
+    }
+
+    /// Chosen coordinates and K with `CK = 0`, identity on them (4.34): as many of `preferred` as are independent, then
+    /// others by number.
+    pub fn explicit_basis(&self, preferred: &[usize]) -> (Vec<usize>, Matrix<Rational>) {
+        let n = self.shafts.len();
+        // Columns late in the order stay free.
+        let mut order: Vec<usize> = (0..n).rev().filter(|shaft| !preferred.contains(shaft)).collect();
+        order.extend(preferred.iter().rev());
+        let e = echelon(&self.constraint_matrix(), &order);
+        let mut coordinates: Vec<usize> = preferred.iter().copied().filter(|s| !e.pivots.contains(s)).collect();
+        coordinates.extend((0..n).filter(|s| !e.pivots.contains(s) && !preferred.contains(s)));
+        let mut basis = Matrix::<Rational>::zeros(n, coordinates.len());
+        for (column, &shaft) in coordinates.iter().enumerate() {
+            basis[(shaft, column)] = Rational::ONE;
+            for (row, &pivot) in e.pivots.iter().enumerate() {
+                basis[(pivot, column)] = Rational::ZERO.minus(&e.form[(row, shaft)]);
+            }
+        }
+        (coordinates, basis)
+    }
+}
+
+fn dense(rows: &[Along<()>], shafts: usize) -> Matrix<Rational> {
+    let mut out = Matrix::<Rational>::zeros(rows.len(), shafts);
+    for (i, along) in rows.iter().enumerate() {
+        for (j, x) in &along.row {
+            out[(i, *j)] = x.clone();
+        }
+    }
+    out
+}
+
+fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
+    let mut out = Matrix::<Rational>::zeros(shafts, shafts);
+    for term in terms {
+        for (i, x) in &term.row {
+            let scaled = term.value.times(x);
+            for (j, y) in &term.row {
+                out[(*i, *j)] = out[(*i, *j)].plus(&scaled.times(y));
+            }
+        }
+    }
+    out
+}
+
+/// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular.
+///
+/// E stays beside A so that no inverse blows up the fractions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearSystem {
+    /// Names of the states x: `rk.phi`, `rk.w`.
+    pub states: Vec<String>,
+    /// Names of the inputs u.
+    pub inputs: Vec<String>,
+    /// Names of the outputs y.
+    pub outputs: Vec<String>,
+    /// E, square.
+    pub e: Matrix<Rational>,
+    /// A, square.
+    pub a: Matrix<Rational>,
+    /// B, one column per input.
+    pub b: Matrix<Rational>,
+    /// C, one row per output.
+    pub c: Matrix<Rational>,
+    /// D, outputs × inputs.
+    pub d: Matrix<Rational>,
+    /// Number of degrees of freedom if the states are `[q_r; q̇_r]` with `E = diag(I, H_r)`, `A = [0 I; −S_r −D_r]`.
+    pub freedoms: Option<usize>,
+}
+
+impl LinearSystem {
+    /// The dual system, `Eᵀ ẋ = Aᵀ x + Cᵀ u`, `y = Bᵀ x + Dᵀ u`: its inputs are the outputs of this one.
+    pub fn transpose(&self) -> Self {
+        Self {
+            states: self.states.clone(),
+            inputs: self.outputs.clone(),
+            outputs: self.inputs.clone(),
+            e: self.e.transpose(),
+            a: self.a.transpose(),
+            b: self.c.transpose(),
+            c: self.b.transpose(),
+            d: self.d.transpose(),
+            freedoms: None,
+        }
+    }
+}

@@ -1,0 +1,442 @@
+//! What an analysis of structure gives: chapters 4 and 5 of the source for one model at one operating point.
+
+use super::{NamedMatrix, Pole};
+
+/// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
+/// or `None`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Analysis {
+    /// Name of the model.
+    pub name: String,
+    /// From the file.
+    pub description: String,
+    /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
+    pub class: Option<Class>,
+    /// Names of the reduced coordinates.
+    pub coordinates: Vec<String>,
+    /// Reduced matrices for three bases of the constraint kernel.
+    pub bases: Vec<Basis>,
+    /// The projector of the constraint forces.
+    pub constraint_forces: Option<ConstraintForces>,
+    /// The modes, by size of their eigenvalue.
+    pub modes: Vec<Mode>,
+    /// Exact answers on controllability, observability, zeros and the least numbers of inputs and outputs.
+    pub structure: Structure,
+    /// Where motors and sensors may sit.
+    pub placement: Placement,
+    /// How far away the next change of structure is.
+    pub sensitivity: Option<Sensitivity>,
+    /// What the reader must know: choices made for him, parts left out.
+    pub notes: Vec<String>,
+}
+
+/// Definition 4.4, judged.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Class {
+    /// Whether all five assumptions hold without linearisation.
+    pub constant_linear: bool,
+    /// The five assumptions, in the order of the source.
+    pub assumptions: Vec<Assumption>,
+    /// The kind of every constraint.
+    pub constraints: Vec<ConstraintClass>,
+    /// Where the model was linearised.
+    pub operating_point: OperatingPoint,
+}
+
+/// One of the five assumptions (4.27)-(4.31).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Assumption {
+    /// `the inertia matrix is constant, symmetric and positive definite (4.27)`.
+    pub statement: String,
+    /// Whether it holds.
+    pub holds: bool,
+    /// What breaks it: `(element, why)`.
+    pub breaches: Vec<(String, String)>,
+}
+
+/// One of the eight classes of Tables 4.1 and 4.2, with the constraint that belongs to it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ConstraintClass {
+    /// The element.
+    pub element: String,
+    /// `q1 - i q2 = 0`.
+    pub equation: String,
+    /// An equality (Table 4.1), or an inequality (Table 4.2).
+    pub equality: bool,
+    /// On positions alone.
+    pub holonomic: bool,
+    /// Without time.
+    pub scleronomic: bool,
+    /// With constant coefficients.
+    pub linear: bool,
+}
+
+/// Where a model was linearised.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OperatingPoint {
+    /// Shaft and angle, rad.
+    pub angles: Vec<(String, f64)>,
+    /// Every friction direction: element, Coulomb torque in N m, and whether it is stuck (then it is a constraint).
+    pub friction: Vec<(String, f64, bool)>,
+}
+
+/// The model in one basis of the constraint kernel \[diss. Theorems 4.1-4.4\].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Basis {
+    /// `chosen coordinates`, `elliptical orthogonal` or `elliptical orthonormal`.
+    pub name: String,
+    /// K: one row per shaft, one column per reduced coordinate.
+    pub basis: NamedMatrix,
+    /// `H_r = KᵀHK`.
+    pub inertia: NamedMatrix,
+    /// `D_r = KᵀDK`.
+    pub damping: NamedMatrix,
+    /// `S_r = KᵀSK`.
+    pub stiffness: NamedMatrix,
+    /// `F_r = KᵀF`.
+    pub input: NamedMatrix,
+    /// Largest `|⟨bᵢ, bⱼ⟩_H| / (‖bᵢ‖‖bⱼ‖)` of two different columns; near zero certifies an orthogonal basis.
+    pub orthogonality: f64,
+    /// Bounds (4.43), (4.45), (4.46) beside the true eigenvalues: inertia, damping, stiffness.
+    pub bounds: Vec<EigenvalueBounds>,
+}
+
+/// Geršgorin's discs of a reduced matrix beside its true eigenvalues.
+///
+/// Every eigenvalue lies in at least one disc; a disc need not hold an eigenvalue of its own number (erratum to (4.43)).
+/// In ascending order `|λ_k − centre_k| ≤ max radius` (Weyl).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct EigenvalueBounds {
+    /// `inertia`, `damping` or `stiffness`.
+    pub matrix: String,
+    /// SI unit.
+    pub unit: String,
+    /// True eigenvalues, ascending.
+    pub eigenvalues: Vec<f64>,
+    /// Centres of the discs, `⟨M bᵢ, bᵢ⟩`, in the order of the columns of the basis.
+    pub centres: Vec<f64>,
+    /// Radii of the discs, `Σ_{j≠i} |⟨M bᵢ, bⱼ⟩|`.
+    pub radii: Vec<f64>,
+}
+
+/// Theorem 4.5: `τ_c = −P (Fτ − Dq̇ − Sq)` with `P = Cᵀ(CH⁻¹Cᵀ)⁻¹CH⁻¹`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ConstraintForces {
+    /// P, shaft by shaft.
+    pub projector: NamedMatrix,
+    /// Its rank, exact: the number of independent constraints.
+    pub rank: usize,
+    /// Largest entry of `P² − P`, evaluated in floating point.
+    pub idempotence_residual: f64,
+    /// Constraint torque at rest on each shaft for a unit of each input: `−P F`; rows are shafts.
+    pub input_to_torque: NamedMatrix,
+    /// Multiplier of each constraint for a unit of each input: `λ = −(CH⁻¹Cᵀ)⁻¹CH⁻¹F`; rows are constraints.
+    pub input_to_multiplier: NamedMatrix,
+}
+
+/// One mode (a conjugate pair counts once).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mode {
+    /// λ, 1/s; the one with imaginary part ≥ 0.
+    pub eigenvalue: Pole,
+    /// |λ|, rad/s.
+    pub natural_frequency: f64,
+    /// −Re λ / |λ|; 1 for λ = 0.
+    pub damping_ratio: f64,
+    /// Shaft (or state) with its motion relative to the largest one: `(name, real part, imaginary part)`.
+    pub shape: Vec<(String, f64, f64)>,
+    /// Shares of the energy stored during the motion, kinetic and potential, by element: `(element, kind, share)`.
+    pub stored: Vec<(String, EnergyKind, f64)>,
+    /// Shares of the loss by element.
+    pub dissipated: Vec<(String, f64)>,
+    /// The exact factor of the characteristic polynomial that it is a root of: `s + 2`.
+    pub factor: String,
+    /// Whether the inputs reach it (Hautus).
+    pub controllable: bool,
+    /// Whether the outputs show it (Hautus).
+    pub observable: bool,
+}
+
+/// Where energy is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EnergyKind {
+    /// In an inertia.
+    #[default]
+    Kinetic,
+    /// In a spring.
+    Potential,
+}
+
+/// Exact structure of a linear system.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Structure {
+    /// Names of the states.
+    pub states: Vec<String>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Rank of the controllability matrix, exact.
+    pub controllable_rank: usize,
+    /// Rank of the observability matrix, exact.
+    pub observable_rank: usize,
+    /// Coprime square-free factors of the characteristic polynomial, with what holds for all their roots.
+    pub factors: Vec<Factor>,
+    /// Modes that the inputs do not reach.
+    pub uncontrollable: Vec<FailingMode>,
+    /// Modes that the outputs do not show.
+    pub unobservable: Vec<FailingMode>,
+    /// `relative_degrees[output][input]`; `None`: the input never reaches the output.
+    pub relative_degrees: Vec<Vec<Option<usize>>>,
+    /// Invariant zeros.
+    pub zeros: Zeros,
+    /// Non-trivial invariant factors of `sI − A`, each dividing the next.
+    pub invariant_factors: Vec<String>,
+    /// Least number of inputs for controllability (Theorems 5.2-5.5).
+    pub min_inputs: usize,
+    /// Least number of outputs for observability (Theorems 5.7-5.10).
+    pub min_outputs: usize,
+    /// Which theorem of chapter 5 applies: `general`, `pure damping`, `no damping`, `state space`.
+    pub kind: String,
+    /// The proof of the numbers above.
+    pub certificate: Certificate,
+}
+
+impl Structure {
+    /// Whether every state can be reached.
+    pub fn controllable(&self) -> bool {
+        self.controllable_rank == self.states.len()
+    }
+
+    /// Whether every state can be told from the outputs.
+    pub fn observable(&self) -> bool {
+        self.observable_rank == self.states.len()
+    }
+
+    /// Controllable and observable.
+    pub fn minimal(&self) -> bool {
+        self.controllable() && self.observable()
+    }
+}
+
+/// A square-free factor of the characteristic polynomial, coprime to the others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Factor {
+    /// `s^2 + 3 s + 2`, coefficients exact.
+    pub polynomial: String,
+    /// Its roots, 1/s.
+    pub roots: Vec<Pole>,
+    /// How often each root is an eigenvalue.
+    pub algebraic: usize,
+    /// Independent eigenvectors of each root: the rank defect of `λ²H + λD + S`.
+    pub geometric: usize,
+    /// Rank defect of `[λI − A, B]`.
+    pub input_defect: usize,
+    /// Rank defect of `[λI − A; C]`.
+    pub output_defect: usize,
+}
+
+/// A mode that inputs do not reach or outputs do not show.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FailingMode {
+    /// The exact factor that its eigenvalue is a root of.
+    pub factor: String,
+    /// λ, 1/s, imaginary part ≥ 0.
+    pub eigenvalue: Pole,
+    /// Number of independent motions at this eigenvalue that fail.
+    pub defect: usize,
+    /// Shafts (or states) that move in it: `(name, share)`, largest first; shares relative to the largest.
+    pub shafts: Vec<(String, f64)>,
+    /// Elements that take part, with their share of the stored energy.
+    pub elements: Vec<(String, f64)>,
+}
+
+/// Invariant zeros of `[sI − A, −B; C, D]`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Zeros {
+    /// The zero polynomial, exact; `1` if there are no zeros.
+    pub polynomial: String,
+    /// Its roots, 1/s, with multiplicity.
+    pub values: Vec<Pole>,
+    /// Normal rank of the transfer matrix; below the smaller of inputs and outputs, some combination of them is empty.
+    pub normal_rank: usize,
+}
+
+/// What a short independent check needs to confirm the answers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Certificate {
+    /// Every answer is proven over the rationals; otherwise see `failure_probability`.
+    pub proven: bool,
+    /// Bound on the probability that a modular answer is wrong (0 if proven).
+    pub failure_probability: f64,
+    /// The primes used.
+    pub primes: Vec<u64>,
+    /// What is proven and how, one sentence each.
+    pub statements: Vec<String>,
+    /// The pencil `E x' = A x + B u`, `y = C x + D u`: sparse rows of fractions `(row, column, value)`.
+    pub pencil: Vec<(String, Vec<(usize, usize, String)>)>,
+    /// Proof of `min_inputs`.
+    pub inputs: Option<Count>,
+    /// Proof of `min_outputs`, for the transposed pencil.
+    pub outputs: Option<Count>,
+    /// Proof that the rank of the controllability matrix is not larger: left vectors that no input reaches.
+    pub unreached: Option<Invariant>,
+    /// The same for the transposed pencil.
+    pub unseen: Option<Invariant>,
+    /// Proof that the rank of the controllability matrix is not smaller.
+    pub reached: Option<Minor>,
+    /// The same for the transposed pencil.
+    pub seen: Option<Minor>,
+}
+
+/// Proof of a least number of inputs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Count {
+    /// The number m.
+    pub number: usize,
+    /// Enough: a witness input matrix (whole numbers; one row per state, m columns) ...
+    pub witness: Vec<Vec<i64>>,
+    /// ... whose controllability matrix has this non-vanishing minor.
+    pub minor: Minor,
+    /// Fewer is impossible: the common invariant factor q, monic, coefficients of 1, s, s², ... as fractions ...
+    pub common_factor: Vec<String>,
+    /// ... and m blocks of deg q independent rows Y with `Y A = (I ⊗ companion(q)) Y E`.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// Columns of `[B, (E⁻¹A)B, (E⁻¹A)²B, …]` (after E⁻¹) that are independent modulo a prime, hence independent.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Minor {
+    /// The prime.
+    pub prime: u64,
+    /// `(input, power)` of each column.
+    pub columns: Vec<(usize, usize)>,
+    /// Rows of the minor.
+    pub rows: Vec<usize>,
+    /// The minor modulo the prime; not zero.
+    pub value: u64,
+}
+
+/// Independent rows Y with `Y A = M Y E` and `Y B = 0`: what no input reaches.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Invariant {
+    /// Y, fractions.
+    pub rows: Vec<Vec<String>>,
+    /// M, fractions.
+    pub action: Vec<Vec<String>>,
+}
+
+/// Where motors and sensors may sit.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Placement {
+    /// Smallest sets of motors, best first.
+    pub inputs: Option<PlacementSearch>,
+    /// Smallest sets of sensors, best first.
+    pub outputs: Option<PlacementSearch>,
+}
+
+/// The outcome of one search.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlacementSearch {
+    /// The candidates: `(place, cost)`.
+    pub candidates: Vec<(String, f64)>,
+    /// `every set of 2 of 5 places was tried` or `bounded search`.
+    pub method: String,
+    /// Whether every set was tried.
+    pub exhaustive: bool,
+    /// Bound on what a better set could gain where the search was not exhaustive: `(cost found − lower bound) / cost`.
+    pub gap: f64,
+    /// Sets tried.
+    pub tried: usize,
+    /// The sets, best first.
+    pub sets: Vec<PlacedSet>,
+    /// What `score` is: `smallest eigenvalue of the Gramian over 1 s`.
+    pub measure: String,
+    /// Its unit.
+    pub unit: String,
+    /// Whether a larger score is better.
+    pub larger_is_better: bool,
+    /// Why there is none, in terms of shafts.
+    pub none_because: Option<String>,
+}
+
+/// A set of places that keeps the model controllable (observable).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlacedSet {
+    /// The places.
+    pub places: Vec<String>,
+    /// Sum of the user's costs.
+    pub cost: f64,
+    /// The physical measure.
+    pub score: f64,
+}
+
+/// How far away the next change of structure is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sensitivity {
+    /// `(parameter, nominal value, lower end, upper end, unit)`.
+    pub parameters: Vec<(String, f64, f64, f64, String)>,
+    /// Of controllability.
+    pub controllability: Option<LossSearch>,
+    /// Of observability.
+    pub observability: Option<LossSearch>,
+}
+
+/// The search for the nearest loss of controllability or observability.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LossSearch {
+    /// The nearest loss found; `None` if there was none within ten tolerances.
+    pub nearest: Option<Loss>,
+    /// Verdict over the whole box of parameters.
+    pub box_verdict: BoxVerdict,
+    /// How the verdict was reached.
+    pub method: String,
+    /// Sampling of the box.
+    pub sampling: Option<Sampling>,
+}
+
+/// Parameters at which controllability or observability is lost.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Loss {
+    /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
+    pub distance: f64,
+    /// `(parameter, value, unit)`.
+    pub at: Vec<(String, f64, String)>,
+    /// Eigenvalue that is lost there, 1/s.
+    pub eigenvalue: Pole,
+    /// Residual of the defining equations there, relative.
+    pub residual: f64,
+    /// Shafts that move in the lost mode: `(name, share)`.
+    pub shafts: Vec<(String, f64)>,
+}
+
+/// What is known over a whole box of parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BoxVerdict {
+    /// No loss anywhere in the box, proven.
+    Certified,
+    /// A loss was found in the box.
+    Lost,
+    /// Neither.
+    #[default]
+    NotCertified,
+}
+
+/// Sampling of a box of parameters.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sampling {
+    /// Number of samples.
+    pub samples: usize,
+    /// Seed.
+    pub seed: u64,
+    /// Threshold of the smallest Gramian eigenvalue.
+    pub threshold: f64,
+    /// Unit of the threshold.
+    pub unit: String,
+    /// Fraction of samples below the threshold.
+    pub probability: f64,
+    /// 95 % confidence interval of that probability (Wilson).
+    pub interval: (f64, f64),
+    /// Smallest, median and largest measure found.
+    pub quantiles: (f64, f64, f64),
+}
