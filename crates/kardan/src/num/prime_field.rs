@@ -1,0 +1,268 @@
+use dashu_int::{IBig, UBig, ops::RemEuclid};
+
+use super::Rational;
+
+/// The whole numbers modulo a prime below 2⁶¹, for structure that holds modulo almost every prime.
+///
+/// A minor that does not vanish modulo one prime does not vanish: full rank here is a proof. The opposite needs more
+/// (see `analysis`). Elements are kept as `x · 2⁶⁴ mod p` (Montgomery), so that a product costs no division.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PrimeField {
+    prime: u64,
+    /// −p⁻¹ mod 2⁶⁴.
+    negative_inverse: u64,
+    /// 2¹²⁸ mod p.
+    square: u64,
+}
+
+/// An element of a [`PrimeField`], in Montgomery form; 0 is zero.
+pub type Residue = u64;
+
+/// How many products of two residues can be added in a `u128` before the high half must be reduced.
+const PRODUCTS: usize = 48;
+
+impl PrimeField {
+    /// The number of primes that [`random_prime`] chooses from is at least this (2⁶⁰ / (61 ln 2), rounded down).
+    pub const CHOICES: f64 = 2.7e16;
+
+    /// The field of a prime.
+    ///
+    /// # Panics
+    /// If `prime` is even or 2⁶¹ and more. Whether it is prime is the caller's promise ([`is_prime`]).
+    pub fn new(prime: u64) -> Self {
+        assert!(prime % 2 == 1 && prime > 2 && prime < 1 << 61, "{prime} is not an odd prime below 2^61");
+        let mut inverse = 1u64;
+        for _ in 0..6 {
+            inverse = inverse.wrapping_mul(2u64.wrapping_sub(prime.wrapping_mul(inverse)));
+        }
+        let r = (u128::from(u64::MAX) + 1) % u128::from(prime);
+        let square = (r * r % u128::from(prime)) as u64;
+        Self { prime, negative_inverse: inverse.wrapping_neg(), square }
+    }
+
+    /// p.
+    pub fn prime(&self) -> u64 {
+        self.prime
+    }
+
+    /// `t / 2⁶⁴ mod p` for `t < p · 2⁶⁴`.
+    #[inline(always)]
+    fn reduce(&self, t: u128) -> Residue {
+        let m = (t as u64).wrapping_mul(self.negative_inverse);
+        let sum = (t + u128::from(m) * u128::from(self.prime)) >> 64;
+        let sum = sum as u64;
+        if sum >= self.prime { sum - self.prime } else { sum }
+    }
+
+    /// 1.
+    pub fn one(&self) -> Residue {
+        self.reduce(u128::from(self.square))
+    }
+
+    /// A whole number below p.
+    pub fn element(&self, value: u64) -> Residue {
+        self.reduce(u128::from(value % self.prime) * u128::from(self.square))
+    }
+
+    /// A whole number of either sign.
+    pub fn integer(&self, value: i64) -> Residue {
+        let size = self.element(value.unsigned_abs());
+        if value < 0 { self.negate(size) } else { size }
+    }
+
+    /// The number from 0 to p − 1.
+    pub fn value(&self, x: Residue) -> u64 {
+        self.reduce(u128::from(x))
+    }
+
+    /// A fraction; `None` if p divides its denominator.
+    pub fn rational(&self, value: &Rational) -> Option<Residue> {
+        let p = UBig::from(self.prime);
+        let numerator = u64::try_from(IBig::rem_euclid(value.numerator().clone(), &IBig::from(p.clone()))).ok()?;
+        let denominator = u64::try_from(value.denominator().clone() % &p).ok()?;
+        (denominator != 0).then(|| self.times(self.element(numerator), self.inverse(self.element(denominator))))
+    }
+
+    /// a + b.
+    #[inline(always)]
+    pub fn plus(&self, a: Residue, b: Residue) -> Residue {
+        let sum = a + b;
+        if sum >= self.prime { sum - self.prime } else { sum }
+    }
+
+    /// a − b.
+    #[inline(always)]
+    pub fn minus(&self, a: Residue, b: Residue) -> Residue {
+        if a >= b { a - b } else { a + self.prime - b }
+    }
+
+    /// −a.
+    #[inline(always)]
+    pub fn negate(&self, a: Residue) -> Residue {
+        if a == 0 { 0 } else { self.prime - a }
+    }
+
+    /// a · b.
+    #[inline(always)]
+    pub fn times(&self, a: Residue, b: Residue) -> Residue {
+        self.reduce(u128::from(a) * u128::from(b))
+    }
+
+    /// 1 / a, by Fermat.
+    ///
+    /// # Panics
+    /// If a is zero.
+    pub fn inverse(&self, a: Residue) -> Residue {
+        assert!(a != 0, "division by zero in a prime field");
+        let mut exponent = self.prime - 2;
+        let (mut base, mut out) = (a, self.one());
+        while exponent > 0 {
+            if exponent & 1 == 1 {
+                out = self.times(out, base);
+            }
+            base = self.times(base, base);
+            exponent >>= 1;
+        }
+        out
+    }
+
+    /// Σ aᵢ bᵢ.
+    pub fn dot(&self, a: &[Residue], b: &[Residue]) -> Residue {
+        let mut sum = 0u128;
+        for (a, b) in a.chunks(PRODUCTS).zip(b.chunks(PRODUCTS)) {
+            for (x, y) in a.iter().zip(b) {
+                sum += u128::from(*x) * u128::from(*y);
+            }
+            let high = (sum >> 64) as u64 % self.prime;
+            sum = u128::from(high) << 64 | u128::from(sum as u64);
+        }
+        self.reduce(sum)
+    }
+
+    /// `target −= factor · row`, where the row is not zero.
+    pub fn subtract(&self, target: &mut [Residue], factor: Residue, row: &[Residue]) {
+        let factor = self.negate(factor);
+        for (x, y) in target.iter_mut().zip(row) {
+            *x = self.plus(*x, self.times(factor, *y));
+        }
+    }
+}
+
+/// A generator of numbers that look random (SplitMix64), the same for the same seed.
+#[derive(Debug, Clone)]
+pub struct Random(u64);
+
+impl Random {
+    /// With a seed.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// The next 64 bits.
+    pub fn next_u64(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in `0..bound` (bias below `bound / 2⁶⁴`).
+    pub fn below(&mut self, bound: u64) -> u64 {
+        ((u128::from(self.next_u64()) * u128::from(bound)) >> 64) as u64
+    }
+
+    /// Uniform in `[0, 1)`.
+    pub fn unit(&mut self) -> f64 {
+        (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A whole number from −size to size, not zero.
+    pub fn small(&mut self, size: u64) -> i64 {
+        let value = self.below(2 * size) as i64 - size as i64;
+        if value >= 0 { value + 1 } else { value }
+    }
+}
+
+/// A prime between 2⁶⁰ and 2⁶¹, uniform up to the lengths of prime gaps.
+pub fn random_prime(random: &mut Random) -> u64 {
+    let mut candidate = (1 << 60) | random.below(1 << 60) | 1;
+    while !is_prime(candidate) {
+        candidate = if candidate >= (1 << 61) - 2 { (1 << 60) | 1 } else { candidate + 2 };
+    }
+    candidate
+}
+
+/// Whether a number is prime: Miller and Rabin with the first twelve primes as bases, which decides all below 2⁶⁴.
+///
+/// ```
+/// use kardan::num::is_prime;
+/// assert!(is_prime((1 << 61) - 1) && !is_prime((1 << 59) - 1) && !is_prime(3_215_031_751));
+/// ```
+pub fn is_prime(n: u64) -> bool {
+    const BASES: [u64; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
+    if n < 2 {
+        return false;
+    }
+    for p in BASES {
+        if n % p == 0 {
+            return n == p;
+        }
+    }
+    let times = |a: u64, b: u64| (u128::from(a) * u128::from(b) % u128::from(n)) as u64;
+    let twos = (n - 1).trailing_zeros();
+    let odd = (n - 1) >> twos;
+    BASES.iter().all(|&base| {
+        let (mut power, mut exponent, mut square) = (1u64, odd, base % n);
+        while exponent > 0 {
+            if exponent & 1 == 1 {
+                power = times(power, square);
+            }
+            square = times(square, square);
+            exponent >>= 1;
+        }
+        if power == 1 || power == n - 1 {
+            return true;
+        }
+        (1..twos).any(|_| {
+            power = times(power, power);
+            power == n - 1
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The arithmetic is that of `u128` modulo p.
+        #[test]
+        fn arithmetic_is_modular(a in 0u64..u64::MAX, b in 0u64..u64::MAX, seed in 0u64..u64::MAX) {
+            let p = random_prime(&mut Random::new(seed));
+            let f = PrimeField::new(p);
+            let (x, y) = (f.element(a), f.element(b));
+            let (a, b, wide) = (u128::from(a % p), u128::from(b % p), u128::from(p));
+            prop_assert_eq!(u128::from(f.value(f.times(x, y))), a * b % wide);
+            prop_assert_eq!(u128::from(f.value(f.plus(x, y))), (a + b) % wide);
+            prop_assert_eq!(u128::from(f.value(f.minus(x, y))), (a + wide - b) % wide);
+            if x != 0 {
+                prop_assert_eq!(f.times(x, f.inverse(x)), f.one());
+            }
+            let (long, mut sum) = (vec![f.negate(f.one()); 1000], 0);
+            for z in &long {
+                sum = f.plus(sum, f.times(*z, x));
+            }
+            prop_assert_eq!(f.dot(&long, &vec![x; 1000]), sum);
+        }
+    }
+
+    #[test]
+    fn fractions_become_quotients() {
+        let f = PrimeField::new(101);
+        let third = f.rational(&Rational::from_parts((-1).into(), 3u32.into())).unwrap();
+        assert_eq!(f.plus(f.times(third, f.element(3)), f.one()), 0);
+        assert_eq!(f.rational(&Rational::from_parts(1.into(), 202u32.into())), None);
+    }
+}
