@@ -1,7 +1,12 @@
 //! Analysis of linear models.
 
+mod images;
+mod pencil;
+mod structure;
 mod system;
 
+pub use pencil::{OutputSignal, linear_system};
+pub use structure::{StructureError, controllable_rank, structure};
 pub use system::{ConstrainedSystem, LinearSystem};
 
 use crate::num::{Matrix, eigenvalues};

@@ -188,6 +188,27 @@ pub struct LinearSystem {
 }
 
 impl LinearSystem {
+    /// `ẋ = A x + B u`, `y = C x`, with states x1…, inputs u1…, outputs y1….
+    ///
+    /// # Panics
+    /// If the shapes do not fit each other.
+    pub fn state_space(a: Matrix<Rational>, b: Matrix<Rational>, c: Matrix<Rational>) -> Self {
+        let n = a.rows();
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "matrices of other shapes");
+        let names = |letter: &str, count: usize| (1..=count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
+        Self {
+            states: names("x", n),
+            inputs: names("u", b.columns()),
+            outputs: names("y", c.rows()),
+            e: Matrix::identity(n),
+            d: Matrix::zeros(c.rows(), b.columns()),
+            a,
+            b,
+            c,
+            freedoms: None,
+        }
+    }
+
     /// The dual system, `Eᵀ ẋ = Aᵀ x + Cᵀ u`, `y = Bᵀ x + Dᵀ u`: its inputs are the outputs of this one.
     pub fn transpose(&self) -> Self {
         Self {

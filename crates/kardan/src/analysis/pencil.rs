@@ -1,0 +1,114 @@
+use super::{ConstrainedSystem, LinearSystem};
+use crate::equations::Measured;
+use crate::num::{Matrix, Rational, Scalar};
+
+/// An output of a linear system: a signal with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputSignal {
+    /// `rk.phi`, or the name of a sensor.
+    pub name: String,
+    /// What it is.
+    pub measured: Measured,
+}
+
+/// The reduced system as `E ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]`, `E = diag(I, H_r)`,
+/// `A = [0 I; −S_r −D_r]`, `B = [0; F_r]` \[diss. (4.37), (5.5)\], exact.
+///
+/// `coordinates` and `basis` are those of [`ConstrainedSystem::explicit_basis`]. A spring torque is `s` times the twist; a
+/// constraint torque follows from the balance `Cᵀλ = Hq̈ + Dq̇ + Sq − Fτ` and may respond to inputs at once.
+///
+/// # Panics
+/// If an output names a shaft or an element that is not there, or a constraint torque is asked for and H_r is singular.
+pub fn linear_system(
+    system: &ConstrainedSystem,
+    coordinates: &[usize],
+    basis: &Matrix<Rational>,
+    outputs: &[OutputSignal],
+) -> LinearSystem {
+    let r = coordinates.len();
+    let reduce = |m: &Matrix<Rational>| basis.transpose().multiply(&m.multiply(basis));
+    let (inertia, damping, stiffness) =
+        (reduce(&system.inertia_matrix()), reduce(&system.damping_matrix()), reduce(&system.stiffness_matrix()));
+    let input = basis.transpose().multiply(&system.input_matrix());
+    let zero = Rational::ZERO;
+    let minus = |x: &Rational| zero.minus(x);
+    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
+    let e = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+        (true, true) => unit(i, j),
+        (false, false) => inertia[(i - r, j - r)].clone(),
+        _ => Rational::ZERO,
+    });
+    let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+        (true, true) => Rational::ZERO,
+        (true, false) => unit(i, j - r),
+        (false, true) => minus(&stiffness[(i - r, j)]),
+        (false, false) => minus(&damping[(i - r, j - r)]),
+    });
+    let m = system.inputs.len();
+    let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
+    let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
+    let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
+    let shaft = |name: &String| {
+        system.shafts.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+    };
+    for (i, output) in outputs.iter().enumerate() {
+        match &output.measured {
+            Measured::Angle(name) => (0..r).for_each(|j| c[(i, j)] = basis[(shaft(name), j)].clone()),
+            Measured::Speed(name) => (0..r).for_each(|j| c[(i, r + j)] = basis[(shaft(name), j)].clone()),
+            Measured::SpringTorque(element) => {
+                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
+                    for (shaft, x) in &spring.row {
+                        let factor = spring.value.times(x);
+                        (0..r).for_each(|j| c[(i, j)] = c[(i, j)].plus(&factor.times(&basis[(*shaft, j)])));
+                    }
+                }
+            }
+            Measured::ConstraintTorque(element, name) => {
+                let (on_states, on_inputs) =
+                    constraint_torque(system, basis, [&inertia, &damping, &stiffness, &input], element, shaft(name));
+                (0..2 * r).for_each(|j| c[(i, j)] = on_states[j].clone());
+                (0..m).for_each(|j| d[(i, j)] = on_inputs[j].clone());
+            }
+        }
+    }
+    let names = coordinates.iter().map(|&shaft| &system.shafts[shaft]);
+    LinearSystem {
+        states: names.clone().map(|n| format!("{n}.phi")).chain(names.map(|n| format!("{n}.w"))).collect(),
+        inputs: system.inputs.iter().map(|input| input.element.clone()).collect(),
+        outputs: outputs.iter().map(|output| output.name.clone()).collect(),
+        e,
+        a,
+        b,
+        c,
+        d,
+        freedoms: Some(r),
+    }
+}
+
+/// Torque of an element's constraints on a shaft, over the states and the inputs.
+fn constraint_torque(
+    system: &ConstrainedSystem,
+    basis: &Matrix<Rational>,
+    [inertia, damping, stiffness, input]: [&Matrix<Rational>; 4],
+    element: &str,
+    shaft: usize,
+) -> (Vec<Rational>, Vec<Rational>) {
+    let rows = system.constraint_matrix();
+    let weights = Matrix::from_fn(1, rows.rows(), |_, k| {
+        if system.constraints[k].element == element { rows[(k, shaft)].clone() } else { Rational::ZERO }
+    });
+    // weightsᵀ λ with λ = (CCᵀ)⁻¹ C (Hq̈ + Dq̇ + Sq − Fτ)
+    let gram = rows.multiply(&rows.transpose());
+    let multiplier = gram.solve(&rows).expect("the constraints are independent");
+    let direction = weights.multiply(&multiplier);
+    let on = |m: &Matrix<Rational>| direction.multiply(m).multiply(basis);
+    let acceleration = on(&system.inertia_matrix());
+    let per_inertia = inertia.transpose().solve(&acceleration.transpose()).expect("the reduced inertia is regular");
+    let through = |m: &Matrix<Rational>| per_inertia.transpose().multiply(m);
+    let difference = |a: Matrix<Rational>, b: Matrix<Rational>| {
+        (0..a.columns()).map(|j| a[(0, j)].minus(&b[(0, j)])).collect::<Vec<_>>()
+    };
+    let mut on_states = difference(on(&system.stiffness_matrix()), through(stiffness));
+    on_states.extend(difference(on(&system.damping_matrix()), through(damping)));
+    (on_states, difference(through(input), direction.multiply(&system.input_matrix())))
+}
