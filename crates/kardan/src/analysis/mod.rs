@@ -1,7 +1,17 @@
 //! Analysis of linear models.
 
+mod bases;
+mod constraint_forces;
+mod gramian;
+mod modes;
+mod reduction;
 mod system;
 
+pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
+pub use constraint_forces::constraint_forces;
+pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
+pub use modes::{modes, modes_of_pencil};
+pub use reduction::{Reduction, reduction, sum_of_terms};
 pub use system::{ConstrainedSystem, LinearSystem};
 
 use crate::num::{Matrix, eigenvalues};
