@@ -1,11 +1,21 @@
 //! Analysis of linear models.
 
+mod bases;
+mod constraint_forces;
+mod gramian;
 mod images;
+mod modes;
 mod pencil;
+mod reduction;
 mod structure;
 mod system;
 
+pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
+pub use constraint_forces::constraint_forces;
+pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
+pub use modes::{modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};
+pub use reduction::{Reduction, reduction, sum_of_terms};
 pub use structure::{StructureError, controllable_rank, structure};
 pub use system::{ConstrainedSystem, LinearSystem};
 

@@ -3,23 +3,30 @@
 //! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
 //! [`Rational`]; floating point decides magnitudes only.
 
+mod balance;
 mod dense;
 mod eigen;
 mod elimination;
 mod matrix;
 mod modular;
 pub mod modular_polynomial;
+mod null_vectors;
 mod polynomial;
 mod prime_field;
 mod reconstruct;
 mod scalar;
+mod sparse;
 
+pub use balance::balance;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, echelon};
 pub use matrix::Matrix;
 pub use modular::{ModularMatrix, Reachable, Span, invariant_factors, quotient_action, reachable};
+pub use null_vectors::{NullVectors, null_vectors};
 pub use polynomial::Polynomial;
 pub use prime_field::{PrimeField, Random, Residue, is_prime, random_prime};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
+pub use sparse::{SparseEchelon, SparseRow, project, sparse_echelon};
+

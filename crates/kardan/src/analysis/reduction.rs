@@ -1,0 +1,134 @@
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use super::ConstrainedSystem;
+use crate::assemble::Along;
+use crate::num::{Rational, SparseRow, project, rational_to_f64, sparse_echelon};
+
+/// A system in chosen coordinates, exact and sparse: `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` \[diss. (4.37)\].
+#[derive(Debug, Clone)]
+pub struct Reduction {
+    /// Numbers of the shafts chosen as coordinates q_r, in the order chosen.
+    pub coordinates: Vec<usize>,
+    /// K, one sparse row per shaft: `q = K q_r` (4.35).
+    pub basis: Vec<SparseRow>,
+    /// The terms along the directions `Kᵀa` over the coordinates, in the order of the original ones; no constraints.
+    pub system: ConstrainedSystem,
+}
+
+impl Reduction {
+    /// Degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// K, shafts × coordinates.
+    pub fn basis_matrix(&self) -> Mat<f64> {
+        let mut out = Mat::zeros(self.basis.len(), self.freedoms());
+        for (i, row) in self.basis.iter().enumerate() {
+            for (j, x) in row {
+                out[(i, *j)] = rational_to_f64(x);
+            }
+        }
+        out
+    }
+
+    /// `H_r = KᵀHK` (4.39a).
+    pub fn inertia(&self) -> Mat<f64> {
+        sum_of_terms(&self.system.inertias, self.freedoms())
+    }
+
+    /// `D_r = KᵀDK` (4.39b).
+    pub fn damping(&self) -> Mat<f64> {
+        sum_of_terms(&self.system.dampers, self.freedoms())
+    }
+
+    /// `S_r = KᵀSK` (4.39c).
+    pub fn stiffness(&self) -> Mat<f64> {
+        sum_of_terms(&self.system.springs, self.freedoms())
+    }
+
+    /// `F_r = KᵀF` (4.38).
+    pub fn input(&self) -> Mat<f64> {
+        columns(&self.system.inputs, self.freedoms())
+    }
+
+    /// `A = [0 I; −H_r⁻¹S_r −H_r⁻¹D_r]` and `B = [0; H_r⁻¹F_r]` for the states `[q_r; q̇_r]`; `None` if `H_r` is not
+    /// numerically positive definite.
+    pub fn state_space(&self) -> Option<(Mat<f64>, Mat<f64>)> {
+        let r = self.freedoms();
+        let factor = self.inertia().llt(Side::Lower).ok()?;
+        let [s, d, f] = [self.stiffness(), self.damping(), self.input()].map(|m| factor.solve(&m));
+        let a = Mat::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+            (true, true) => 0.0,
+            (true, false) => f64::from(u8::from(j - r == i)),
+            (false, true) => 0.0 - s[(i - r, j)],
+            (false, false) => 0.0 - d[(i - r, j - r)],
+        });
+        let b = Mat::from_fn(2 * r, f.ncols(), |i, j| if i < r { 0.0 } else { f[(i - r, j)] });
+        Some((a, b))
+    }
+}
+
+/// Eliminates the constraints (Theorem 4.1): every term `c a aᵀ` becomes `c (Kᵀa)(Kᵀa)ᵀ`.
+///
+/// The coordinates are those of [`ConstrainedSystem::explicit_basis`]: as many of `preferred` as are independent, then others
+/// by number. Exact; the work grows with the number of entries, not with the square of the number of shafts.
+///
+/// # Panics
+/// If `preferred` or a term names a shaft that does not exist, or `preferred` names one twice.
+pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
+    let n = system.shafts.len();
+    let mut wanted = vec![false; n];
+    for &shaft in preferred {
+        assert!(!wanted[shaft], "shaft {shaft} is preferred twice");
+        wanted[shaft] = true;
+    }
+    // Columns late in the order stay free.
+    let mut order: Vec<usize> = (0..n).rev().filter(|&shaft| !wanted[shaft]).collect();
+    order.extend(preferred.iter().rev());
+    let eliminated = sparse_echelon(system.constraints.iter().map(|c| &c.row), &order);
+    let free = |shaft: &usize| !eliminated.rows.contains_key(shaft);
+    let mut coordinates: Vec<usize> = preferred.iter().copied().filter(free).collect();
+    coordinates.extend((0..n).filter(|shaft| free(shaft) && !wanted[*shaft]));
+    let basis = eliminated.kernel(n, &coordinates);
+    let terms = |terms: &[Along<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
+    let reduced_system = ConstrainedSystem {
+        shafts: coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect(),
+        inertias: terms(&system.inertias),
+        dampers: terms(&system.dampers),
+        springs: terms(&system.springs),
+        constraints: Vec::new(),
+        inputs: system.inputs.iter().map(|input| reduced(input, &basis)).collect(),
+    };
+    Reduction { coordinates, basis, system: reduced_system }
+}
+
+fn reduced<T: Clone>(term: &Along<T>, basis: &[SparseRow]) -> Along<T> {
+    Along { element: term.element.clone(), row: project(&term.row, basis), value: term.value.clone() }
+}
+
+/// `Σ c a aᵀ` in floating point, symmetric to the last bit.
+pub fn sum_of_terms(terms: &[Along<Rational>], n: usize) -> Mat<f64> {
+    let mut out = Mat::zeros(n, n);
+    for term in terms {
+        let (row, value) = (term.row_f64(), rational_to_f64(&term.value));
+        for &(i, x) in &row {
+            for &(j, y) in &row {
+                out[(i, j)] += value * (x * y);
+            }
+        }
+    }
+    out
+}
+
+/// The directions as columns, n × directions.
+pub(super) fn columns(directions: &[Along<()>], n: usize) -> Mat<f64> {
+    let mut out = Mat::zeros(n, directions.len());
+    for (k, direction) in directions.iter().enumerate() {
+        for (i, x) in direction.row_f64() {
+            out[(i, k)] = x;
+        }
+    }
+    out
+}

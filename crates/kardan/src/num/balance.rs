@@ -1,0 +1,41 @@
+use faer::Mat;
+
+/// Scales of the coordinates that make rows and columns of a square matrix alike in size: `A[i][j] · s[j] / s[i]`.
+///
+/// Powers of two, so that nothing is rounded. Method: Parlett and Reinsch, without permutations; a stiff mechanical model in
+/// SI units loses several digits without it.
+///
+/// # Panics
+/// If the matrix is not square.
+pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
+    let n = matrix.nrows();
+    assert_eq!(n, matrix.ncols(), "balancing a matrix that is not square");
+    let mut a = matrix.clone();
+    let mut scales = vec![1.0; n];
+    for _ in 0..20 {
+        let mut changed = false;
+        for k in 0..n {
+            let others = || (0..n).filter(|&i| i != k);
+            let column: f64 = others().map(|i| a[(i, k)].abs()).sum();
+            let row: f64 = others().map(|j| a[(k, j)].abs()).sum();
+            if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
+                continue;
+            }
+            let factor = (0.5 * (row / column).log2()).round().exp2();
+            if column * factor + row / factor < 0.95 * (column + row) {
+                changed = true;
+                scales[k] *= factor;
+                for i in 0..n {
+                    a[(i, k)] *= factor;
+                }
+                for j in 0..n {
+                    a[(k, j)] /= factor;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    scales
+}

@@ -1,0 +1,141 @@
+use std::collections::BTreeMap;
+
+use super::{Rational, Scalar};
+
+/// A sparse row: `(column, entry)`, sorted, no zeros.
+pub type SparseRow = Vec<(usize, Rational)>;
+
+/// The reduced row echelon form of a sparse matrix.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SparseEchelon {
+    /// Each pivot column with the other entries of its row: `x_pivot + Σ entry · x_column = 0` on the kernel. No entry
+    /// stands in a pivot column.
+    pub rows: BTreeMap<usize, SparseRow>,
+}
+
+impl SparseEchelon {
+    /// The rank, exact.
+    pub fn rank(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The basis of the kernel that is the identity on the columns `free` (all that are no pivots): one sparse row for
+    /// each of `columns` columns of the matrix, its entries numbered as in `free`.
+    ///
+    /// # Panics
+    /// If a column that is no pivot is missing in `free`.
+    pub fn kernel(&self, columns: usize, free: &[usize]) -> Vec<SparseRow> {
+        let number: BTreeMap<usize, usize> = free.iter().enumerate().map(|(k, column)| (*column, k)).collect();
+        let row = |column| match self.rows.get(&column) {
+            None => vec![(number[&column], Rational::ONE)],
+            Some(row) => {
+                let mut row: SparseRow = row.iter().map(|(j, x)| (number[j], Rational::ZERO.minus(x))).collect();
+                row.sort_by_key(|(j, _)| *j);
+                row
+            }
+        };
+        (0..columns).map(row).collect()
+    }
+}
+
+/// Brings sparse rows to reduced row echelon form over the rationals, taking pivots in the given order of columns.
+///
+/// Same result as [`echelon`](super::echelon), for large matrices with few entries: rows are never made dense, and those
+/// below a pivot are reduced before those above it, so that a chain of neighbours costs a number of operations that is
+/// proportional to its length.
+///
+/// # Panics
+/// If a row has an entry in a column that `order` does not name.
+pub fn sparse_echelon<'a>(rows: impl IntoIterator<Item = &'a SparseRow>, order: &[usize]) -> SparseEchelon {
+    let place: BTreeMap<usize, usize> = order.iter().enumerate().map(|(place, column)| (*column, place)).collect();
+    // Rows by the place of their pivot, without the pivot's entry 1.
+    let mut found: BTreeMap<usize, BTreeMap<usize, Rational>> = BTreeMap::new();
+    for row in rows {
+        let mut open: BTreeMap<usize, Rational> = row.iter().map(|(column, x)| (place[column], x.clone())).collect();
+        while let Some((pivot, x)) = open.pop_first() {
+            if let Some(other) = found.get(&pivot) {
+                subtract(&mut open, other, &x);
+            } else {
+                let scaled = open.into_iter().map(|(at, y)| (at, y.over(&x))).collect();
+                found.insert(pivot, scaled);
+                break;
+            }
+        }
+    }
+    let pivots: Vec<usize> = found.keys().rev().copied().collect();
+    for pivot in pivots {
+        let mut row = found.remove(&pivot).unwrap_or_default();
+        let reducible: Vec<usize> = row.keys().filter(|at| found.contains_key(at)).copied().collect();
+        for at in reducible {
+            if let Some(x) = row.remove(&at) {
+                subtract(&mut row, &found[&at], &x);
+            }
+        }
+        found.insert(pivot, row);
+    }
+    let unplaced = |(pivot, row): (usize, BTreeMap<usize, Rational>)| {
+        let mut row: SparseRow = row.into_iter().map(|(at, x)| (order[at], x)).collect();
+        row.sort_by_key(|(column, _)| *column);
+        (order[pivot], row)
+    };
+    SparseEchelon { rows: found.into_iter().map(unplaced).collect() }
+}
+
+/// `row −= factor · other`.
+fn subtract(row: &mut BTreeMap<usize, Rational>, other: &BTreeMap<usize, Rational>, factor: &Rational) {
+    for (at, y) in other {
+        let entry = row.entry(*at).or_insert(Rational::ZERO);
+        *entry = entry.minus(&factor.times(y));
+        if entry.is_zero() {
+            row.remove(at);
+        }
+    }
+}
+
+/// `rowᵀ · basis` for a basis given by one sparse row for each column of `row`.
+pub fn project(row: &SparseRow, basis: &[SparseRow]) -> SparseRow {
+    let mut out = BTreeMap::<usize, Rational>::new();
+    for (at, x) in row {
+        for (j, y) in &basis[*at] {
+            let entry = out.entry(*j).or_insert(Rational::ZERO);
+            *entry = entry.plus(&x.times(y));
+        }
+    }
+    out.into_iter().filter(|(_, x)| !x.is_zero()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Matrix, echelon};
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The reduced echelon form is unique for an order of columns.
+        #[test]
+        fn sparse_and_dense_echelon_agree(
+            values in prop::collection::vec(-2i64..3, 20),
+            order in Just([0usize, 1, 2, 3, 4].to_vec()).prop_shuffle(),
+        ) {
+            let dense = Matrix::from_fn(4, 5, |i, j| Rational::from(values[5 * i + j]));
+            let row = |i: usize| -> SparseRow {
+                (0..5).filter(|j| values[5 * i + j] != 0).map(|j| (j, Rational::from(values[5 * i + j]))).collect()
+            };
+            let rows: Vec<SparseRow> = (0..4).map(row).collect();
+            let (sparse, dense) = (sparse_echelon(&rows, &order), echelon(&dense, &order));
+            prop_assert_eq!(sparse.rank(), dense.rank());
+            for (row, pivot) in dense.pivots.iter().enumerate() {
+                let expected: SparseRow = (0..5)
+                    .filter(|j| j != pivot && !dense.form[(row, *j)].is_zero())
+                    .map(|j| (j, dense.form[(row, j)].clone()))
+                    .collect();
+                prop_assert_eq!(&sparse.rows[pivot], &expected);
+            }
+            let free: Vec<usize> = (0..5).filter(|j| !sparse.rows.contains_key(j)).collect();
+            let kernel = sparse.kernel(5, &free);
+            for row in &rows {
+                prop_assert_eq!(project(row, &kernel), vec![]);
+            }
+        }
+    }
+}
