@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::units::{Dimension, Exact};
+use crate::units::{Dimension, Exact, Tolerated};
 
 /// Which numbers a field takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,8 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// The name of an element of one of the kinds listed.
     Element(&'static [&'static str]),
+    /// One or more names of elements of the kinds listed.
+    Elements(&'static [&'static str]),
     /// The name of a signal: `rk.phi`, `driver.tau`, a reference or a disturbance.
     Signal,
     /// A list of signal names.
@@ -92,7 +94,9 @@ pub struct Spanned<T> {
 pub enum Scalar {
     /// A literal in SI units, with its dimension.
     Literal(Exact, Dimension),
-    /// The name of an entry of `[parameters]`.
+    /// A literal with a tolerance or an interval.
+    Tolerated(Tolerated),
+    /// The name of an entry of `[parameters]`, or of an implicit parameter such as `wg.inertia`.
     Parameter(String),
 }
 
@@ -101,7 +105,7 @@ pub enum Scalar {
 pub enum Value {
     /// For `Shaft`, `Element`, `Signal`, `Choice`, `Name` and `Text`.
     Word(String),
-    /// For `Shafts`, `Signals` and `Words`.
+    /// For `Shafts`, `Elements`, `Signals` and `Words`.
     Words(Vec<Spanned<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),

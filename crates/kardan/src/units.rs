@@ -5,12 +5,16 @@
 //! [`parse_quantity`] reads both. The angle is a dimension of its own here, hence a stiffness in `N m` and a speed in
 //! `Hz` are mistakes and not silent factors of 2π.
 
+mod tolerance;
+
 use std::fmt;
 use std::ops::{Mul, Neg, Range};
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, Sign, UBig};
 use dashu_ratio::RBig;
+
+pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
 
 use crate::diagnostics::nearest;
 
@@ -427,7 +431,8 @@ impl fmt::Display for Exact {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct UnitError {
-    /// `unit::unknown`, `unit::syntax`, `number::syntax`, `number::not-finite` or `number::range`.
+    /// `unit::unknown`, `unit::syntax`, `number::syntax`, `number::not-finite` or `number::range`; of a tolerance also
+    /// `unit::dimension`, `tolerance::syntax` or `tolerance::bounds`.
     pub code: &'static str,
     /// Byte range within the text.
     pub span: Range<usize>,

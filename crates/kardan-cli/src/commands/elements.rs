@@ -23,5 +23,6 @@ fn hint(name: &str) -> String {
     let elements = element::REGISTRY.iter().map(|element| element.keyword);
     let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
     let list = "`kardan elements` lists all tables";
-    nearest(name, elements.chain(laws)).map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
+    let pages = model::STUDY_PAGES.iter().copied();
+    nearest(name, elements.chain(laws).chain(pages)).map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }

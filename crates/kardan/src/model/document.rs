@@ -11,7 +11,9 @@ use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{self, Element};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::synthesis::{self, LawKind};
-use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity, parse_quantity_list};
+use crate::units::{
+    Dimension, Exact, Spread, Tolerated, UnitError, parse_number, parse_quantity, parse_quantity_list, tolerance_mark,
+};
 
 /// Keys of `[model]`.
 pub const MODEL: &[Field] = &[
@@ -82,6 +84,67 @@ pub const PLOT: &[Field] = &[
     Field::optional("variants", Kind::Words, "Variants to draw; left out: all."),
 ];
 
+/// Keys of `[analysis]`.
+pub const ANALYSIS: &[Field] = &[
+    Field::optional("inputs", Kind::Elements(&["motor", "disturbance"]), "Inputs to analyse; left out: all motors."),
+    Field::optional(
+        "outputs",
+        Kind::Signals,
+        "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else the outputs \
+         that the laws control, else the angles of all coordinates.",
+    ),
+    Field::optional(
+        "at",
+        Kind::Overrides,
+        "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial position of \
+         the scenario.",
+    ),
+    Field::optional(
+        "stuck",
+        Kind::Elements(FRICTION),
+        "Elements whose Coulomb friction holds, hence constrains; left out: all slide.",
+    ),
+    Field::optional(
+        "horizon",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Time over which the Gramians are taken; left out: 1 s.",
+    ),
+    Field::optional(
+        "motion",
+        Kind::Overrides,
+        "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of motors are \
+         then compared by the energy that this takes; left out: by their Gramians.",
+    ),
+    Field::optional(
+        "threshold",
+        Kind::Number(Sign::Positive),
+        "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: chosen from the model.",
+    ),
+    Field::optional(
+        "samples",
+        Kind::Number(Sign::Positive),
+        "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000.",
+    ),
+    Field::optional("actuator", Kind::Tables(ACTUATOR), "Where motors may sit: `[[analysis.actuator]]`."),
+    Field::optional("sensor", Kind::Tables(PLACED_SENSOR), "Where sensors may sit: `[[analysis.sensor]]`."),
+];
+
+/// Keys of `[[analysis.actuator]]`.
+pub const ACTUATOR: &[Field] = &[
+    Field::required("shaft", Kind::Shaft, "The shaft that the torque would act on."),
+    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
+];
+
+/// Keys of `[[analysis.sensor]]`.
+pub const PLACED_SENSOR: &[Field] = &[
+    Field::required("shaft", Kind::Shaft, "The shaft that would be measured."),
+    Field::optional("measures", Kind::Choice(&["angle", "speed"]), "What would be measured; left out: angle."),
+    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
+];
+
+/// The elements that can have Coulomb friction; a test keeps them equal to the registry.
+const FRICTION: &[&str] = &["shaft", "spring_damper"];
+
 /// Keys that every `[control.<name>]` has.
 pub const CONTROL: &[Field] = &[
     Field::required("law", Kind::Choice(LAWS), "Which control law."),
@@ -111,8 +174,10 @@ pub struct Parameter {
     pub value: Exact,
     /// Dimension.
     pub dimension: Dimension,
-    /// As written.
+    /// The value as written, without its tolerance.
     pub text: String,
+    /// How far it may be from its value, if that is written behind it.
+    pub spread: Option<Spread>,
 }
 
 /// An entry of `[variants]`.
@@ -159,6 +224,8 @@ pub struct Document {
     pub model: Table,
     /// `[parameters]`
     pub parameters: Vec<Parameter>,
+    /// Keys of elements that are written with a tolerance: parameters of the names `<element>.<key>`.
+    pub implicit: Vec<Parameter>,
     /// `[variants]`
     pub variants: Vec<Variants>,
     /// All elements.
@@ -167,6 +234,8 @@ pub struct Document {
     pub controls: Vec<Control>,
     /// `[scenario]`
     pub scenario: Table,
+    /// `[analysis]`
+    pub analysis: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
     /// `[[plot]]`
@@ -229,7 +298,10 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     let root = Node::root(&toml);
     check_tables(&root, &mut document.doubts, &mut out, &mut study);
     let single = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
-        root.child(key, out).map(|node| table(fields, &node, &format!("`[{key}]`"), out)).unwrap_or_default()
+        let what = format!("`[{key}]`");
+        let mut table = root.child(key, out).map(|node| table(fields, &node, &what, out)).unwrap_or_default();
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        table
     };
     let several = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
         let mut tables = Vec::new();
@@ -246,12 +318,16 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
                 );
                 continue;
             }
-            tables.push(table(fields, &node, &format!("`[[{key}]]`"), out));
+            let what = format!("`[[{key}]]`");
+            let mut table = table(fields, &node, &what, out);
+            refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+            tables.push(table);
         }
         tables
     };
     document.model = single("model", MODEL, &mut out);
     document.scenario = single("scenario", SCENARIO, &mut study);
+    document.analysis = single("analysis", ANALYSIS, &mut study);
     document.requirements = several("requirement", REQUIREMENT, &mut study);
     document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
@@ -260,10 +336,13 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         for node in named_tables(&root, kind.keyword, kind.fields, &mut document.doubts, &mut out) {
             let what = format!("{} `{}`", kind.keyword, shortened(node.name));
             let before = out.len();
-            let table = table(kind.fields, &node, &what, &mut out);
+            let mut table = table(kind.fields, &node, &what, &mut out);
+            let implicit = implicit_parameters(node.name, &mut table);
+            refuse_tolerances(&mut table, &what, "declare a parameter with it, and write its name here", &mut out);
             if out.len() > before {
                 document.doubts.names.insert(node.name.to_string());
             }
+            document.implicit.extend(implicit);
             document.elements.push(Instance { kind, name: node.name.to_string(), span: node.name_span.clone(), table });
         }
     }
@@ -284,7 +363,8 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
             continue;
         };
         let before = out.len();
-        let table = table(&CONTROL_FIELDS[number], &node, &what, &mut out);
+        let mut table = table(&CONTROL_FIELDS[number], &node, &what, &mut out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, &mut out);
         document.doubts.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), span: node.name_span.clone(), table });
@@ -306,7 +386,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 3] = ["scenario", "requirement", "plot"];
+const STUDY: [&str; 4] = ["scenario", "requirement", "plot", "analysis"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
@@ -322,6 +402,8 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
+            (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
+            (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
             (None, "sources" | "source" | "input" | "inputs") => {
                 "torques come from `motor` and `disturbance`".to_string()
             }
@@ -472,17 +554,74 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
         let what = format!("parameter `{name}`");
         let kind = if given.get_ref().is_str() { Kind::AnyQuantity } else { Kind::Number(Sign::Any) };
         let Some(read) = value(&kind, &what, given, out) else { continue };
+        let name = name.to_string();
         match read.value {
             Value::Scalar(Scalar::Literal(value, dimension)) => {
                 let text = source.get(read.span.clone()).unwrap_or_default().trim_matches(['"', '\'']).to_string();
-                document.parameters.push(Parameter { name: name.into(), span: read.span, value, dimension, text });
-                document.doubts.names.remove(name);
+                document.doubts.names.remove(&name);
+                document.parameters.push(Parameter { name, span: read.span, value, dimension, text, spread: None });
+            }
+            Value::Scalar(Scalar::Tolerated(tolerated)) => {
+                document.doubts.names.remove(&name);
+                document.parameters.push(parameter(name, read.span, tolerated));
             }
             _ => out.push(
                 Diagnostic::error("parameter::literal", format!("{what} must be a quantity, not a name"))
                     .at(read.span, "not a quantity")
                     .help("write a number with its unit, such as \"30 deg\""),
             ),
+        }
+    }
+}
+
+fn parameter(name: String, span: Range<usize>, read: Tolerated) -> Parameter {
+    let Tolerated { value, dimension, spread, text } = read;
+    Parameter { name, span, value, dimension, text, spread: Some(spread) }
+}
+
+/// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.
+fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Parameter> {
+    let mut out = Vec::new();
+    for (key, given) in &mut table.values {
+        let name = format!("{element}.{key}");
+        if let Value::Scalar(scalar @ Scalar::Tolerated(_)) = &mut given.value
+            && let Scalar::Tolerated(read) = std::mem::replace(scalar, Scalar::Parameter(name.clone()))
+        {
+            out.push(parameter(name, given.span.clone(), read));
+        }
+    }
+    out
+}
+
+const REMOVE_TOLERANCE: &str = "remove the tolerance: elements and `[parameters]` can have one";
+
+/// Reports tolerances where a value cannot have one, and goes on with the value itself.
+fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Diagnostic>) {
+    let refuse = |scalar: &mut Scalar, span: &Range<usize>, what: String, out: &mut Vec<Diagnostic>| {
+        if let Scalar::Tolerated(read) = scalar {
+            out.push(
+                Diagnostic::error("tolerance::place", format!("{what} cannot have a tolerance"))
+                    .at(span.clone(), "with a tolerance")
+                    .help(help),
+            );
+            *scalar = Scalar::Literal(read.value.clone(), read.dimension);
+        }
+    };
+    for (key, given) in &mut table.values {
+        match &mut given.value {
+            Value::Scalar(scalar) => refuse(scalar, &given.span, format!("`{key}` of {what}"), out),
+            Value::Map(entries) => {
+                for (name, scalar) in entries {
+                    let what = format!("`{}` in `{key}` of {what}", shortened(&name.value));
+                    refuse(&mut scalar.value, &scalar.span, what, out);
+                }
+            }
+            Value::Tables(tables) => {
+                for (i, table) in tables.iter_mut().enumerate() {
+                    refuse_tolerances(table, &format!("entry {} of `{key}` of {what}", i + 1), help, out);
+                }
+            }
+            Value::Word(_) | Value::Words(_) => {}
         }
     }
 }
@@ -512,7 +651,18 @@ fn variant_values(
             .at(span, "")
             .help(error.help.unwrap_or_else(|| VARIANTS_HELP.to_string()))
     };
+    let toleranced = |text: &str, place: Range<usize>| {
+        tolerance_mark(text)?;
+        Some(
+            Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
+                .at(place, "with a tolerance")
+                .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
+        )
+    };
     match given.get_ref() {
+        DeValue::String(text) if toleranced(text, given.span()).is_some() => {
+            out.extend(toleranced(text, given.span()));
+        }
         DeValue::String(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
             Ok(list) => {
                 values.extend(list.into_iter().map(|(value, dimension, text)| (value, dimension, text, given.span())))
@@ -535,6 +685,10 @@ fn variant_values(
                         continue;
                     }
                 };
+                if let Some(mistake) = toleranced(&text, entry.span()) {
+                    out.push(mistake);
+                    continue;
+                }
                 match parse_quantity(&text) {
                     Ok((value, dimension)) => values.push((value, dimension, text.trim().to_string(), entry.span())),
                     Err(error) => out.push(unreadable(error, &text, entry.span())),
@@ -641,6 +795,13 @@ mod tests {
         let keywords: Vec<&str> = synthesis::REGISTRY.iter().map(|law| law.keyword).collect();
         assert!(!keywords.is_empty());
         assert_eq!(keywords, LAWS);
+    }
+
+    #[test]
+    fn every_element_with_friction_can_be_stuck() {
+        let has = |kind: &&Element| kind.fields.iter().any(|field| field.name == "friction");
+        let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
+        assert_eq!(keywords, FRICTION);
     }
 
     /// The examples of the manual are valid tables of their kind.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::{CONTROL, EVENT, MODEL, PLOT, REQUIREMENT, SCENARIO};
+use super::document::{ANALYSIS, CONTROL, EVENT, MODEL, PLOT, REQUIREMENT, SCENARIO};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis;
@@ -26,15 +26,62 @@ pub fn manual() -> String {
 
 const STUDY: &[(&str, &str)] = &[
     ("[model]", "Name, description, reduced coordinates."),
-    ("[parameters]", "Named quantities; elements use them by name: angle = \"beta\"."),
+    ("[parameters]", "Named quantities, with tolerances if you like; elements use them by name: angle = \"beta\"."),
     ("[variants]", "Lists of parameter values, one run for each: beta = \"[0, 10, 20, 30] deg\"."),
     ("[scenario]", "Duration, output step, initial state."),
     ("[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
+    ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
 ];
 
-/// The manual page of one table: an element, a law, `model`, `scenario`, `event`, `requirement` or `plot`.
+/// The names of the manual pages that are neither an element nor a law.
+pub const STUDY_PAGES: &[&str] = &["model", "parameters", "scenario", "event", "requirement", "plot", "analysis"];
+
+const PARAMETERS: &str = "\
+[parameters]
+
+Named quantities: `NAME = \"130 kg mm^2\"`. Elements, laws and the study use them by name: `inertia = \"NAME\"`.
+
+Tolerances
+  A quantity here, or in the key of an element, may say how far it can be from its value:
+      \"0.0081 N m s/rad ± 10 %\"                    a fraction of the value (also +- or +/-)
+      \"0.0081 N m s/rad ± 0.0004 N m s/rad\"        a quantity
+      \"(0.0081 ± 0.0004) N m s/rad\"                the same
+      \"0.0081 N m s/rad [0.0077, 0.0090]\"          bounds in the unit before the bracket
+      \"0.0081 N m s/rad [0.0077, 0.0090] 95 %\"     a confidence interval
+  Everything is computed with the value itself; the structure analysis varies it within its tolerance. A tolerance
+  in a key of an element makes that key a parameter, `wg.inertia`. Where a parameter is varied under [variants], `±`
+  moves along with it.
+
+Example
+
+[parameters]
+s = \"100 N m/rad ± 10 %\"
+
+[spring_damper.torsion_bar]
+shaft_1 = \"rk\"
+stiffness = \"s\"
+damping = \"0.02 N m s/rad ± 50 %\"
+";
+
+const ANALYSIS_EXAMPLE: &str = "\
+[analysis]
+inputs = [\"wg_motor\", \"rk_motor\"]
+outputs = [\"rk.phi\", \"fs.phi\"]
+at = { \"cj.phi\" = \"30 deg\" }
+
+[[analysis.actuator]]
+shaft = \"wg\"
+cost = 120
+
+[[analysis.sensor]]
+shaft = \"rk\"
+measures = \"angle\"
+cost = 40
+";
+
+/// The manual page of one table: an element, a law, or one of [`STUDY_PAGES`].
 pub fn manual_of(name: &str) -> Option<String> {
     let mut out = String::new();
     if let Some(kind) = element::find(name) {
@@ -52,6 +99,8 @@ pub fn manual_of(name: &str) -> Option<String> {
         let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
         keys(&[CONTROL, law.fields].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", law.example);
+    } else if name == "parameters" {
+        out.push_str(PARAMETERS);
     } else {
         let (header, fields) = match name {
             "model" => ("[model]", MODEL),
@@ -59,10 +108,14 @@ pub fn manual_of(name: &str) -> Option<String> {
             "event" => ("[[scenario.event]]", EVENT),
             "requirement" => ("[[requirement]]", REQUIREMENT),
             "plot" => ("[[plot]]", PLOT),
+            "analysis" => ("[analysis]", ANALYSIS),
             _ => return None,
         };
         let _ = writeln!(out, "{header}\n\nKeys");
         keys(fields, &mut out);
+        if name == "analysis" {
+            let _ = write!(out, "\nExample\n\n{ANALYSIS_EXAMPLE}");
+        }
     }
     Some(out)
 }
@@ -96,6 +149,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Coefficients => "numbers by shaft".into(),
         Kind::Choice(words) => words.join(" | "),
         Kind::Element(kinds) => format!("name of a {}", kinds.join(" or ")),
+        Kind::Elements(kinds) => format!("list of names of a {}", kinds.join(" or ")),
         Kind::Signal => "signal".into(),
         Kind::Signals => "list of signals".into(),
         Kind::Words => "list of names".into(),

@@ -6,10 +6,12 @@ mod document;
 mod manual;
 pub mod parse;
 mod resolve;
+mod tolerance;
 
-pub use document::{Control, Document, Doubts, Instance, Parameter, Variants, read};
-pub use manual::{manual, manual_of};
+pub use document::{ANALYSIS, Control, Document, Doubts, Instance, Parameter, Variants, read};
+pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
+pub use tolerance::Tolerance;
 
 /// A model that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

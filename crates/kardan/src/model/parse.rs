@@ -32,7 +32,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
-use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity};
+use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity, parse_tolerated, tolerance_mark};
 
 /// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
 ///
@@ -276,7 +276,7 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
             Kind::Shaft | Kind::Element(_) | Kind::Signal | Kind::Name | Kind::Text | Kind::Choice(_),
             DeValue::String(text),
         ) => reader.word(text, out).map(Value::Word),
-        (Kind::Shafts(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => reader.words(list, out),
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => reader.words(list, out),
         (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
             reader.scalar(literal, out).map(Value::Scalar)
         }
@@ -394,7 +394,7 @@ impl Reader<'_> {
         }
         let count = list.len();
         let enough = match *self.kind {
-            Kind::Shafts(0) => count > 0,
+            Kind::Shafts(0) | Kind::Elements(_) => count > 0,
             Kind::Shafts(asked) => count == asked,
             _ => true,
         };
@@ -444,11 +444,13 @@ impl Reader<'_> {
             self.word(text, out);
             return None;
         }
+        let marked = quoted && tolerance_mark(text).is_some();
         let read = match self.kind {
-            Kind::Number(_) => parse_number(text).map(|number| (number, Dimension::NONE)),
-            _ => parse_quantity(text),
+            _ if marked => parse_tolerated(text).map(|read| (read.value.clone(), read.dimension, Some(read))),
+            Kind::Number(_) => parse_number(text).map(|number| (number, Dimension::NONE, None)),
+            _ => parse_quantity(text).map(|(number, dimension)| (number, dimension, None)),
         };
-        let (number, dimension) = match read {
+        let (number, dimension, tolerated) = match read {
             Ok(read) => read,
             Err(error) if quoted && is_name(text) && error.code != "number::not-finite" => {
                 return Some(Scalar::Parameter(text.to_string()));
@@ -461,8 +463,13 @@ impl Reader<'_> {
         let sign = match *self.kind {
             Kind::Quantity(expected, _) if expected != dimension => {
                 let message = format!("expected {}, found {}", expected.noun(), dimension.noun());
-                let help = expected.hint(text);
+                let help = expected.hint(tolerated.as_ref().map_or(text, |read| read.text.as_str()));
                 out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
+                return None;
+            }
+            Kind::Number(_) if dimension != Dimension::NONE => {
+                let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
+                out.push(self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"));
                 return None;
             }
             Kind::Quantity(_, sign) | Kind::Number(sign) => sign,
@@ -472,7 +479,7 @@ impl Reader<'_> {
             out.push(self.error("number::sign", format!("{rule}, found {}", shortened(text.trim())), rule).help(help));
             return None;
         }
-        Some(Scalar::Literal(number, dimension))
+        Some(tolerated.map_or(Scalar::Literal(number, dimension), Scalar::Tolerated))
     }
 
     /// Points into the text where its bytes are those of the file.
@@ -541,6 +548,7 @@ fn expected(kind: &Kind) -> String {
         Kind::Coefficients => "a table from shaft names to numbers".to_string(),
         Kind::Choice(choices) => format!("one of {}", listed(choices, "or")),
         Kind::Element(kinds) => format!("the name of an element of the kind {}", listed(kinds, "or")),
+        Kind::Elements(kinds) => format!("a list of one or more names of elements of the kind {}", listed(kinds, "or")),
         Kind::Signal => "the name of a signal".to_string(),
         Kind::Signals => "a list of signal names".to_string(),
         Kind::Words => "a list of names".to_string(),
@@ -565,6 +573,7 @@ fn example(kind: &Kind) -> String {
         Kind::Coefficients => "{ wg = 1, cs = -51, fs = 50 }".to_string(),
         Kind::Choice(choices) => format!("\"{}\"", choices.first().unwrap_or(&"")),
         Kind::Element(kinds) => format!("\"my_{}\"", kinds.first().unwrap_or(&"element")),
+        Kind::Elements(kinds) => format!("[\"my_{}\"]", kinds.first().unwrap_or(&"element")),
         Kind::Signal => "\"rk.phi\"".to_string(),
         Kind::Signals => "[\"rk.phi\", \"rk.w\"]".to_string(),
         Kind::Words => "[\"nominal\"]".to_string(),

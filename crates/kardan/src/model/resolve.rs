@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::document::{Document, Instance};
+use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::equations::{Measured, NamedTerm, Term};
@@ -12,7 +13,8 @@ use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact};
 
-/// A parameter value that replaces the file's.
+/// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
+/// that is written with a tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// Parameter.
@@ -57,6 +59,8 @@ pub struct Model {
     pub controls: Vec<ControlSpec>,
     /// Parameter values.
     pub parameters: Vec<ParameterValue>,
+    /// How far parameters may be from their values, by name.
+    pub tolerances: Vec<Tolerance>,
     /// Elements that have a mistake: their terms are not those of the file.
     pub doubtful: BTreeSet<String>,
 }
@@ -74,7 +78,7 @@ impl<'a> TableReader<'a> {
     }
 
     fn parameter(&self, name: &str) -> Option<(&Exact, Dimension)> {
-        let declared = self.document.parameters.iter().find(|p| p.name == name)?;
+        let declared = self.document.all_parameters().find(|p| p.name == name)?;
         let value = self.settings.iter().find(|s| s.name == name).map_or(&declared.value, |s| &s.value);
         Some((value, declared.dimension))
     }
@@ -89,6 +93,7 @@ impl<'a> TableReader<'a> {
     ) -> Option<(Exact, Dimension)> {
         match &scalar.value {
             Scalar::Literal(value, dimension) => Some((value.clone(), *dimension)),
+            Scalar::Tolerated(read) => Some((read.value.clone(), read.dimension)),
             Scalar::Parameter(name) => {
                 let Some((value, dimension)) = self.parameter(name) else {
                     if self.document.doubts.has(name) {
@@ -129,7 +134,7 @@ impl<'a> TableReader<'a> {
                             _ => "more than zero",
                         };
                         let text = self.settings.iter().find(|s| s.name == *name).map_or_else(
-                            || self.document.parameters.iter().find(|p| p.name == *name).map(|p| p.text.clone()),
+                            || self.document.all_parameters().find(|p| p.name == *name).map(|p| p.text.clone()),
                             |set| Some(set.text.clone()),
                         );
                         let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
@@ -169,8 +174,10 @@ impl<'a> TableReader<'a> {
                 (_, Value::Word(word)) => Resolved::Word(word.clone()),
                 (kind, Value::Words(words)) => {
                     for word in words {
-                        if matches!(kind, Kind::Shafts(_)) {
-                            self.check_shaft(&word.value, &word.span, &label, out);
+                        match kind {
+                            Kind::Shafts(_) => self.check_shaft(&word.value, &word.span, &label, out),
+                            Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.span, &label, out),
+                            _ => {}
                         }
                     }
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
@@ -423,6 +430,7 @@ impl Document {
             coordinates: header.words("coordinates").map(<[String]>::to_vec),
             controls,
             parameters: self.parameter_values(settings),
+            tolerances: self.tolerances(settings),
             doubtful,
         };
         (model, out)

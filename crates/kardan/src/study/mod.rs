@@ -1,5 +1,6 @@
 //! What a model file asks for: checked, designed, run for every variant, judged.
 
+mod analysis;
 mod analyze;
 mod asked;
 mod checks;
@@ -8,6 +9,7 @@ mod prepare;
 mod read;
 mod scenario;
 
+pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};

@@ -1,6 +1,7 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
 use super::Requirement;
+use super::analysis::{AnalysisSpec, Point, analysis_spec};
 use super::asked::{Known, plots, requirements, tolerance};
 use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, places_in_control,
@@ -48,6 +49,8 @@ pub struct PreparedVariant {
     pub design_models: Vec<LinearModel>,
     /// What happens.
     pub scenario: Scenario,
+    /// What to analyse.
+    pub analysis: AnalysisSpec,
 }
 
 impl PreparedVariant {
@@ -101,6 +104,7 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
             prepared.variants.extend(prepare_variant(&document, name, model, settings, &mut mistakes));
         }
+        document.check_tolerances(settings, &mut mistakes);
         add_new(&mut out, mistakes, (k > 0).then_some(label));
     }
     let mut mistakes = Vec::new();
@@ -113,7 +117,10 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
             let reduced = unreduced(&mut model);
             let settings = &all_settings[0].1;
             let scenario = scenario(&document, &model, &reduced.equations, None, settings, &mut mistakes);
-            Known { document: &document, signals: signal_names(&reduced, &scenario), doubtful: model.doubtful }
+            let signals = signal_names(&reduced, &scenario);
+            let known = Known { document: &document, signals, doubtful: model.doubtful };
+            analysis_spec(&known, &reduced.equations, None, settings, &mut mistakes);
+            known
         }
         (None, None) => Known { document: &document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
@@ -219,6 +226,9 @@ fn prepare_variant(
         );
         return None;
     }
+    let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
+    let point = Point { reduced: &reduced, initial: &scenario.position };
+    let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     let mut designed = Vec::new();
     for (control, design) in model.controls.iter().zip(design_models) {
         let Some(design) = design else { continue };
@@ -265,6 +275,7 @@ fn prepare_variant(
         reduced,
         design_models: designed,
         scenario,
+        analysis,
     })
 }
 

@@ -1,0 +1,387 @@
+//! What `[analysis]` asks for, checked against the model.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use super::asked::Known;
+use super::checks::is_finite_at;
+use super::read::{of_dimension, read_word, read_words};
+use crate::analysis::ConstrainedSystem;
+use crate::assemble::Equations;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::model::{ANALYSIS, Setting, TableReader};
+use crate::reduce::Reduced;
+use crate::schema::{Field, Kind, Sign, Table, Value};
+use crate::units::{Dimension, Exact};
+
+/// Most samples that a study may ask for.
+const MOST_SAMPLES: f64 = 1e6;
+
+/// What `[analysis]` asks for, for one set of parameter values. What is left out of the file is left open here.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AnalysisSpec {
+    /// Motors and disturbances; `None`: all motors.
+    pub inputs: Option<Vec<String>>,
+    /// Angles and speeds of shafts (`rk.phi`, `rk.w`) and names of sensors; `None`: all sensors, else the outputs that
+    /// the laws control, else the angles of all coordinates.
+    pub outputs: Option<Vec<String>>,
+    /// Angles of coordinates at the operating point: shaft, rad. The others are at their initial position.
+    pub at: Vec<(String, f64)>,
+    /// Elements whose Coulomb friction holds.
+    pub stuck: Vec<String>,
+    /// Time over which the Gramians are taken, s.
+    pub horizon: Exact,
+    /// Angles and speeds of coordinates to reach from rest: signal (`rk.phi`, `rk.w`), SI.
+    pub motion: Vec<(String, f64)>,
+    /// Gramian eigenvalue below which a sample counts as lost.
+    pub threshold: Option<f64>,
+    /// Samples within the tolerances.
+    pub samples: Option<usize>,
+    /// Where motors may sit.
+    pub actuators: Vec<Place>,
+    /// Where sensors may sit.
+    pub sensors: Vec<Place>,
+    /// Places in the file: of the value of each key that is there.
+    pub spans: BTreeMap<&'static str, Range<usize>>,
+}
+
+impl Default for AnalysisSpec {
+    fn default() -> Self {
+        Self {
+            inputs: None,
+            outputs: None,
+            at: Vec::new(),
+            stuck: Vec::new(),
+            horizon: Exact::one(),
+            motion: Vec::new(),
+            threshold: None,
+            samples: None,
+            actuators: Vec::new(),
+            sensors: Vec::new(),
+            spans: BTreeMap::new(),
+        }
+    }
+}
+
+impl AnalysisSpec {
+    /// The reduced position of the operating point, rad: `at`, and `initial` for coordinates that it does not name.
+    pub fn position(&self, coordinates: &[String], initial: &[f64]) -> Vec<f64> {
+        let angle = |name: &String| self.at.iter().find(|(shaft, _)| shaft == name).map(|(_, angle)| *angle);
+        coordinates.iter().zip(initial).map(|(name, initial)| angle(name).unwrap_or(*initial)).collect()
+    }
+}
+
+/// Where a motor or a sensor may sit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// The shaft.
+    pub shaft: String,
+    /// The signal that a sensor would read: `rk.phi` or `rk.w`; empty for a motor.
+    pub signal: String,
+    /// What it costs.
+    pub cost: f64,
+    /// Its place in the file.
+    pub span: Range<usize>,
+}
+
+/// A reduced model and its initial position.
+pub(super) struct Point<'a> {
+    pub(super) reduced: &'a Reduced,
+    pub(super) initial: &'a [f64],
+}
+
+/// Reads `[analysis]`. Without a reduced model (`point`), what depends on the coordinates is passed over.
+pub(super) fn analysis_spec(
+    known: &Known<'_>,
+    equations: &Equations,
+    point: Option<Point<'_>>,
+    settings: &[Setting],
+    out: &mut Vec<Diagnostic>,
+) -> AnalysisSpec {
+    let table = &known.document.analysis;
+    let reader = TableReader::new(known.document, settings);
+    let what = "`[analysis]`";
+    // Maps carry dimensions of their own.
+    let fields: Vec<Field> = ANALYSIS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
+    let values = reader.values(&fields, table, what, out);
+    let mut spec = AnalysisSpec {
+        inputs: values.words("inputs").map(<[String]>::to_vec),
+        stuck: values.words("stuck").map(<[String]>::to_vec).unwrap_or_default(),
+        threshold: values.number("threshold"),
+        spans: table.values.iter().map(|(key, given)| (*key, given.span.clone())).collect(),
+        ..AnalysisSpec::default()
+    };
+    if let Some(horizon) = values.exact("horizon") {
+        spec.horizon = horizon.clone();
+    }
+    spec.outputs = outputs(known, equations, table, out);
+    spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
+    let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
+    let targets = coordinates.as_deref();
+    let at = targets_of("at", &["phi"], known, targets, &reader, out);
+    spec.at = at.into_iter().map(|(signal, angle)| (signal.trim_end_matches(".phi").to_string(), angle)).collect();
+    spec.motion = targets_of("motion", &["phi", "w"], known, targets, &reader, out);
+    let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
+    if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
+        if entries.len() == spec.motion.len())) && !moves
+    {
+        out.push(
+            Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
+                .at(TableReader::span(table, "motion"), "no motion")
+                .help("give an angle or a speed other than zero, or leave it out"),
+        );
+    }
+    spec.actuators = places(table, "actuator", known, &reader, out);
+    spec.sensors = places(table, "sensor", known, &reader, out);
+    check_stuck(&mut spec, known, equations, out);
+    if let Some(point) = point {
+        check_point(&spec, table, &point, out);
+    }
+    spec
+}
+
+fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Vec<String>> {
+    let words = read_words(table, "outputs");
+    table.values.get("outputs")?;
+    if words.is_empty() && !table.unread.contains(&"outputs") {
+        out.push(
+            Diagnostic::error("list::length", "`outputs` of `[analysis]`: the list is empty")
+                .at(TableReader::span(table, "outputs"), "no output")
+                .help("name one or more signals, such as `[\"rk.phi\"]`, or leave it out"),
+        );
+    }
+    let mut found: Vec<String> = Vec::new();
+    for word in words {
+        match output(&word.value, known, equations) {
+            Ok(name) if found.contains(&name) => out.push(
+                Diagnostic::error("name::duplicate", format!("`outputs` of `[analysis]`: `{name}` is listed twice"))
+                    .at(word.span.clone(), "again here")
+                    .help("remove one of the two"),
+            ),
+            Ok(name) => found.push(name),
+            Err(None) => {}
+            Err(Some((message, help))) => out.push(
+                Diagnostic::error("name::unknown", format!("`outputs` of `[analysis]`: {message}"))
+                    .at(word.span.clone(), "not an output")
+                    .help(help),
+            ),
+        }
+    }
+    Some(found)
+}
+
+/// The output of a name: `rk.phi`, `rk.w`, or the name of a sensor (its reading stands for it). Else message and help, or
+/// nothing if it may be there when the mistakes told are put right.
+pub(super) fn output(
+    name: &str,
+    known: &Known<'_>,
+    equations: &Equations,
+) -> Result<String, Option<(String, String)>> {
+    let (head, tail) = name.split_once('.').unwrap_or((name, ""));
+    let has_signal = |name: &str| known.signals.iter().any(|(other, _)| other == name);
+    let is_sensor = |name: &str| equations.sensors.iter().any(|(sensor, _)| sensor == name);
+    let is_shaft = |name: &str| equations.shafts.iter().any(|shaft| shaft == name);
+    if is_shaft(head) && matches!(tail, "phi" | "w") {
+        return Ok(name.to_string());
+    }
+    if is_sensor(head) && (tail.is_empty() || has_signal(name)) {
+        return Ok(head.to_string());
+    }
+    let shown = shortened(name);
+    if is_shaft(name) {
+        let help = format!("write `{name}.phi` or `{name}.w`");
+        return Err(Some((format!("`{shown}` is a shaft, not a signal of it"), help)));
+    }
+    if has_signal(name) {
+        let (message, help) = match known.document.elements.iter().find(|element| element.name == head) {
+            Some(element) if tail.ends_with("tau") && !matches!(element.kind.keyword, "motor" | "shaft") => (
+                format!("the torque `{shown}` is no output: only angles and speeds of shafts and sensors are"),
+                format!("add a sensor: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{head}\"`"),
+            ),
+            _ => (
+                format!("`{shown}` is no output: only angles and speeds of shafts and sensors are"),
+                "name `<shaft>.phi`, `<shaft>.w` or a sensor".to_string(),
+            ),
+        };
+        return Err(Some((message, help)));
+    }
+    if known.may_have(name) || known.document.doubts.has(head) || known.doubtful.contains(head) {
+        return Err(None);
+    }
+    let shafts = equations.shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]);
+    let all: Vec<String> = shafts.chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone())).collect();
+    let names = || all.iter().map(String::as_str);
+    let help = match nearest(name, names()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are {}", quoted(names())),
+    };
+    Err(Some((format!("there is no angle, speed or sensor `{shown}`"), help)))
+}
+
+fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Option<usize> {
+    if samples.fract() == 0.0 && (1.0..=MOST_SAMPLES).contains(&samples) {
+        return Some(samples as usize);
+    }
+    let message = format!("`samples` of `[analysis]`: expected a whole number from 1 to 1000000, found {samples}");
+    out.push(
+        Diagnostic::error("analysis::samples", message)
+            .at(TableReader::span(table, "samples"), "not such a number")
+            .help("a thousand samples tell a probability to within 0.03"),
+    );
+    None
+}
+
+/// Angles and speeds of coordinates by name: `at` and `motion`.
+fn targets_of(
+    key: &str,
+    tails: &[&str],
+    known: &Known<'_>,
+    coordinates: Option<&[String]>,
+    reader: &TableReader<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(String, f64)> {
+    let document = known.document;
+    let Some(Value::Map(entries)) = document.analysis.values.get(key).map(|given| &given.value) else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    for (name, scalar) in entries {
+        let (shaft, tail) = name.value.rsplit_once('.').unwrap_or((&name.value, ""));
+        let is_shaft = document.elements.iter().any(|e| e.name == shaft && e.kind.keyword == "shaft");
+        let fits = coordinates.map_or(is_shaft, |names| names.iter().any(|n| n == shaft));
+        if fits && tails.contains(&tail) {
+            let dimension = if tail == "phi" { Dimension::ANGLE } else { Dimension::ANGULAR_VELOCITY };
+            let label = format!("`{}` in `{key}` of `[analysis]`", name.value);
+            let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
+            found.extend(value.map(|value| (name.value.clone(), value.to_f64())));
+            continue;
+        }
+        if coordinates.is_none() && document.doubts.has(shaft) {
+            continue;
+        }
+        let shafts = document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone());
+        let usable: Vec<String> = coordinates.map_or_else(|| shafts.collect(), <[String]>::to_vec);
+        let names: Vec<String> =
+            usable.iter().flat_map(|name| tails.iter().map(move |tail| format!("{name}.{tail}"))).collect();
+        let names = || names.iter().map(String::as_str);
+        let shown = shortened(&name.value);
+        let (message, help) = if fits && tail == "w" {
+            (
+                format!("`{shown}` is a speed, and an operating point is at rest"),
+                format!("give angles: {}", quoted(names())),
+            )
+        } else if is_shaft && tails.contains(&tail) {
+            let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
+            (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
+        } else {
+            let kind = if tails.len() > 1 { "angle or speed" } else { "angle" };
+            let help = nearest(&name.value, names())
+                .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+            (format!("`{shown}` is not the {kind} of a coordinate"), help)
+        };
+        out.push(
+            Diagnostic::error("name::unknown", format!("`{key}` of `[analysis]`: {message}"))
+                .at(name.span.clone(), "not a coordinate")
+                .help(help),
+        );
+    }
+    found
+}
+
+fn places(
+    table: &Table,
+    key: &str,
+    known: &Known<'_>,
+    reader: &TableReader<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Place> {
+    let Some(given) = table.values.get(key) else { return Vec::new() };
+    let Value::Tables(tables) = &given.value else { return Vec::new() };
+    if tables.is_empty() && !table.unread.contains(&key) {
+        out.push(
+            Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
+                .at(given.span.clone(), "no place")
+                .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
+        );
+    }
+    let mut found: Vec<Place> = Vec::new();
+    for (i, table) in tables.iter().enumerate() {
+        let Some(shaft) = read_word(table, "shaft") else { continue };
+        let signal = match (key, read_word(table, "measures")) {
+            ("actuator", _) => String::new(),
+            (_, Some("speed")) => format!("{shaft}.w"),
+            (_, None) if table.unread.contains(&"measures") => continue,
+            _ => format!("{shaft}.phi"),
+        };
+        // What could not be read has been reported by `TableReader::values` of the whole table.
+        let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
+        let cost = super::read::read_scalar(table, "cost").map(|scalar| {
+            of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new())
+        });
+        let Some(cost) = cost.unwrap_or_else(|| Some(Exact::one())) else { continue };
+        let span = TableReader::span(table, "shaft");
+        let place = Place { shaft: shaft.to_string(), signal, cost: cost.to_f64(), span: span.clone() };
+        match found.iter().find(|other| other.shaft == place.shaft && other.signal == place.signal) {
+            Some(other) => {
+                let shown = if place.signal.is_empty() { &place.shaft } else { &place.signal };
+                let message = format!("`{key}` of `[analysis]`: the place `{shown}` is listed twice");
+                out.push(
+                    Diagnostic::error("name::duplicate", message)
+                        .at(span, "again here")
+                        .at(other.span.clone(), "first here")
+                        .help("remove one of the two"),
+                );
+            }
+            None => found.push(place),
+        }
+    }
+    let known_shaft = |place: &Place| known.document.elements.iter().any(|e| e.name == place.shaft);
+    found.retain(known_shaft);
+    found
+}
+
+fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations, out: &mut Vec<Diagnostic>) {
+    let with: BTreeSet<&str> = equations.frictions.iter().map(|friction| friction.element.as_str()).collect();
+    for word in read_words(&known.document.analysis, "stuck") {
+        let name = word.value.as_str();
+        let element = known.document.elements.iter().find(|e| e.name == name);
+        let told = element.is_none_or(|e| e.kind.fields.iter().all(|field| field.name != "friction"));
+        if told || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
+            continue;
+        }
+        let help = match with.is_empty() {
+            true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
+            false => format!("{} can be stuck", quoted(with.iter().copied())),
+        };
+        let message = format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
+        out.push(Diagnostic::error("analysis::stuck", message).at(word.span.clone(), "no friction").help(help));
+    }
+    spec.stuck.retain(|name| with.contains(name.as_str()));
+}
+
+/// The operating point must have finite angles and leave a motion.
+fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut Vec<Diagnostic>) {
+    let position = spec.position(&point.reduced.coordinate_names(), point.initial);
+    if !is_finite_at(point.reduced, &position) {
+        out.push(
+            Diagnostic::error("number::range", "at the operating point an angle is too large for a number")
+                .at(TableReader::span(table, "at"), "from these angles")
+                .help("check the exponents of the angles and of the ratios"),
+        );
+        return;
+    }
+    if spec.stuck.is_empty() {
+        return;
+    }
+    let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+    let system = ConstrainedSystem::at(point.reduced, &position, &stuck, &[]);
+    if system.constraints.len() == system.shafts.len() {
+        let names = quoted(spec.stuck.iter().map(String::as_str));
+        let message = format!("`stuck` of `[analysis]`: nothing can move while the friction of {names} holds");
+        out.push(
+            Diagnostic::error("analysis::stuck", message)
+                .at(TableReader::span(table, "stuck"), "no motion is left")
+                .help("let one of them slide"),
+        );
+    }
+}

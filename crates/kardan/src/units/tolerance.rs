@@ -1,0 +1,443 @@
+//! Tolerances and confidence intervals behind a quantity: `"0.0081 N m s/rad ± 10 %"`, `"2 N m [1.8, 2.5] 95 %"`.
+
+use std::ops::Range;
+
+use super::{Dimension, Exact, Reader, TEXT_LIMIT, UnitError, check_length, check_range};
+
+/// How far a quantity may be from its nominal value, as written.
+///
+/// ```
+/// use kardan::units::{Exact, Spread};
+/// let tenth = Spread::Relative(Exact::from_ratio(1, 10));
+/// assert_eq!(tenth.around(&Exact::from_integer(-2)), (Exact::from_ratio(-11, 5), Exact::from_ratio(-9, 5)));
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Spread {
+    /// `± 10 %`: this fraction of the nominal value either way.
+    Relative(Exact),
+    /// `± 0.1 N m`: this much either way, SI.
+    Absolute(Exact),
+    /// `[0.9, 1.2]`: fixed bounds, SI.
+    Interval {
+        /// Lower bound.
+        lower: Exact,
+        /// Upper bound.
+        upper: Exact,
+        /// The confidence (0.95 for `95 %`), if it is given.
+        confidence: Option<Exact>,
+    },
+}
+
+impl Spread {
+    /// Lower and upper end for a nominal value. Fixed bounds stay where they are.
+    pub fn around(&self, nominal: &Exact) -> (Exact, Exact) {
+        let width = match self {
+            Self::Relative(fraction) if nominal.signum() < 0 => -&(nominal * fraction),
+            Self::Relative(fraction) => nominal * fraction,
+            Self::Absolute(width) => width.clone(),
+            Self::Interval { lower, upper, .. } => return (lower.clone(), upper.clone()),
+        };
+        (nominal.plus(&-&width), nominal.plus(&width))
+    }
+
+    /// The confidence (0.95 for `95 %`), if it is given.
+    pub fn confidence(&self) -> Option<&Exact> {
+        match self {
+            Self::Interval { confidence, .. } => confidence.as_ref(),
+            _ => None,
+        }
+    }
+}
+
+impl Exact {
+    /// The sum. Exact if both have the same power of π (or one is zero); else of the nearest `f64` of each.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(1, 2).plus(&Exact::from_ratio(1, 3)), Exact::from_ratio(5, 6));
+    /// ```
+    pub fn plus(&self, other: &Self) -> Self {
+        match (self, other) {
+            (zero, sum) | (sum, zero) if zero.is_zero() => sum.clone(),
+            (a, b) if a.pi == b.pi => Self::new(&a.rational + &b.rational, a.pi),
+            (a, b) => Self::new(a.to_rational() + b.to_rational(), 0),
+        }
+    }
+
+    /// Whether it is less than another number.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert!(Exact::from_ratio(1, 3).is_below(&Exact::from_ratio(1, 2)));
+    /// ```
+    pub fn is_below(&self, other: &Self) -> bool {
+        other.plus(&-self).signum() > 0
+    }
+}
+
+/// A quantity with a tolerance or a confidence interval.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tolerated {
+    /// The nominal value, SI.
+    pub value: Exact,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// How far it may be from that.
+    pub spread: Spread,
+    /// The nominal value as written: `0.0081 N m s/rad`.
+    pub text: String,
+}
+
+/// Where a text begins to speak of a tolerance, if it does: at `±`, `+-`, `+/-`, or at a `[` behind something.
+///
+/// ```
+/// use kardan::units::tolerance_mark;
+/// assert_eq!(tolerance_mark("2 N m +- 10 %"), Some(6..8));
+/// assert_eq!(tolerance_mark("[0, 10] deg"), None);
+/// ```
+pub fn tolerance_mark(text: &str) -> Option<Range<usize>> {
+    let find = |mark: &&str| text.find(mark).map(|at| at..at + mark.len());
+    let bracket = || find(&"[").filter(|at| !text[..at.start].trim().is_empty());
+    ["±", "+-", "+−", "+/-"].iter().filter_map(find).min_by_key(|at| at.start).or_else(bracket)
+}
+
+const FORMS: &str = "write \"1 N m ± 10 %\", \"1 N m ± 0.1 N m\" or \"1 N m [0.9, 1.2]\"";
+
+/// Reads a quantity with a tolerance or a confidence interval, exactly, in SI units.
+///
+/// The forms are `"1 N m ± 10 %"`, `"1 N m ± 0.1 N m"`, `"(1 ± 0.1) N m"` and `"1 N m [0.9, 1.2] 95 %"`: bounds in the unit
+/// before the bracket, the confidence optional. For `±` also `+-` or `+/-`. The bounds may lie at different distances, and
+/// one of them at the value itself.
+///
+/// # Errors
+///
+/// Those of [`super::parse_quantity`]; `tolerance::syntax` if no tolerance follows or something follows it,
+/// `unit::dimension` if it has another dimension, `tolerance::bounds` if it is zero or negative, if the lower bound is not
+/// below the upper one, or if the value lies outside.
+///
+/// ```
+/// use kardan::units::{Exact, parse_tolerated};
+/// let stiffness = parse_tolerated("100 N m/rad ± 10 %")?;
+/// assert_eq!(stiffness.spread.around(&stiffness.value), (Exact::from_integer(90), Exact::from_integer(110)));
+/// assert_eq!(stiffness.text, "100 N m/rad");
+/// # Ok::<(), kardan::units::UnitError>(())
+/// ```
+pub fn parse_tolerated(text: &str) -> Result<Tolerated, UnitError> {
+    check_length(text, TEXT_LIMIT)?;
+    let Some(mark) = tolerance_mark(text) else {
+        return Err(UnitError::new("tolerance::syntax", 0..text.len(), "there is no tolerance").help(FORMS));
+    };
+    let read = match &text[mark.clone()] {
+        "[" => interval(text, mark.clone()),
+        _ if text.trim_start().starts_with('(') => in_parentheses(text, mark.clone()),
+        _ => plus_minus(text, mark.clone()),
+    }?;
+    let (lower, upper) = read.spread.around(&read.value);
+    check_range(&lower, text, 0..text.len())?;
+    check_range(&upper, text, 0..text.len())?;
+    if lower.to_f64() >= upper.to_f64() {
+        let relative = matches!(read.spread, Spread::Relative(_)) && read.value.is_zero();
+        let (message, help) = match relative {
+            true => ("a percentage of zero is zero", "write the tolerance with a unit, such as \"0 rad ± 0.1 rad\""),
+            false => ("the tolerance is zero", "leave it out if the value is exact"),
+        };
+        return Err(UnitError::new("tolerance::bounds", mark.start..text.trim_end().len(), message).help(help));
+    }
+    Ok(read)
+}
+
+/// `1 N m ± 10 %` or `1 N m ± 0.1 N m`.
+fn plus_minus(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
+    let nominal = &text[..mark.start];
+    let (value, _, dimension) = quantity(&mut Reader { text: nominal, at: 0 })?;
+    check_range(&value, nominal, 0..nominal.len())?;
+    let mut reader = Reader { text, at: mark.end };
+    reader.spaces();
+    let start = reader.at;
+    let size = reader.number()?;
+    let end = reader.at;
+    reader.spaces();
+    let percent = reader.eat('%');
+    let spread = if percent {
+        expect_end(&mut reader)?;
+        Spread::Relative(&size * &Exact::from_ratio(1, 100))
+    } else {
+        let (factor, found) = reader.unit()?;
+        if found != dimension {
+            let (left, right) = (nominal.trim(), text[start..].trim());
+            let message = format!("the tolerance must be {} as the value, found {}", dimension.noun(), found.noun());
+            let unit = left[number_length(left)..].trim();
+            let help = if dimension == Dimension::NONE {
+                format!("write \"({left} ± {}) {}\"", text[start..end].trim(), text[end..].trim())
+            } else if found == Dimension::NONE {
+                format!("write \"{left} ± {right} {unit}\", or \"{left} ± {right} %\"")
+            } else {
+                format!("write it in `{unit}`, or as a percentage: \"{left} ± 10 %\"")
+            };
+            return Err(UnitError::new("unit::dimension", start..text.trim_end().len(), message).help(help));
+        }
+        Spread::Absolute(&size * &factor)
+    };
+    expect_positive(&size, text, start..end)?;
+    Ok(Tolerated { value, dimension, spread, text: nominal.trim().to_string() })
+}
+
+/// `(1 ± 0.1) N m` or `(1 ± 10 %) N m`.
+fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
+    let malformed = |span: Range<usize>, message: String| {
+        UnitError::new("tolerance::syntax", span, message).help("write it like \"(1 ± 0.1) N m\" or \"1 N m ± 0.1 N m\"")
+    };
+    let mut left = Reader { text: &text[..mark.start], at: 0 };
+    left.spaces();
+    left.eat('(');
+    left.spaces();
+    let (value, start) = (left.number()?, left.at);
+    let number = text[..start].trim_start().trim_start_matches('(').trim().to_string();
+    left.spaces();
+    if left.peek().is_some() {
+        return Err(malformed(left.here(), format!("expected `±` behind the number, found {}", left.found())));
+    }
+    let mut reader = Reader { text, at: mark.end };
+    reader.spaces();
+    let start = reader.at;
+    let size = reader.number()?;
+    let end = reader.at;
+    reader.spaces();
+    let percent = reader.eat('%');
+    reader.spaces();
+    let here = reader.here();
+    if !reader.eat(')') {
+        let message = format!("expected `)` behind the tolerance, found {}", reader.found());
+        return Err(malformed(if here.is_empty() { mark } else { here }, message));
+    }
+    let unit = text[reader.at..].trim();
+    let (factor, dimension) = reader.unit()?;
+    expect_positive(&size, text, start..end)?;
+    let value = &value * &factor;
+    check_range(&value, text, 0..text.len())?;
+    let spread = match percent {
+        true => Spread::Relative(&size * &Exact::from_ratio(1, 100)),
+        false => Spread::Absolute(&size * &factor),
+    };
+    Ok(Tolerated { value, dimension, spread, text: format!("{number} {unit}").trim().to_string() })
+}
+
+/// `1 N m [0.9, 1.2] 95 %`.
+fn interval(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
+    let nominal = &text[..mark.start];
+    let (value, factor, dimension) = quantity(&mut Reader { text: nominal, at: 0 })?;
+    check_range(&value, nominal, 0..nominal.len())?;
+    let mut reader = Reader { text, at: mark.end };
+    let mut bounds = Vec::new();
+    for close in [',', ']'] {
+        bounds.push(&reader.number()? * &factor);
+        reader.spaces();
+        let here = reader.here();
+        if !reader.eat(close) {
+            let message = format!("expected `{close}` behind a bound, found {}", reader.found());
+            let span = if here.is_empty() { mark.start..text.len() } else { here };
+            return Err(UnitError::new("tolerance::syntax", span, message)
+                .help("write two numbers in the unit before the bracket: \"1 N m [0.9, 1.2]\""));
+        }
+    }
+    let span = mark.start..reader.at;
+    reader.spaces();
+    let confidence = match reader.peek() {
+        None => None,
+        Some(_) => {
+            let start = reader.at;
+            let followed = || {
+                UnitError::new("tolerance::syntax", start..text.trim_end().len(), "unexpected text behind the interval")
+                    .help("write the unit before the bracket, and behind it at most the confidence: \"1 N m [0.9, 1.2] 95 %\"")
+            };
+            let percent = reader.number().map_err(|_| followed())?;
+            reader.spaces();
+            if !reader.eat('%') {
+                return Err(followed());
+            }
+            expect_end(&mut reader)?;
+            if percent.signum() <= 0 || !percent.is_below(&Exact::from_integer(100)) {
+                let message = format!("a confidence lies between 0 % and 100 %, found {}", text[start..].trim());
+                return Err(UnitError::new("tolerance::bounds", start..text.trim_end().len(), message)
+                    .help("write it like `95 %`, or leave it out"));
+            }
+            Some(&percent * &Exact::from_ratio(1, 100))
+        }
+    };
+    let [lower, upper] = [bounds.remove(0), bounds.remove(0)];
+    let shown = &text[span.clone()];
+    if upper.is_below(&lower) {
+        let message = format!("the lower bound of {shown} lies above the upper one");
+        return Err(UnitError::new("tolerance::bounds", span, message).help("write the smaller number first"));
+    }
+    if value.is_below(&lower) || upper.is_below(&value) {
+        let message = format!("the value {} lies outside {shown}", nominal.trim());
+        return Err(UnitError::new("tolerance::bounds", span, message)
+            .help("write bounds in the unit before the bracket, one on either side of the value"));
+    }
+    let spread = Spread::Interval { lower, upper, confidence };
+    Ok(Tolerated { value, dimension, spread, text: nominal.trim().to_string() })
+}
+
+/// A quantity up to the end of the text: its value, the factor of its unit, its dimension.
+fn quantity(reader: &mut Reader<'_>) -> Result<(Exact, Exact, Dimension), UnitError> {
+    let number = reader.number()?;
+    let (factor, dimension) = reader.unit()?;
+    Ok((&number * &factor, factor, dimension))
+}
+
+/// The length of the number that a text begins with.
+fn number_length(text: &str) -> usize {
+    let mut reader = Reader { text, at: 0 };
+    reader.number().map_or(0, |_| reader.at)
+}
+
+fn expect_end(reader: &mut Reader<'_>) -> Result<(), UnitError> {
+    reader.spaces();
+    if reader.peek().is_none() {
+        return Ok(());
+    }
+    let span = reader.at..reader.text.trim_end().len();
+    Err(UnitError::new("tolerance::syntax", span, "unexpected text behind the `%`").help(FORMS))
+}
+
+fn expect_positive(size: &Exact, text: &str, span: Range<usize>) -> Result<(), UnitError> {
+    if size.signum() >= 0 {
+        return Ok(());
+    }
+    let message = format!("a tolerance must not be negative, found {}", text[span.clone()].trim());
+    Err(UnitError::new("tolerance::bounds", span, message).help("write its size: `±` stands for both signs"))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn ends(text: &str) -> (Exact, Exact, Exact) {
+        let read = parse_tolerated(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let (lower, upper) = read.spread.around(&read.value);
+        (lower, read.value, upper)
+    }
+
+    fn ratios(lower: (i64, i64), value: (i64, i64), upper: (i64, i64)) -> (Exact, Exact, Exact) {
+        let exact = |(a, b)| Exact::from_ratio(a, b);
+        (exact(lower), exact(value), exact(upper))
+    }
+
+    #[test]
+    fn all_forms_give_exact_ends() {
+        let expected = ratios((729, 100_000), (81, 10_000), (891, 100_000));
+        for text in [
+            "0.0081 N m s/rad ± 10 %",
+            "0.0081 N m s/rad ±10%",
+            "  0.0081 N m s/rad  +-  1e1 %  ",
+            "0.0081 N m s/rad+/-10%",
+            "0.0081 N m s/rad ± +10 %",
+            "0.0081 N m s/rad ± 0.00081 N m s/rad",
+            "0.0081 N m s/rad ± 0.81 mN m s/rad",
+            "(0.0081 ± 0.00081) N m s/rad",
+            " ( 0.0081 +- 10 % ) N m s/rad",
+            "8.1 mN m s/rad ± 81/100 mN m s/rad",
+            "0.0081 N m s/rad [0.00729, 0.00891]",
+            "8.1 mN m s/rad[7.29,8.91]",
+            "8.1 mN m s/rad [7.29, 8.91] 95 %",
+        ] {
+            assert_eq!(ends(text), expected, "{text}");
+            assert_eq!(parse_tolerated(text).unwrap().dimension, Dimension::DAMPING, "{text}");
+        }
+        assert_eq!(ends("-2 N m ± 10 %"), ratios((-11, 5), (-2, 1), (-9, 5)));
+        assert_eq!(ends("0 ± 1/3"), ratios((-1, 3), (0, 1), (1, 3)));
+        assert_eq!(ends("50 ± 150 %"), ratios((-25, 1), (50, 1), (125, 1)));
+        assert_eq!(ends("2 [2, 3]"), ratios((2, 1), (2, 1), (3, 1)));
+        assert_eq!(ends("-2 [-5, 0]"), ratios((-5, 1), (-2, 1), (0, 1)));
+    }
+
+    #[test]
+    fn angles_keep_their_pi() {
+        let degrees = |x| Exact::new(Exact::from_ratio(x, 180).rational, 1);
+        assert_eq!(ends("30 deg ± 10 %"), (degrees(27), degrees(30), degrees(33)));
+        assert_eq!(ends("30 deg [20, 35]"), (degrees(20), degrees(30), degrees(35)));
+        assert_eq!(ends("(30 ± 3)°"), (degrees(27), degrees(30), degrees(33)));
+        // Of two powers of π each is rounded once.
+        let (lower, _, upper) = ends("180 deg ± 1 rad");
+        assert_eq!((lower.to_f64(), upper.to_f64()), (std::f64::consts::PI - 1.0, std::f64::consts::PI + 1.0));
+    }
+
+    #[test]
+    fn the_nominal_value_keeps_its_text_and_the_interval_its_confidence() {
+        for (text, nominal, confidence) in [
+            ("1 N m ± 10 %", "1 N m", None),
+            ("(1 ± 0.1) N m", "1 N m", None),
+            (" 51/50 +- 1 %", "51/50", None),
+            ("1 N m [0.9, 1.2]", "1 N m", None),
+            ("1 N m [0.9, 1.2] 95 %", "1 N m", Some(Exact::from_ratio(19, 20))),
+            ("1 N m [0.9, 1.2] 99.7%", "1 N m", Some(Exact::from_ratio(997, 1000))),
+        ] {
+            let read = parse_tolerated(text).unwrap();
+            assert_eq!((read.text.as_str(), read.spread.confidence()), (nominal, confidence.as_ref()), "{text}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_explained() {
+        for (text, code, message) in [
+            ("1 N m ± -10 %", "tolerance::bounds", "a tolerance must not be negative, found -10"),
+            ("1 N m ± -0.1 N m", "tolerance::bounds", "a tolerance must not be negative, found -0.1"),
+            ("1 N m ± 0 %", "tolerance::bounds", "the tolerance is zero"),
+            ("1 N m ± 1e-30 N m", "tolerance::bounds", "the tolerance is zero"),
+            ("0 N m ± 10 %", "tolerance::bounds", "a percentage of zero is zero"),
+            ("1 N m ± 10 mm", "unit::dimension", "the tolerance must be a torque as the value, found a length"),
+            ("1 N m ± 0.1", "unit::dimension", "the tolerance must be a torque as the value, found a number without a unit"),
+            ("1 ± 0.1 N m", "unit::dimension", "the tolerance must be a number without a unit as the value, found a torque"),
+            ("1 N m ± nan %", "number::not-finite", "`nan` is not a finite number"),
+            ("1 N m [nan, 2]", "number::not-finite", "`nan` is not a finite number"),
+            ("1 N m ±", "number::syntax", "expected a number, found the end of the text"),
+            ("1 N m ± %", "number::syntax", "expected a number, found `%`"),
+            ("± 10 %", "number::syntax", "expected a number, found the end of the text"),
+            ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text behind the `%`"),
+            ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text behind the `%`"),
+            ("1 N m ± 1 N m ± 2 N m", "unit::syntax", "expected a unit, found `±`"),
+            ("1 N m [0.9 1.2]", "tolerance::syntax", "expected `,` behind a bound, found `1`"),
+            ("1 N m [0.9, 1.2", "tolerance::syntax", "expected `]` behind a bound, found the end of the text"),
+            ("1 N m [0.9, 1.2, 3]", "tolerance::syntax", "expected `]` behind a bound, found `,`"),
+            ("1 N m [0.9 N m, 1.2 N m]", "tolerance::syntax", "expected `,` behind a bound, found `N`"),
+            ("1 [0.9, 1.2] N m", "tolerance::syntax", "unexpected text behind the interval"),
+            ("1 N m [0.9, 1.2] 95", "tolerance::syntax", "unexpected text behind the interval"),
+            ("1 N m [0.9, 1.2] 100 %", "tolerance::bounds", "a confidence lies between 0 % and 100 %, found 100 %"),
+            ("1 N m [1.2, 0.9]", "tolerance::bounds", "the lower bound of [1.2, 0.9] lies above the upper one"),
+            ("1 N m [2, 3]", "tolerance::bounds", "the value 1 N m lies outside [2, 3]"),
+            ("1 N m [1, 1]", "tolerance::bounds", "the tolerance is zero"),
+            ("(1 N m ± 1)", "tolerance::syntax", "expected `±` behind the number, found `N`"),
+            ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` behind the tolerance, found `N`"),
+            ("(1 ± 1", "tolerance::syntax", "expected `)` behind the tolerance, found the end of the text"),
+            ("1e308 N m ± 150 %", "number::range", "`1e308 N m ± 150 %` is too large: a number must be below 1.8e308 in SI units"),
+        ] {
+            let error = parse_tolerated(text).unwrap_err();
+            assert_eq!((error.code, error.message.as_str()), (code, message), "{text}");
+            assert!(error.help.is_some(), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_read_or_refused(text in "[-+0-9eE./pi ^()\\[\\],²±%Nmsradkg]{0,40}", more in any::<String>()) {
+            for text in [text.clone(), more.clone(), format!("1 N m ± {text}"), format!("1 N m [{more}"), format!("({text} ± {more}")] {
+                if let Err(error) = parse_tolerated(&text) {
+                    prop_assert!(text.get(error.span).is_some(), "{text}");
+                }
+            }
+        }
+
+        #[test]
+        fn the_value_lies_between_the_ends(value in any::<i32>(), width in 1_i64..1_000_000, unit in "(N m|deg|%)") {
+            let (number, unit) = if unit == "%" { (format!("{value}"), "") } else { (format!("{value} {unit}"), unit.as_str()) };
+            let tolerance = if unit.is_empty() { format!("{width} %") } else { format!("{width} {unit}") };
+            prop_assume!(value != 0);
+            let (lower, value, upper) = ends(&format!("{number} ± {tolerance}"));
+            prop_assert!(lower.is_below(&value) && value.is_below(&upper));
+            prop_assert_eq!(value.plus(&-&lower), upper.plus(&-&value));
+        }
+    }
+}
