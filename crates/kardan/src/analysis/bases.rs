@@ -204,11 +204,7 @@ fn orthogonality(gram: &Mat<f64>) -> f64 {
 ///
 /// # Panics
 /// If the matrix is not square.
-pub fn eigenvalue_bounds(
-    name: &'static str,
-    unit: &str,
-    gram: &Mat<f64>,
-) -> Result<EigenvalueBounds, BasisError> {
+pub fn eigenvalue_bounds(name: &'static str, unit: &str, gram: &Mat<f64>) -> Result<EigenvalueBounds, BasisError> {
     let r = gram.ncols();
     let eigenvalues = gram.self_adjoint_eigenvalues(Side::Lower).ok().filter(|_| gram.is_all_finite());
     let radius = |j: usize| (0..r).filter(|&i| i != j).map(|i| gram[(i, j)].abs()).sum();

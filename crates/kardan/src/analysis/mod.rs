@@ -1,7 +1,9 @@
 //! Analysis of linear models.
 
 mod bases;
+mod class;
 mod constraint_forces;
+mod failing;
 mod gramian;
 mod images;
 mod modes;
@@ -11,7 +13,9 @@ mod structure;
 mod system;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
+pub use class::class;
 pub use constraint_forces::constraint_forces;
+pub use failing::{Mechanics, failing_modes};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use modes::{modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};

@@ -41,7 +41,8 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     let pairs = quadratic_pairs(&h, &d, &s, &rigid)?;
     let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
     let [inertias, springs, dampers] =
-        [&reduction.system.inertias, &reduction.system.springs, &reduction.system.dampers].map(|terms| by_element(terms));
+        [&reduction.system.inertias, &reduction.system.springs, &reduction.system.dampers]
+            .map(|terms| by_element(terms));
     let mode = |pair: &Pair| {
         let all: Vec<c64> = basis.iter().map(|row| along(row, &pair.vector)).collect();
         let scale = largest(&all);
@@ -148,11 +149,7 @@ fn by_element(terms: &[Along<Rational>]) -> Vec<(&str, Vec<(f64, Vec<(usize, f64
 }
 
 /// `factor Σ c |aᵀx|²` for each element.
-fn energies<'a>(
-    elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)],
-    x: &[c64],
-    factor: f64,
-) -> Vec<(&'a str, f64)> {
+fn energies<'a>(elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
     let energy = |(value, row): &(f64, Vec<(usize, f64)>)| value * along(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
 }

@@ -167,7 +167,8 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
         };
         let interval = format!("[{}, {}]", shown(lower, tolerance.dimension), shown(upper, tolerance.dimension));
         let written_here = tolerance.span == given.span;
-        let whose = if written_here { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
+        let whose =
+            if written_here { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
         let message = format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {interval}", field.name);
         let mut mistake =
             Diagnostic::error("number::sign", message).at(tolerance.span.clone(), format!("reaches {reaches}"));
@@ -188,6 +189,7 @@ fn shown(value: &Exact, dimension: Dimension) -> String {
     };
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
     let size = rounded.abs();
-    let number = if size != 0.0 && !(1e-5..1e16).contains(&size) { format!("{rounded:e}") } else { rounded.to_string() };
+    let number =
+        if size != 0.0 && !(1e-5..1e16).contains(&size) { format!("{rounded:e}") } else { rounded.to_string() };
     format!("{number} {unit}").trim_end().to_string()
 }

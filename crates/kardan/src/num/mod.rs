@@ -29,4 +29,3 @@ pub use prime_field::{PrimeField, Random, Residue, is_prime, random_prime};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};
 pub use sparse::{SparseEchelon, SparseRow, project, sparse_echelon};
-

@@ -123,7 +123,8 @@ pub(super) fn analysis_spec(
     spec.motion = targets_of("motion", &["phi", "w"], known, targets, &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
-        if entries.len() == spec.motion.len())) && !moves
+        if entries.len() == spec.motion.len()))
+        && !moves
     {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
@@ -172,11 +173,7 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
 
 /// The output of a name: `rk.phi`, `rk.w`, or the name of a sensor (its reading stands for it). Else message and help, or
 /// nothing if it may be there when the mistakes told are put right.
-pub(super) fn output(
-    name: &str,
-    known: &Known<'_>,
-    equations: &Equations,
-) -> Result<String, Option<(String, String)>> {
+pub(super) fn output(name: &str, known: &Known<'_>, equations: &Equations) -> Result<String, Option<(String, String)>> {
     let (head, tail) = name.split_once('.').unwrap_or((name, ""));
     let has_signal = |name: &str| known.signals.iter().any(|(other, _)| other == name);
     let is_sensor = |name: &str| equations.sensors.iter().any(|(sensor, _)| sensor == name);
@@ -315,9 +312,8 @@ fn places(
         };
         // What could not be read has been reported by `TableReader::values` of the whole table.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
-        let cost = super::read::read_scalar(table, "cost").map(|scalar| {
-            of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new())
-        });
+        let cost = super::read::read_scalar(table, "cost")
+            .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::one())) else { continue };
         let span = TableReader::span(table, "shaft");
         let place = Place { shaft: shaft.to_string(), signal, cost: cost.to_f64(), span: span.clone() };
@@ -353,7 +349,8 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let message = format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
+        let message =
+            format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(word.span.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));

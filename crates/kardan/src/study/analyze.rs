@@ -1,9 +1,17 @@
 //! What `kardan analyze` asks for.
 
-use crate::diagnostics::Diagnostic;
-use crate::results::Analysis;
+use std::collections::BTreeSet;
 
-use super::Progress;
+use super::checks::signals_of;
+use super::{PreparedVariant, Progress, prepare};
+use crate::analysis::{
+    BasisError, ConstrainedSystem, LinearSystem, Mechanics, OutputSignal, bases, class, constraint_forces,
+    failing_modes, linear_system, modes, modes_of_pencil, reduction, structure,
+};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
+use crate::equations::{InputKind, Measured};
+use crate::num::{Definiteness, definiteness};
+use crate::results::Analysis;
 
 /// What to analyse and how, beyond what the model file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,27 +23,190 @@ pub struct AnalyzeSettings {
     /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
     /// that the laws control, else the angles of all coordinates.
     pub outputs: Vec<String>,
-    /// Prove every answer over the rationals instead of stating a failure probability.
-    pub certify: bool,
-    /// Eliminate motions without inertia instead of refusing them.
-    pub eliminate_massless: bool,
 }
 
 /// Analyses a model file.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("two-bodies").unwrap().source;
+/// let analysis = study::analyze(source, &Default::default(), &study::Silent).unwrap();
+/// assert!(analysis.structure.controllable());
+/// assert_eq!(analysis.structure.min_inputs, 1);
+/// ```
 ///
 /// # Errors
 /// All mistakes of the file, or why it cannot be analysed.
 pub fn analyze(
     source: &str,
-    _settings: &AnalyzeSettings,
+    settings: &AnalyzeSettings,
     _progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = super::prepare(source);
-    let Some(variant) = prepared.variants.first() else { return Err(diagnostics) };
+    let (prepared, diagnostics) = prepare(source);
+    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return Err(diagnostics);
+    }
+    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let reduced = &variant.reduced;
+    let mut notes = Vec::new();
+    let (inputs, outputs) = signals(variant, settings, &mut notes)?;
+    let spec = &variant.analysis;
+    let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
+    let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+    let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
+    if coordinates.is_empty() {
+        return Err(vec![
+            Diagnostic::error("analysis::no-motion", "with this friction stuck nothing can move")
+                .help("let some of the elements in `stuck` slide"),
+        ]);
+    }
+    let linear = linear_system(&system, &coordinates, &basis, &outputs);
+    let mut modes = modes(&system, &reduction(&system, &reduced.coordinates)).unwrap_or_else(|| {
+        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
+        Vec::new()
+    });
+    let mut structure =
+        structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    failing_modes(&mut structure, &mut modes, &linear, Some(Mechanics { system: &system, basis: &basis }));
+    let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
+    let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
+        let forces =
+            (!system.constraints.is_empty()).then(|| constraint_forces(&system)).transpose().map_err(refused)?;
+        (bases(&system, &reduced.coordinates).map_err(refused)?, forces)
+    } else {
+        notes.push("some shafts have no inertia of their own: orthogonal bases and the projector are left out".into());
+        (Vec::new(), None)
+    };
+    notes.extend(diagnostics.into_iter().map(|warning| warning.message));
     Ok(Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
-        coordinates: variant.reduced.coordinate_names(),
+        class: Some(class(reduced, &position, &stuck)),
+        coordinates: coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect(),
+        bases,
+        constraint_forces,
+        modes,
+        structure,
+        notes,
         ..Analysis::default()
     })
+}
+
+/// Analyses a plain state-space system.
+///
+/// # Errors
+/// Why it cannot be analysed.
+pub fn analyze_system(name: &str, system: &LinearSystem) -> Result<Analysis, Vec<Diagnostic>> {
+    let mut structure =
+        structure(system).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    let mut notes = Vec::new();
+    let mut modes = modes_of_pencil(&system.states, &system.e.to_f64(), &system.a.to_f64()).unwrap_or_else(|| {
+        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
+        Vec::new()
+    });
+    failing_modes(&mut structure, &mut modes, system, None);
+    Ok(Analysis { name: name.into(), modes, structure, notes, ..Analysis::default() })
+}
+
+fn choose<'a>(variants: &'a [PreparedVariant], name: Option<&str>) -> Result<&'a PreparedVariant, Diagnostic> {
+    let Some(name) = name else {
+        return variants
+            .first()
+            .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
+    };
+    variants.iter().find(|variant| variant.name == name).ok_or_else(|| {
+        let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
+        let help = match nearest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", quoted(names.into_iter())),
+        };
+        Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help)
+    })
+}
+
+/// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
+fn signals(
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<String>, Vec<OutputSignal>), Vec<Diagnostic>> {
+    let equations = &variant.reduced.equations;
+    let spec = &variant.analysis;
+    let mut wrong = Vec::new();
+    let unknown = |what: &str, name: &str, all: &[String], wrong: &mut Vec<Diagnostic>| {
+        let names = || all.iter().map(String::as_str);
+        let help = match nearest(name, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", quoted(names())),
+        };
+        wrong.push(Diagnostic::error("name::unknown", format!("there is no {what} `{name}`")).help(help));
+    };
+    let all_inputs: Vec<String> = equations.inputs.iter().map(|input| input.element.clone()).collect();
+    let inputs = if !settings.inputs.is_empty() {
+        settings.inputs.clone()
+    } else if let Some(named) = &spec.inputs {
+        named.clone()
+    } else {
+        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
+        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+        notes.push(if motors.is_empty() {
+            "the model has no motor: nothing is controllable".into()
+        } else {
+            format!("inputs: all motors ({})", motors.join(", "))
+        });
+        motors
+    };
+    for (k, input) in inputs.iter().enumerate() {
+        if !all_inputs.contains(input) {
+            unknown("motor or disturbance", input, &all_inputs, &mut wrong);
+        } else if inputs[..k].contains(input) {
+            wrong.push(Diagnostic::error("name::twice", format!("the input `{input}` is named twice")));
+        }
+    }
+    let names = if !settings.outputs.is_empty() {
+        settings.outputs.clone()
+    } else if let Some(named) = &spec.outputs {
+        named.clone()
+    } else if !equations.sensors.is_empty() {
+        let names: Vec<String> = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
+        notes.push(format!("outputs: all sensors ({})", names.join(", ")));
+        names
+    } else {
+        let controlled: BTreeSet<String> = variant
+            .model
+            .controls
+            .iter()
+            .flat_map(|control| signals_of(control.law.fields, &control.values))
+            .filter(|signal| signal.ends_with(".phi"))
+            .collect();
+        let names: Vec<String> = if controlled.is_empty() {
+            variant.reduced.coordinate_names().iter().map(|shaft| format!("{shaft}.phi")).collect()
+        } else {
+            controlled.into_iter().collect()
+        };
+        notes.push(format!("outputs: {}", names.join(", ")));
+        names
+    };
+    let mut outputs = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let shaft =
+            |suffix: &str| name.strip_suffix(suffix).filter(|shaft| equations.shafts.iter().any(|s| s == shaft));
+        let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == name).map(|(_, s)| s.measured.clone());
+        let angle = shaft(".phi").map(|shaft| Measured::Angle(shaft.into()));
+        let measured = sensor.or(angle).or(shaft(".w").map(|shaft| Measured::Speed(shaft.into())));
+        match measured {
+            None => {
+                let angles = equations.shafts.iter().map(|shaft| format!("{shaft}.phi"));
+                let all: Vec<String> =
+                    angles.chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone())).collect();
+                unknown("angle, speed or sensor", name, &all, &mut wrong);
+            }
+            Some(_) if names[..k].contains(name) => {
+                wrong.push(Diagnostic::error("name::twice", format!("the output `{name}` is named twice")));
+            }
+            Some(measured) => outputs.push(OutputSignal { name: name.clone(), measured }),
+        }
+    }
+    if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
 }

@@ -10,7 +10,7 @@ mod read;
 mod scenario;
 
 pub use analysis::{AnalysisSpec, Place};
-pub use analyze::{AnalyzeSettings, analyze};
+pub use analyze::{AnalyzeSettings, analyze, analyze_system};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 

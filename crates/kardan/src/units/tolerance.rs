@@ -185,7 +185,8 @@ fn plus_minus(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
 /// `(1 ± 0.1) N m` or `(1 ± 10 %) N m`.
 fn in_parentheses(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
     let malformed = |span: Range<usize>, message: String| {
-        UnitError::new("tolerance::syntax", span, message).help("write it like \"(1 ± 0.1) N m\" or \"1 N m ± 0.1 N m\"")
+        UnitError::new("tolerance::syntax", span, message)
+            .help("write it like \"(1 ± 0.1) N m\" or \"1 N m ± 0.1 N m\"")
     };
     let mut left = Reader { text: &text[..mark.start], at: 0 };
     left.spaces();
@@ -389,8 +390,16 @@ mod tests {
             ("1 N m ± 1e-30 N m", "tolerance::bounds", "the tolerance is zero"),
             ("0 N m ± 10 %", "tolerance::bounds", "a percentage of zero is zero"),
             ("1 N m ± 10 mm", "unit::dimension", "the tolerance must be a torque as the value, found a length"),
-            ("1 N m ± 0.1", "unit::dimension", "the tolerance must be a torque as the value, found a number without a unit"),
-            ("1 ± 0.1 N m", "unit::dimension", "the tolerance must be a number without a unit as the value, found a torque"),
+            (
+                "1 N m ± 0.1",
+                "unit::dimension",
+                "the tolerance must be a torque as the value, found a number without a unit",
+            ),
+            (
+                "1 ± 0.1 N m",
+                "unit::dimension",
+                "the tolerance must be a number without a unit as the value, found a torque",
+            ),
             ("1 N m ± nan %", "number::not-finite", "`nan` is not a finite number"),
             ("1 N m [nan, 2]", "number::not-finite", "`nan` is not a finite number"),
             ("1 N m ±", "number::syntax", "expected a number, found the end of the text"),
@@ -412,7 +421,11 @@ mod tests {
             ("(1 N m ± 1)", "tolerance::syntax", "expected `±` behind the number, found `N`"),
             ("(1 ± 1 N m)", "tolerance::syntax", "expected `)` behind the tolerance, found `N`"),
             ("(1 ± 1", "tolerance::syntax", "expected `)` behind the tolerance, found the end of the text"),
-            ("1e308 N m ± 150 %", "number::range", "`1e308 N m ± 150 %` is too large: a number must be below 1.8e308 in SI units"),
+            (
+                "1e308 N m ± 150 %",
+                "number::range",
+                "`1e308 N m ± 150 %` is too large: a number must be below 1.8e308 in SI units",
+            ),
         ] {
             let error = parse_tolerated(text).unwrap_err();
             assert_eq!((error.code, error.message.as_str()), (code, message), "{text}");

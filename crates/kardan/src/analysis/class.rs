@@ -1,0 +1,149 @@
+use std::collections::BTreeSet;
+
+use crate::assemble::Equations;
+use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
+use crate::reduce::{Kinematics, Reduced};
+use crate::results::{Assumption, Class, ConstraintClass, OperatingPoint};
+
+/// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
+/// assumption, the class of every constraint \[diss. Tables 4.1, 4.2\], and where it is linearised.
+///
+/// `position` is the reduced position in rad; elements in `stuck` hold by their Coulomb friction.
+///
+/// # Panics
+/// If `position` has not one entry per coordinate.
+pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Class {
+    let equations = &reduced.equations;
+    let mut kinematics = Kinematics::new(reduced);
+    kinematics.update(position, &vec![0.0; reduced.freedoms()]);
+    let assumptions = vec![
+        assumption("the inertia matrix is constant, symmetric and positive definite (4.27)", massless(equations)),
+        assumption(
+            "the potential energy is a quadratic form, positive semidefinite (4.28)",
+            equations
+                .springs
+                .iter()
+                .filter(|spring| !spring.value.rest.is_zero())
+                .map(|s| {
+                    let rest = s.value.rest.to_f64();
+                    (s.element.clone(), format!("its rest angle of {rest} rad adds a constant torque"))
+                })
+                .collect(),
+        ),
+        assumption("the damping is linear in the speeds and passive (4.29)", lossy(equations)),
+        assumption("the input matrix is constant (4.30)", Vec::new()),
+        assumption(
+            "the constraints are holonomic, scleronomic and linear with constant coefficients (4.31)",
+            equations
+                .constraints
+                .iter()
+                .filter(|constraint| !constraint.value.is_zero())
+                .map(|c| (c.element.clone(), format!("its offset of {} rad is not zero", c.value.to_f64())))
+                .chain(
+                    equations
+                        .transmissions
+                        .iter()
+                        .map(|t| (t.element.clone(), "its transmission ratio depends on the angle".to_string())),
+                )
+                .collect(),
+        ),
+    ];
+    let shafts = &equations.shafts;
+    let linear = equations.constraints.iter().map(|c| ConstraintClass {
+        element: c.element.clone(),
+        equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64()),
+        equality: true,
+        holonomic: true,
+        scleronomic: true,
+        linear: true,
+    });
+    let curves = equations.transmissions.iter().map(|t| ConstraintClass {
+        element: t.element.clone(),
+        equation: format!("{} = γ({})", shafts[t.driven], shafts[t.driving]),
+        equality: true,
+        holonomic: true,
+        scleronomic: true,
+        linear: false,
+    });
+    let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element)).map(|f| ConstraintClass {
+        element: f.element.clone(),
+        equation: format!("{} = 0 while it sticks", row_in_words(&f.row, shafts, "'")),
+        equality: true,
+        holonomic: true,
+        scleronomic: true,
+        linear: true,
+    });
+    let constraints = linear.chain(curves).chain(held).collect();
+    Class {
+        constant_linear: assumptions.iter().all(|assumption| assumption.holds),
+        assumptions,
+        constraints,
+        operating_point: OperatingPoint {
+            angles: shafts.iter().cloned().zip(kinematics.angles.iter().copied()).collect(),
+            friction: equations
+                .frictions
+                .iter()
+                .map(|f| (f.element.clone(), f.value.to_f64(), stuck.contains(&f.element)))
+                .collect(),
+        },
+    }
+}
+
+fn assumption(statement: &str, breaches: Vec<(String, String)>) -> Assumption {
+    Assumption { statement: statement.into(), holds: breaches.is_empty(), breaches }
+}
+
+/// Shafts that keep the inertia matrix of all shafts from being definite.
+fn massless(equations: &Equations) -> Vec<(String, String)> {
+    match definiteness(&equations.inertia_matrix()) {
+        Definiteness::Positive => Vec::new(),
+        Definiteness::PositiveSemi { .. } => {
+            let with: BTreeSet<usize> =
+                equations.inertias.iter().flat_map(|term| term.row.iter().map(|(shaft, _)| *shaft)).collect();
+            let without = (0..equations.shafts.len()).filter(|shaft| !with.contains(shaft));
+            let mut out: Vec<_> =
+                without.map(|shaft| (equations.shafts[shaft].clone(), "it has no inertia of its own".into())).collect();
+            if out.is_empty() {
+                out.push(("(all)".into(), "a motion of the shafts has no kinetic energy".into()));
+            }
+            out
+        }
+        Definiteness::Indefinite { .. } => vec![("(all)".into(), "a motion has negative kinetic energy".into())],
+    }
+}
+
+fn lossy(equations: &Equations) -> Vec<(String, String)> {
+    let mut out: Vec<(String, String)> = equations
+        .frictions
+        .iter()
+        .map(|f| {
+            (f.element.clone(), format!("its Coulomb friction of {} N m is not linear in the speed", f.value.to_f64()))
+        })
+        .collect();
+    if let Definiteness::Indefinite { .. } = definiteness(&equations.damping_matrix()) {
+        let negative = equations.dampers.iter().filter(|d| d.value.signum() < 0);
+        out.extend(negative.map(|d| (d.element.clone(), "its negative damping gives energy to some motion".into())));
+    }
+    out
+}
+
+/// `wg - 51 cs + 50 fs`, each name followed by `mark`.
+fn row_in_words(row: &[(usize, Rational)], shafts: &[String], mark: &str) -> String {
+    let mut out = String::new();
+    for (shaft, x) in row {
+        let negative = *x < Rational::ZERO;
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let size = if negative { Rational::ZERO.minus(x) } else { x.clone() };
+        if size != Rational::ONE {
+            out += &format!("{} ", rational_to_f64(&size));
+        }
+        out += &shafts[*shaft];
+        out += mark;
+    }
+    out
+}
