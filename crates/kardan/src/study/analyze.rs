@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 
 use super::checks::signals_of;
-use super::{PreparedVariant, Progress, prepare};
+use super::{AnalysisSpec, PreparedVariant, Progress, prepare};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, Mechanics, OutputSignal, bases, class, constraint_forces,
-    failing_modes, linear_system, modes, modes_of_pencil, reduction, structure,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
+    constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
+    with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
 use crate::equations::{InputKind, Measured};
-use crate::num::{Definiteness, definiteness};
-use crate::results::Analysis;
+use crate::num::{Definiteness, Matrix, Rational, definiteness};
+use crate::results::{Analysis, Placement, Structure};
 
 /// What to analyse and how, beyond what the model file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -78,6 +79,7 @@ pub fn analyze(
         notes.push("some shafts have no inertia of their own: orthogonal bases and the projector are left out".into());
         (Vec::new(), None)
     };
+    let placement = placement(spec, &system, &basis, &linear, &structure);
     notes.extend(diagnostics.into_iter().map(|warning| warning.message));
     Ok(Analysis {
         name: prepared.name.clone(),
@@ -88,6 +90,7 @@ pub fn analyze(
         constraint_forces,
         modes,
         structure,
+        placement,
         notes,
         ..Analysis::default()
     })
@@ -107,6 +110,74 @@ pub fn analyze_system(name: &str, system: &LinearSystem) -> Result<Analysis, Vec
     });
     failing_modes(&mut structure, &mut modes, system, None);
     Ok(Analysis { name: name.into(), modes, structure, notes, ..Analysis::default() })
+}
+
+/// Ranks the places of `[analysis]` for motors and sensors.
+fn placement(
+    spec: &AnalysisSpec,
+    system: &ConstrainedSystem,
+    basis: &Matrix<Rational>,
+    linear: &LinearSystem,
+    structure: &Structure,
+) -> Placement {
+    let r = basis.columns();
+    let horizon = spec.horizon.to_f64();
+    let shaft = |name: &str| system.shafts.iter().position(|shaft| shaft == name).expect("the place was checked");
+    let column = |name: &str, begin: usize| {
+        let row = shaft(name);
+        (0..2 * r)
+            .map(|j| if (begin..begin + r).contains(&j) { basis[(row, j - begin)].clone() } else { Rational::ZERO })
+            .collect()
+    };
+    let search = |side: Side, places: Vec<Candidate>, measure: &Measure, unit: &str| {
+        let least = if side == Side::Inputs { structure.min_inputs } else { structure.min_outputs };
+        let mut found = place(linear, side, &places, least, horizon, measure)?;
+        found.unit = unit.into();
+        if found.sets.is_empty() {
+            found.none_because = Some(why_not(linear, side, &places));
+        }
+        Some(found)
+    };
+    // Speeds times the horizon are angles too.
+    let scale = |angle: f64, speed: f64| (0..2 * r).map(|k| if k < r { angle } else { speed }).collect::<Vec<_>>();
+    let motors: Vec<Candidate> = spec
+        .actuators
+        .iter()
+        .map(|place| Candidate { name: place.shaft.clone(), cost: place.cost, column: column(&place.shaft, r) })
+        .collect();
+    let (measure, unit) = if spec.motion.is_empty() {
+        (Measure::SmallestEigenvalue(scale(1.0, horizon)), "rad^2/(N^2 m^2 s)")
+    } else {
+        let value = |state: &String| spec.motion.iter().find(|(signal, _)| signal == state).map_or(0.0, |(_, x)| *x);
+        (Measure::Energy(linear.states.iter().map(value).collect()), "N^2 m^2 s")
+    };
+    let inputs = (!motors.is_empty()).then(|| search(Side::Inputs, motors, &measure, unit));
+    let sensors: Vec<Candidate> = spec
+        .sensors
+        .iter()
+        .map(|place| {
+            let begin = if place.signal.ends_with(".w") { r } else { 0 };
+            Candidate { name: place.signal.clone(), cost: place.cost, column: column(&place.shaft, begin) }
+        })
+        .collect();
+    let measure = Measure::SmallestEigenvalue(scale(1.0, horizon.recip()));
+    let unit = if spec.sensors.iter().all(|place| place.signal.ends_with(".phi")) { "s" } else { "SI" };
+    let outputs = (!sensors.is_empty()).then(|| search(Side::Outputs, sensors, &measure, unit));
+    Placement { inputs: inputs.flatten(), outputs: outputs.flatten() }
+}
+
+/// Why all places together are not enough: which motions they miss.
+fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
+    let (what, verb) = if side == Side::Inputs { ("motor", "reach") } else { ("sensor", "show") };
+    let missed: Vec<String> = structure(&with_candidates(system, side, places)).map_or_else(
+        |_| Vec::new(),
+        |found| found.factors.into_iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial).collect(),
+    );
+    format!(
+        "a {what} at every place ({}) does not {verb} the modes that are roots of {}",
+        places.iter().map(|place| place.name.as_str()).collect::<Vec<_>>().join(", "),
+        missed.join(" and of ")
+    )
 }
 
 fn choose<'a>(variants: &'a [PreparedVariant], name: Option<&str>) -> Result<&'a PreparedVariant, Diagnostic> {

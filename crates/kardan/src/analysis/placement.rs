@@ -1,0 +1,274 @@
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use super::images::Images;
+use super::{Gramian, LinearSystem, gramian, smallest_eigenvalue, transfer_energy};
+use crate::num::{Matrix, Rational, rational_to_f64, reachable};
+use crate::results::{PlacedSet, PlacementSearch};
+
+/// A place where a motor may sit (or, for the dual system, a sensor).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Its name.
+    pub name: String,
+    /// What it costs.
+    pub cost: f64,
+    /// Its column of B in `E ẋ = A x + B u`; for a sensor, its row of C.
+    pub column: Vec<Rational>,
+}
+
+/// What is placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Motors, for controllability.
+    Inputs,
+    /// Sensors, for observability.
+    Outputs,
+}
+
+/// What ranks the sets.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Measure {
+    /// The smallest eigenvalue of the Gramian over the horizon, states scaled by these factors; larger is better.
+    SmallestEigenvalue(Vec<f64>),
+    /// The energy ∫uᵀu dt that takes the state from rest to this one within the horizon; smaller is better.
+    Energy(Vec<f64>),
+}
+
+/// Most sets that are tried one by one.
+const MOST_SETS: usize = 20_000;
+
+/// Most sets that are listed.
+const MOST_LISTED: usize = 50;
+
+/// All smallest sets of candidates that make `E ẋ = A x` controllable (observable), ranked by a measure, then by cost.
+///
+/// Whether a set is enough is decided modulo a random prime (a set that is listed is proven to be enough). From the least
+/// number upwards all sets of one size are tried; if these are more than 20 000, candidates are added one by one, each the
+/// one that reaches most, and superfluous ones taken out again: then `gap` compares its cost with that of the cheapest
+/// `least` candidates, which no set can undercut. The Gramian of a set is the sum of those of its members.
+///
+/// `least` is the least number of inputs of the system. The fields `unit`, `none_because` are left to the caller, who knows
+/// the shafts. `None` if E is singular.
+///
+/// # Panics
+/// If a column has not one entry per state.
+pub fn place(
+    system: &LinearSystem,
+    side: Side,
+    candidates: &[Candidate],
+    least: usize,
+    horizon: f64,
+    measure: &Measure,
+) -> Option<PlacementSearch> {
+    let n = system.states.len();
+    let all = with_candidates(system, side, candidates);
+    let mut images = Images::new(&all, 3);
+    let image = images.get(0)?.clone();
+    let rank = |set: &[usize]| {
+        let columns = crate::num::ModularMatrix::from_fn(n, set.len(), |i, j| image.b.row(i)[set[j]]);
+        reachable(&image.field, &image.g, &columns).span.dimension()
+    };
+    let everything: Vec<usize> = (0..candidates.len()).collect();
+    let mut out = PlacementSearch {
+        candidates: candidates.iter().map(|c| (c.name.clone(), c.cost)).collect(),
+        larger_is_better: matches!(measure, Measure::SmallestEigenvalue(_)),
+        measure: match measure {
+            Measure::SmallestEigenvalue(_) => format!("smallest eigenvalue of the Gramian over {horizon} s"),
+            Measure::Energy(_) => format!("energy to reach the motion within {horizon} s"),
+        },
+        exhaustive: true,
+        tried: 1,
+        ..PlacementSearch::default()
+    };
+    if rank(&everything) < n {
+        out.method = "all candidates together are not enough".into();
+        return Some(out);
+    }
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    for size in least.max(1)..=candidates.len() {
+        if binomial(candidates.len(), size) > MOST_SETS {
+            found = vec![greedy(&everything, n, &rank, &mut out.tried)];
+            out.exhaustive = false;
+            break;
+        }
+        let mut set: Vec<usize> = (0..size).collect();
+        loop {
+            out.tried += 1;
+            if rank(&set) == n {
+                found.push(set.clone());
+            }
+            if !next_set(&mut set, candidates.len()) {
+                break;
+            }
+        }
+        if !found.is_empty() {
+            out.method = format!("every set of {size} of {} places was tried; fewer are not enough", candidates.len());
+            break;
+        }
+    }
+    let gramians = gramians(system, side, candidates, horizon);
+    let score = |set: &[usize]| -> f64 {
+        let Some(parts) = gramians.as_ref() else { return f64::NAN };
+        let parts: Vec<&Gramian> = set.iter().map(|&k| &parts[k]).collect();
+        let Some(sum) = Gramian::sum(&parts) else { return f64::NAN };
+        match measure {
+            Measure::SmallestEigenvalue(scaling) => smallest_eigenvalue(&sum, scaling).unwrap_or(f64::NAN),
+            Measure::Energy(target) => transfer_energy(&sum, target),
+        }
+    };
+    let cost = |set: &[usize]| set.iter().map(|&k| candidates[k].cost).sum::<f64>();
+    out.sets = found
+        .iter()
+        .map(|set| PlacedSet {
+            places: set.iter().map(|&k| candidates[k].name.clone()).collect(),
+            cost: cost(set),
+            score: score(set),
+        })
+        .collect();
+    let sign = if out.larger_is_better { -1.0 } else { 1.0 };
+    out.sets.sort_by(|a, b| (sign * a.score).total_cmp(&(sign * b.score)).then(a.cost.total_cmp(&b.cost)));
+    if !out.exhaustive {
+        let mut costs: Vec<f64> = candidates.iter().map(|candidate| candidate.cost).collect();
+        costs.sort_by(f64::total_cmp);
+        let bound: f64 = costs.iter().take(least).sum();
+        let reached = cost(&found[0]);
+        out.gap = if reached > 0.0 { (reached - bound) / reached } else { 0.0 };
+        out.method = format!(
+            "bounded search: candidates added one by one ({} sets of {} places would be too many)",
+            found[0].len(),
+            candidates.len()
+        );
+    }
+    out.sets.truncate(MOST_LISTED);
+    Some(out)
+}
+
+/// A system whose inputs are the candidates; for sensors, the dual system.
+pub fn with_candidates(system: &LinearSystem, side: Side, candidates: &[Candidate]) -> LinearSystem {
+    let n = system.states.len();
+    let base = if side == Side::Inputs { system.clone() } else { system.transpose() };
+    LinearSystem {
+        b: Matrix::from_fn(n, candidates.len(), |i, j| candidates[j].column[i].clone()),
+        inputs: candidates.iter().map(|candidate| candidate.name.clone()).collect(),
+        c: Matrix::zeros(0, n),
+        d: Matrix::zeros(0, candidates.len()),
+        outputs: Vec::new(),
+        ..base
+    }
+}
+
+/// The Gramian of every single candidate: of (E⁻¹A, E⁻¹b), for a sensor of its dual ((E⁻¹A)ᵀ, cᵀ).
+fn gramians(system: &LinearSystem, side: Side, candidates: &[Candidate], horizon: f64) -> Option<Vec<Gramian>> {
+    let number = |m: &Matrix<Rational>| Mat::from_fn(m.rows(), m.columns(), |i, j| rational_to_f64(&m[(i, j)]));
+    let e = number(&system.e).full_piv_lu();
+    let columns = Mat::from_fn(system.states.len(), candidates.len(), |i, j| rational_to_f64(&candidates[j].column[i]));
+    let a = e.solve(number(&system.a));
+    let (a, b) = match side {
+        Side::Inputs => (a, e.solve(columns)),
+        Side::Outputs => (a.transpose().to_owned(), columns),
+    };
+    (0..candidates.len()).map(|j| gramian(&a, &b.as_ref().subcols(j, 1).to_owned(), horizon)).collect()
+}
+
+/// Adds the candidate that reaches most until all is reached, then takes out what is superfluous.
+fn greedy(all: &[usize], n: usize, rank: &impl Fn(&[usize]) -> usize, tried: &mut usize) -> Vec<usize> {
+    let mut set: Vec<usize> = Vec::new();
+    while rank(&set) < n {
+        let rest = all.iter().copied().filter(|k| !set.contains(k));
+        let with = |k: usize| set.iter().copied().chain([k]).collect::<Vec<_>>();
+        *tried += all.len() - set.len();
+        let Some(best) = rest.max_by_key(|&k| (rank(&with(k)), std::cmp::Reverse(k))) else { break };
+        set.push(best);
+    }
+    for k in set.clone() {
+        let without: Vec<usize> = set.iter().copied().filter(|&other| other != k).collect();
+        *tried += 1;
+        if rank(&without) == n {
+            set = without;
+        }
+    }
+    set.sort_unstable();
+    set
+}
+
+fn binomial(n: usize, k: usize) -> usize {
+    (0..k).try_fold(1usize, |all, i| Some(all.checked_mul(n - i)? / (i + 1))).unwrap_or(usize::MAX)
+}
+
+/// The next set of the same size in lexical order.
+fn next_set(set: &mut [usize], n: usize) -> bool {
+    let k = set.len();
+    let Some(i) = (0..k).rev().find(|&i| set[i] < n - k + i) else { return false };
+    set[i] += 1;
+    for j in i + 1..k {
+        set[j] = set[j - 1] + 1;
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chain() -> LinearSystem {
+        // Three decoupled integrators with rates 0, −1, −2.
+        let a = Matrix::from_fn(3, 3, |i, j| if i == j { Rational::from(-(i as i64)) } else { Rational::ZERO });
+        LinearSystem::state_space(a, Matrix::zeros(3, 0), Matrix::zeros(0, 3))
+    }
+
+    fn candidate(name: &str, cost: f64, column: [i64; 3]) -> Candidate {
+        Candidate { name: name.into(), cost, column: column.iter().map(|&x| Rational::from(x)).collect() }
+    }
+
+    #[test]
+    fn the_smallest_sets_are_found_and_ranked() {
+        let places = [
+            candidate("first", 1.0, [1, 0, 0]),
+            candidate("others", 1.0, [0, 1, 1]),
+            candidate("weak", 1.0, [0, 1, 2]),
+        ];
+        let scaling = Measure::SmallestEigenvalue(vec![1.0; 3]);
+        let found = place(&chain(), Side::Inputs, &places, 1, 1.0, &scaling).unwrap();
+        let sets: Vec<String> = found.sets.iter().map(|set| set.places.join("+")).collect();
+        assert_eq!(sets.len(), 2);
+        assert!(sets.contains(&"first+others".to_string()) && sets.contains(&"first+weak".to_string()));
+        assert!(found.exhaustive && found.sets[0].score >= found.sets[1].score && found.sets[1].score > 0.0);
+    }
+
+    #[test]
+    fn no_set_is_no_panic() {
+        let found = place(
+            &chain(),
+            Side::Inputs,
+            &[candidate("first", 1.0, [1, 0, 0])],
+            1,
+            1.0,
+            &Measure::Energy(vec![1.0; 3]),
+        )
+        .unwrap();
+        assert!(found.sets.is_empty());
+        assert!(place(&chain(), Side::Outputs, &[], 1, 1.0, &Measure::Energy(vec![0.0; 3])).unwrap().sets.is_empty());
+    }
+
+    /// A scalar integrator: W = T, so the energy to reach 2 in T = 4 is 4/4.
+    #[test]
+    fn the_energy_of_an_integrator() {
+        let a = Matrix::zeros(1, 1);
+        let system = LinearSystem::state_space(a, Matrix::zeros(1, 0), Matrix::zeros(0, 1));
+        let one = Candidate { name: "u".into(), cost: 3.0, column: vec![Rational::ONE] };
+        let found = place(&system, Side::Inputs, &[one], 1, 4.0, &Measure::Energy(vec![2.0])).unwrap();
+        assert!((found.sets[0].score - 1.0).abs() < 1e-12);
+        assert_eq!(found.sets[0].cost, 3.0);
+    }
+
+    #[test]
+    fn sets_are_counted() {
+        let mut set = vec![0, 1];
+        let mut count = 1;
+        while next_set(&mut set, 5) {
+            count += 1;
+        }
+        assert_eq!((count, binomial(5, 2), binomial(500, 250)), (10, 10, usize::MAX));
+    }
+}
