@@ -24,5 +24,6 @@ fn hint(name: &str) -> String {
     let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
     let list = "`kardan elements` lists all tables";
     let pages = model::STUDY_PAGES.iter().copied();
-    nearest(name, elements.chain(laws).chain(pages)).map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
+    nearest(name, elements.chain(laws).chain(pages))
+        .map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }

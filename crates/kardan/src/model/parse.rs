@@ -276,7 +276,9 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
             Kind::Shaft | Kind::Element(_) | Kind::Signal | Kind::Name | Kind::Text | Kind::Choice(_),
             DeValue::String(text),
         ) => reader.word(text, out).map(Value::Word),
-        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => reader.words(list, out),
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => {
+            reader.words(list, out)
+        }
         (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
             reader.scalar(literal, out).map(Value::Scalar)
         }
@@ -402,8 +404,9 @@ impl Reader<'_> {
             let names = if count == 1 { "name" } else { "names" };
             let message = format!("expected {}, found {count} {names}", expected(self.kind));
             let label = format!("{count} {names}");
+            let or = if matches!(self.kind, Kind::Elements(_)) { ", or leave it out" } else { "" };
             out.push(
-                self.error("list::length", message, label).help(format!("write it like `{}`", example(self.kind))),
+                self.error("list::length", message, label).help(format!("write it like `{}`{or}", example(self.kind))),
             );
         }
         Some(Value::Words(words))
@@ -469,7 +472,9 @@ impl Reader<'_> {
             }
             Kind::Number(_) if dimension != Dimension::NONE => {
                 let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
-                out.push(self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"));
+                out.push(
+                    self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"),
+                );
                 return None;
             }
             Kind::Quantity(_, sign) | Kind::Number(sign) => sign,

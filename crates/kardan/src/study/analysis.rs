@@ -123,7 +123,8 @@ pub(super) fn analysis_spec(
     spec.motion = targets_of("motion", &["phi", "w"], known, targets, &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
-        if entries.len() == spec.motion.len())) && !moves
+        if entries.len() == spec.motion.len()))
+        && !moves
     {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
@@ -172,11 +173,7 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
 
 /// The output of a name: `rk.phi`, `rk.w`, or the name of a sensor (its reading stands for it). Else message and help, or
 /// nothing if it may be there when the mistakes told are put right.
-pub(super) fn output(
-    name: &str,
-    known: &Known<'_>,
-    equations: &Equations,
-) -> Result<String, Option<(String, String)>> {
+pub(super) fn output(name: &str, known: &Known<'_>, equations: &Equations) -> Result<String, Option<(String, String)>> {
     let (head, tail) = name.split_once('.').unwrap_or((name, ""));
     let has_signal = |name: &str| known.signals.iter().any(|(other, _)| other == name);
     let is_sensor = |name: &str| equations.sensors.iter().any(|(sensor, _)| sensor == name);
@@ -315,9 +312,8 @@ fn places(
         };
         // What could not be read has been reported by `TableReader::values` of the whole table.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
-        let cost = super::read::read_scalar(table, "cost").map(|scalar| {
-            of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new())
-        });
+        let cost = super::read::read_scalar(table, "cost")
+            .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::one())) else { continue };
         let span = TableReader::span(table, "shaft");
         let place = Place { shaft: shaft.to_string(), signal, cost: cost.to_f64(), span: span.clone() };
@@ -353,7 +349,8 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
             true => "no element has any; leave `stuck` out, or give an element `friction`".to_string(),
             false => format!("{} can be stuck", quoted(with.iter().copied())),
         };
-        let message = format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
+        let message =
+            format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
         out.push(Diagnostic::error("analysis::stuck", message).at(word.span.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));
@@ -383,5 +380,136 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
                 .at(TableReader::span(table, "stuck"), "no motion is left")
                 .help("let one of them slide"),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostics::plain;
+    use crate::study::prepare;
+
+    const MODEL: &str = r#"
+[model]
+coordinates = ["b", "c"]
+
+[parameters]
+angle = "10 deg"
+n = 50
+
+[variants]
+angle = "[10, 20] deg"
+
+[shaft.a]
+
+[shaft.b]
+inertia = "1 kg m^2"
+friction = "1 N m"
+
+[shaft.c]
+inertia = "1 kg m^2"
+
+[gear.g]
+shaft_1 = "a"
+shaft_2 = "b"
+ratio = 2
+
+[spring_damper.bar]
+shaft_1 = "a"
+shaft_2 = "c"
+stiffness = "1 N m/rad"
+
+[sensor.twist]
+measures = "torque"
+element = "bar"
+
+[sensor.encoder]
+measures = "angle"
+shaft = "a"
+
+[motor.m]
+shaft = "b"
+
+[disturbance.load]
+shaft = "c"
+
+[scenario]
+initial = { "c.phi" = "1 rad" }
+"#;
+
+    fn specs(analysis: &str) -> Vec<AnalysisSpec> {
+        let source = format!("{MODEL}{analysis}");
+        let (prepared, mistakes) = prepare(&source);
+        assert_eq!(plain(&source, &mistakes), "");
+        prepared.variants.into_iter().map(|variant| variant.analysis).collect()
+    }
+
+    #[test]
+    fn everything_may_be_left_out() {
+        for analysis in ["", "[analysis]\n"] {
+            assert_eq!(specs(analysis), [AnalysisSpec::default(), AnalysisSpec::default()]);
+        }
+        let spec = AnalysisSpec::default();
+        assert_eq!((spec.horizon.to_f64(), spec.inputs), (1.0, None));
+    }
+
+    #[test]
+    fn every_key_is_read_for_each_variant() {
+        let specs = specs(
+            r#"
+[analysis]
+inputs = ["load", "m"]
+outputs = ["a.phi", "c.w", "twist", "encoder.phi"]
+at = { "b.phi" = "angle" }
+stuck = ["b"]
+horizon = "20 ms"
+motion = { "c.phi" = "180 deg", "b.w" = "60 rpm" }
+threshold = 1e-6
+samples = "n"
+
+[[analysis.actuator]]
+shaft = "b"
+cost = "5/2"
+
+[[analysis.actuator]]
+shaft = "a"
+
+[[analysis.sensor]]
+shaft = "c"
+measures = "speed"
+cost = 0
+
+[[analysis.sensor]]
+shaft = "c"
+"#,
+        );
+        let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+        assert_eq!(specs.len(), 2);
+        for (spec, degrees) in specs.iter().zip([10.0f64, 20.0]) {
+            assert_eq!(spec.inputs, Some(names(&["load", "m"])));
+            // The reading of a sensor is the sensor.
+            assert_eq!(spec.outputs, Some(names(&["a.phi", "c.w", "twist", "encoder"])));
+            assert_eq!(spec.at, [("b".to_string(), degrees.to_radians())]);
+            assert_eq!(spec.position(&names(&["b", "c"]), &[5.0, 1.0]), [degrees.to_radians(), 1.0]);
+            assert_eq!(spec.stuck, ["b"]);
+            assert_eq!(spec.horizon, Exact::from_ratio(1, 50));
+            let pi = std::f64::consts::PI;
+            assert_eq!(spec.motion, [("c.phi".to_string(), pi), ("b.w".to_string(), 2.0 * pi)]);
+            assert_eq!((spec.threshold, spec.samples), (Some(1e-6), Some(50)));
+            let places = |places: &[Place]| -> Vec<(String, String, f64)> {
+                places.iter().map(|place| (place.shaft.clone(), place.signal.clone(), place.cost)).collect()
+            };
+            let place = |shaft: &str, signal: &str, cost| (shaft.to_string(), signal.to_string(), cost);
+            assert_eq!(places(&spec.actuators), [place("b", "", 2.5), place("a", "", 1.0)]);
+            assert_eq!(places(&spec.sensors), [place("c", "c.w", 0.0), place("c", "c.phi", 1.0)]);
+            assert_eq!(spec.spans.len(), 10);
+        }
+    }
+
+    #[test]
+    fn an_operating_point_beyond_all_numbers_is_refused() {
+        let source = format!("{MODEL}[analysis]\nat = {{ \"b.phi\" = \"1e308 rad\" }}\n");
+        let codes: Vec<&str> = prepare(&source).1.iter().map(|mistake| mistake.code).collect();
+        assert_eq!(codes, ["number::range"]);
     }
 }
