@@ -149,7 +149,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Coefficients => "numbers by shaft".into(),
         Kind::Choice(words) => words.join(" | "),
         Kind::Element(kinds) => format!("name of a {}", kinds.join(" or ")),
-        Kind::Elements(kinds) => format!("list of names of a {}", kinds.join(" or ")),
+        Kind::Elements(kinds) => format!("list of {} names", kinds.join(" or ")),
         Kind::Signal => "signal".into(),
         Kind::Signals => "list of signals".into(),
         Kind::Words => "list of names".into(),
