@@ -95,7 +95,7 @@ pub enum Scalar {
     /// A literal in SI units, with its dimension.
     Literal(Exact, Dimension),
     /// A literal with a tolerance or an interval.
-    Tolerated(Tolerated),
+    Tolerated(Box<Tolerated>),
     /// The name of an entry of `[parameters]`, or of an implicit parameter such as `wg.inertia`.
     Parameter(String),
 }

@@ -563,7 +563,7 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
             }
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
                 document.doubts.names.remove(&name);
-                document.parameters.push(parameter(name, read.span, tolerated));
+                document.parameters.push(parameter(name, read.span, *tolerated));
             }
             _ => out.push(
                 Diagnostic::error("parameter::literal", format!("{what} must be a quantity, not a name"))
@@ -587,7 +587,7 @@ fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Parameter> {
         if let Value::Scalar(scalar @ Scalar::Tolerated(_)) = &mut given.value
             && let Scalar::Tolerated(read) = std::mem::replace(scalar, Scalar::Parameter(name.clone()))
         {
-            out.push(parameter(name, given.span.clone(), read));
+            out.push(parameter(name, given.span.clone(), *read));
         }
     }
     out

@@ -149,7 +149,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Coefficients => "numbers by shaft".into(),
         Kind::Choice(words) => words.join(" | "),
         Kind::Element(kinds) => format!("name of a {}", kinds.join(" or ")),
-        Kind::Elements(kinds) => format!("list of names of a {}", kinds.join(" or ")),
+        Kind::Elements(kinds) => format!("list of {} names", kinds.join(" or ")),
         Kind::Signal => "signal".into(),
         Kind::Signals => "list of signals".into(),
         Kind::Words => "list of names".into(),
@@ -158,5 +158,55 @@ fn describe(kind: &Kind) -> String {
         Kind::AnyQuantity => "quantity".into(),
         Kind::Overrides => "quantities by name".into(),
         Kind::Tables(_) => "list of tables".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read;
+    use super::*;
+
+    #[test]
+    fn every_page_tells_its_keys() {
+        for (name, fields) in [
+            ("model", MODEL),
+            ("scenario", SCENARIO),
+            ("event", EVENT),
+            ("requirement", REQUIREMENT),
+            ("plot", PLOT),
+            ("analysis", ANALYSIS),
+        ] {
+            assert!(STUDY_PAGES.contains(&name));
+            let page = manual_of(name).unwrap_or_default();
+            for field in fields {
+                assert!(page.contains(&format!("\n  {} (", field.name)) && page.contains(field.doc), "{name}: {page}");
+            }
+        }
+        for name in STUDY_PAGES {
+            assert!(manual_of(name).is_some(), "{name}");
+        }
+        let page = manual_of("analysis").unwrap_or_default();
+        for key in
+            ["shaft (shaft, required)", "measures (angle | speed, optional)", "cost (number, zero or more, optional)"]
+        {
+            assert!(page.contains(key), "{key}: {page}");
+        }
+        assert!(manual().contains("[analysis]") && manual_of("nothing").is_none());
+    }
+
+    #[test]
+    fn the_examples_of_the_pages_can_be_read() {
+        for example in [ANALYSIS_EXAMPLE, PARAMETERS.split("Example\n").nth(1).unwrap_or_default()] {
+            let (document, mistakes) = read(example);
+            assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "{mistakes:?}");
+            assert!(!document.parameters.is_empty() || !document.analysis.values.is_empty());
+        }
+        let forms: Vec<&str> =
+            PARAMETERS.lines().filter_map(|line| line.strip_prefix("      \"")?.split('"').next()).collect();
+        assert_eq!(forms.len(), 5);
+        for form in forms {
+            let read = crate::units::parse_tolerated(form);
+            assert!(read.as_ref().is_ok_and(|read| read.text == "0.0081 N m s/rad"), "{form}: {read:?}");
+        }
     }
 }

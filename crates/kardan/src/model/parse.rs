@@ -253,7 +253,8 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
 /// # Errors
 ///
 /// `type::wrong`, `unit::unknown`, `unit::dimension`, `unit::syntax`, `number::syntax`, `number::sign`,
-/// `number::not-finite`, `number::range`, `name::invalid`, `name::duplicate`, `choice::unknown`, `list::length`.
+/// `number::not-finite`, `number::range`, `name::invalid`, `name::duplicate`, `choice::unknown`, `list::length`,
+/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read of every scalar; where it may stand is checked elsewhere.
 ///
 /// ```
 /// use kardan::model::parse::{syntax, value};
@@ -404,8 +405,9 @@ impl Reader<'_> {
             let names = if count == 1 { "name" } else { "names" };
             let message = format!("expected {}, found {count} {names}", expected(self.kind));
             let label = format!("{count} {names}");
+            let or = if matches!(self.kind, Kind::Elements(_)) { ", or leave it out" } else { "" };
             out.push(
-                self.error("list::length", message, label).help(format!("write it like `{}`", example(self.kind))),
+                self.error("list::length", message, label).help(format!("write it like `{}`{or}", example(self.kind))),
             );
         }
         Some(Value::Words(words))
@@ -483,7 +485,7 @@ impl Reader<'_> {
             out.push(self.error("number::sign", format!("{rule}, found {}", shortened(text.trim())), rule).help(help));
             return None;
         }
-        Some(tolerated.map_or(Scalar::Literal(number, dimension), Scalar::Tolerated))
+        Some(tolerated.map_or(Scalar::Literal(number, dimension), |read| Scalar::Tolerated(Box::new(read))))
     }
 
     /// Points into the text where its bytes are those of the file.

@@ -127,6 +127,10 @@ pub fn parse_tolerated(text: &str) -> Result<Tolerated, UnitError> {
     let Some(mark) = tolerance_mark(text) else {
         return Err(UnitError::new("tolerance::syntax", 0..text.len(), "there is no tolerance").help(FORMS));
     };
+    if text[..mark.start].trim().is_empty() {
+        let message = "there is no value before the tolerance";
+        return Err(UnitError::new("tolerance::syntax", mark.start..text.trim_end().len(), message).help(FORMS));
+    }
     let read = match &text[mark.clone()] {
         "[" => interval(text, mark.clone()),
         _ if text.trim_start().starts_with('(') => in_parentheses(text, mark.clone()),
@@ -172,13 +176,13 @@ fn plus_minus(text: &str, mark: Range<usize>) -> Result<Tolerated, UnitError> {
             } else if found == Dimension::NONE {
                 format!("write \"{left} ± {right} {unit}\", or \"{left} ± {right} %\"")
             } else {
-                format!("write it in `{unit}`, or as a percentage: \"{left} ± 10 %\"")
+                format!("write the tolerance in `{unit}`")
             };
             return Err(UnitError::new("unit::dimension", start..text.trim_end().len(), message).help(help));
         }
         Spread::Absolute(&size * &factor)
     };
-    expect_positive(&size, text, start..end)?;
+    expect_positive(&size, text, start..text.trim_end().len())?;
     Ok(Tolerated { value, dimension, spread, text: nominal.trim().to_string() })
 }
 
@@ -384,8 +388,8 @@ mod tests {
     #[test]
     fn mistakes_are_explained() {
         for (text, code, message) in [
-            ("1 N m ± -10 %", "tolerance::bounds", "a tolerance must not be negative, found -10"),
-            ("1 N m ± -0.1 N m", "tolerance::bounds", "a tolerance must not be negative, found -0.1"),
+            ("1 N m ± -10 %", "tolerance::bounds", "a tolerance must not be negative, found -10 %"),
+            ("1 N m ± -0.1 N m", "tolerance::bounds", "a tolerance must not be negative, found -0.1 N m"),
             ("1 N m ± 0 %", "tolerance::bounds", "the tolerance is zero"),
             ("1 N m ± 1e-30 N m", "tolerance::bounds", "the tolerance is zero"),
             ("0 N m ± 10 %", "tolerance::bounds", "a percentage of zero is zero"),
@@ -404,7 +408,7 @@ mod tests {
             ("1 N m [nan, 2]", "number::not-finite", "`nan` is not a finite number"),
             ("1 N m ±", "number::syntax", "expected a number, found the end of the text"),
             ("1 N m ± %", "number::syntax", "expected a number, found `%`"),
-            ("± 10 %", "number::syntax", "expected a number, found the end of the text"),
+            ("± 10 %", "tolerance::syntax", "there is no value before the tolerance"),
             ("1 N m ± 10 % N m", "tolerance::syntax", "unexpected text behind the `%`"),
             ("1 N m ± 10 %%", "tolerance::syntax", "unexpected text behind the `%`"),
             ("1 N m ± 1 N m ± 2 N m", "unit::syntax", "expected a unit, found `±`"),
