@@ -79,6 +79,7 @@ fn hostile() -> Study {
             plot("../missing <b>", &["nowhere"]),
         ],
         warnings: vec![HOSTILE.into()],
+        analysis: None,
     }
 }
 

