@@ -367,7 +367,7 @@ pub fn train() -> Analysis {
                 gap: 0.125,
                 tried: 4711,
                 sets: (0..14)
-                    .map(|k| set(&[shafts[k % 8], shafts[(k / 2 + 3) % 8]], 2.0, 8.3e-3 * 0.7f64.powi(k as i32)))
+                    .map(|k| set(&[shafts[k % 8], shafts[(k + 1 + k / 8) % 8]], 2.0, 8.3e-3 * 0.7f64.powi(k as i32)))
                     .collect(),
                 measure: "smallest eigenvalue of the Gramian over 1 s".into(),
                 unit: "rad^2/(N m)^2 s".into(),
