@@ -12,7 +12,7 @@ use clap_complete::Shell;
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n\n\
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n\n\
                   Exit codes: 0 done, 1 a requirement of the study failed, 2 error."
 )]
 pub struct Cli {
@@ -26,6 +26,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Run(RunArgs),
+    Analyze(AnalyzeArgs),
     Equations(EquationsArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
@@ -57,6 +58,37 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
+}
+
+/// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
+/// and sensors.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
+                        rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
+                        kardan analyze --state-space abcd.json")]
+pub struct AnalyzeArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    #[arg(default_value = "sia-steering")]
+    pub model: PathBuf,
+    /// Analyse plain matrices A, B, C, D from this file instead of a model (`-` for standard input).
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "variant"])]
+    pub state_space: Option<PathBuf>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the analysis as one HTML page too; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Variant to analyse; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Inputs, separated by commas; those of the model file, or all motors, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub inputs: Vec<String>,
+    /// Outputs, separated by commas: signals such as `rack.phi`, or sensors; those of the model file if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub outputs: Vec<String>,
 }
 
 /// How tables are written.

@@ -55,8 +55,31 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         return Ok(Source { name, text: builtin.source.to_owned(), origin: Origin::Builtin });
     }
     let name = model.display().to_string();
-    let text = decode(&name, &file(model, &name)?)?;
+    let no_model = |name: &str| {
+        let stem = model.file_stem().unwrap_or_default().to_string_lossy();
+        Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"))
+            .help(builtin_hint(&stem))
+    };
+    let text = decode(&name, &file(model, &name, &no_model)?)?;
     Ok(Source { name, text, origin: Origin::File })
+}
+
+/// Reads plain matrices as they are, and what to call them.
+pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
+    let (name, bytes) = if path.as_os_str() == "-" {
+        let name = "standard input".to_owned();
+        let bytes = bounded(&name, std::io::stdin().lock())?;
+        (name, bytes)
+    } else {
+        let name = path.display().to_string();
+        let bytes =
+            file(path, &name, &|name| Diagnostic::error("file::not-found", format!("there is no file `{name}`")))?;
+        (name, bytes)
+    };
+    if bytes.is_empty() {
+        return Err(Diagnostic::error("file::empty", format!("`{name}` is empty")).help("it should hold A, B, C and D"));
+    }
+    Ok((name, bytes))
 }
 
 /// `a, b, c` of the built-in models.
@@ -73,18 +96,15 @@ pub fn builtin_hint(name: &str) -> String {
     }
 }
 
-fn file(path: &Path, name: &str) -> Result<Vec<u8>, Diagnostic> {
+/// Reads a file; `missing` says that it is not there.
+fn file(path: &Path, name: &str, missing: &dyn Fn(&str) -> Diagnostic) -> Result<Vec<u8>, Diagnostic> {
     let unreadable = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => {
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"))
-                .help(builtin_hint(&stem))
-        }
+        std::io::ErrorKind::NotFound => missing(name),
         _ => Diagnostic::error("file::unreadable", format!("cannot read `{name}`: {}", reason(&error))),
     };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a model file"))
+        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a file"))
             .help("name a file inside it"));
     }
     if metadata.len() > LIMIT {
@@ -103,7 +123,7 @@ fn bounded(name: &str, from: impl Read) -> Result<Vec<u8>, Diagnostic> {
 }
 
 fn too_large(name: &str) -> Diagnostic {
-    let message = format!("`{name}` is larger than {} MiB, too large for a model file", LIMIT >> 20);
+    let message = format!("`{name}` is larger than {} MiB, too large to be read", LIMIT >> 20);
     Diagnostic::error("file::too-large", message).help("is it the file that you meant?")
 }
 

@@ -2,6 +2,7 @@
 //!
 //! All that touches files, terminal and processes is here; the library is pure.
 
+mod analysis_text;
 mod args;
 mod commands;
 mod input;

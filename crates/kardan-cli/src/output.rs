@@ -84,9 +84,22 @@ impl Folder {
     }
 }
 
+/// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
+pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()))
+            .help("name the file itself, such as analysis.html"));
+    }
+    Folder::prepare(folder_of(path)).map(|_| ()).map_err(|problem| problem.help("nothing was computed yet"))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// Writes a file that appears whole or not at all; one that exists is replaced.
 pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let written = temporary(folder, &name, bytes).and_then(|part| {
         fs::rename(&part, path).inspect_err(|_| {

@@ -82,7 +82,7 @@ fn variant(out: &mut String, run: &Run, signals: &[&Signal], files: &[String]) {
 }
 
 /// Five significant digits, without zeros at the end.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let trim = |text: &str| text.trim_end_matches('0').trim_end_matches('.').to_owned();
     let size = value.abs();
     if !value.is_finite() {

@@ -1,5 +1,6 @@
 //! One file for each command; here they are chosen, and what went wrong is said.
 
+mod analyze;
 mod check;
 mod completions;
 mod elements;
@@ -35,7 +36,11 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
             return if usage.use_stderr() { ERROR } else { DONE };
         }
     };
-    let json = matches!(&cli.command, Command::Run(run) if run.json);
+    let json = match &cli.command {
+        Command::Run(args) => args.json,
+        Command::Analyze(args) => args.json,
+        _ => false,
+    };
     dispatch(&cli).unwrap_or_else(|failure| {
         if json {
             let object = kardan::export::json_error(&failure.message(), failure.text(), &failure.diagnostics);
@@ -49,6 +54,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
 fn dispatch(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Run(args) => run::run(args, cli.quiet),
+        Command::Analyze(args) => analyze::analyze(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),

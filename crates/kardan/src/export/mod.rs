@@ -5,14 +5,17 @@
 //! | [`csv()`] | one table, a column for each signal | anything |
 //! | [`parquet()`] | the same table, with units in the metadata | pyarrow, polars, DuckDB, MATLAB |
 //! | [`json`] | the outcome of a study in a few numbers | scripts |
+//! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`json_error`] | why there is no outcome | scripts |
 
+mod analysis;
 mod arrow_schema;
 mod csv;
 mod extremes;
 mod json;
 mod parquet;
 
+pub use analysis::analysis_json;
 pub use csv::csv;
 pub use extremes::{Extremes, extremes};
 pub use json::{Files, json, json_error};

@@ -7,8 +7,11 @@
 //! Study ─► curves (what is drawn, in which colour, under which name) ─┬─► svg      one picture for each plot
 //!                                                                    ├─► charts   the same, interactive
 //!                                                                    └─► tables, summary ─► page
+//! Analysis ─► words, analysis_pictures ─► analysis ─► page
 //! ```
 
+mod analysis;
+mod analysis_pictures;
 mod charts;
 mod curves;
 mod page;
@@ -21,8 +24,9 @@ mod tests;
 mod text;
 mod thin;
 mod ticks;
+pub mod words;
 
-use crate::results::Study;
+use crate::results::{Analysis, Study};
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,4 +65,17 @@ pub fn plots(study: &Study) -> Vec<PlotFile> {
 /// ```
 pub fn html(study: &Study) -> String {
     page::html(study)
+}
+
+/// An analysis of structure as one HTML file that opens offline and fetches nothing: class, reduction, modes with their
+/// shapes and energies, poles and zeros, ranks, least numbers, placement, sensitivity and certificate.
+///
+/// [`html`] shows the same as one section where [`Study::analysis`] is there. Every text of the analysis is escaped.
+///
+/// ```
+/// let page = kardan::report::analysis_html(&kardan::results::Analysis::default());
+/// assert!(page.starts_with("<!doctype html>"));
+/// ```
+pub fn analysis_html(analysis: &Analysis) -> String {
+    page::analysis_html(analysis)
 }

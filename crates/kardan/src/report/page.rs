@@ -1,11 +1,12 @@
 //! The page around charts and tables.
 
+use super::analysis;
 use super::charts;
 use super::curves::{ON_DARK, ON_WHITE};
 use super::summary::summary;
 use super::tables;
 use super::text::escape;
-use crate::results::Study;
+use crate::results::{Analysis, Study};
 
 const UPLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
@@ -15,15 +16,7 @@ const SCRIPT: &str = include_str!("page.js");
 
 /// See [`super::html`].
 pub(super) fn html(study: &Study) -> String {
-    let name = if study.model.name.is_empty() { "Study" } else { &study.model.name };
     let (good, verdict) = tables::verdict(study);
-    let description: String = study
-        .model
-        .description
-        .split("\n\n")
-        .filter(|paragraph| !paragraph.trim().is_empty())
-        .map(|paragraph| format!("<p class=\"description\">{}</p>\n", escape(paragraph.trim())))
-        .collect();
     let sections = [
         charts::charts(study),
         tables::key_figures(study),
@@ -33,33 +26,103 @@ pub(super) fn html(study: &Study) -> String {
         tables::notes(study),
         tables::warnings(study),
         summary(&study.model),
+        study.analysis.as_ref().map(analysis::section).unwrap_or_default(),
         tables::variants(study),
     ];
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
-         script-src 'unsafe-inline'; img-src data:\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"kardan {version}\">\n\
-         <link rel=\"icon\" href=\"data:,\">\n<title>{name} – kardan</title>\n\
-         <style>\n{UPLOT_STYLE}\n{palette}{STYLE}</style>\n\
-         <script>document.documentElement.className = \"scripted\";</script>\n</head>\n<body>\n\
-         <header>\n<h1>{name}</h1>\n{description}<p class=\"verdict {class}\">{verdict}</p>\n</header>\n{failures}\
-         {contents}<main>\n{sections}</main>\n\
-         <footer>Written by kardan {version}. Units are SI; angles in rad. Charts by uPlot 1.6.32 (MIT).</footer>\n\
-         <script type=\"application/json\" id=\"data\">{data}</script>\n\
-         <script>\n/* uPlot 1.6.32\n{UPLOT_LICENSE}*/\n{uplot}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        version = env!("CARGO_PKG_VERSION"),
-        name = escape(name),
-        palette = palette(),
-        class = if good { "good" } else { "bad" },
-        verdict = escape(&verdict),
-        failures = tables::failures(study),
-        contents = contents(&sections),
-        sections = sections.concat(),
-        data = charts::data(study),
-        uplot = without_banner(UPLOT),
-    )
+    let scripts = format!(
+        "<script type=\"application/json\" id=\"data\">{}</script>\n\
+         <script>\n/* uPlot 1.6.32\n{UPLOT_LICENSE}*/\n{}</script>\n<script>\n{SCRIPT}</script>\n",
+        charts::data(study),
+        without_banner(UPLOT),
+    );
+    let page = Page {
+        name: if study.model.name.is_empty() { "Study" } else { &study.model.name },
+        description: &study.model.description,
+        verdict: Some((good, verdict)),
+        alerts: tables::failures(study),
+        sections: &sections,
+        credits: " Charts by uPlot 1.6.32 (MIT).",
+        style: UPLOT_STYLE,
+        head: "<script>document.documentElement.className = \"scripted\";</script>\n",
+        scripts: &scripts,
+    };
+    page.html()
+}
+
+/// See [`super::analysis_html`].
+pub(super) fn analysis_html(analysis: &Analysis) -> String {
+    let page = Page {
+        name: if analysis.name.is_empty() { "Structure analysis" } else { &analysis.name },
+        description: &analysis.description,
+        verdict: analysis::verdict(analysis),
+        alerts: String::new(),
+        sections: &analysis::sections(analysis),
+        credits: "",
+        style: "",
+        head: "",
+        scripts: "",
+    };
+    page.html()
+}
+
+/// A page: what stands around its sections.
+struct Page<'a> {
+    name: &'a str,
+    description: &'a str,
+    /// Whether it is good, and why.
+    verdict: Option<(bool, String)>,
+    /// HTML above the contents.
+    alerts: String,
+    /// HTML.
+    sections: &'a [String],
+    /// What the footer says besides.
+    credits: &'a str,
+    /// Style sheet before ours.
+    style: &'a str,
+    /// HTML at the end of the head.
+    head: &'a str,
+    /// HTML at the end of the body.
+    scripts: &'a str,
+}
+
+impl Page<'_> {
+    fn html(&self) -> String {
+        let description: String = self
+            .description
+            .split("\n\n")
+            .filter(|paragraph| !paragraph.trim().is_empty())
+            .map(|paragraph| format!("<p class=\"description\">{}</p>\n", escape(paragraph.trim())))
+            .collect();
+        let verdict = self.verdict.as_ref().map(|(good, verdict)| {
+            let class = if *good { "good" } else { "bad" };
+            format!("<p class=\"verdict {class}\">{}</p>\n", escape(verdict))
+        });
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+             script-src 'unsafe-inline'; img-src data:\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n\
+             <meta name=\"generator\" content=\"kardan {version}\">\n\
+             <link rel=\"icon\" href=\"data:,\">\n<title>{name} – kardan</title>\n\
+             <style>\n{style}\n{palette}{STYLE}</style>\n{head}</head>\n<body>\n\
+             <header>\n<h1>{name}</h1>\n{description}{verdict}</header>\n{alerts}\
+             {contents}<main>\n{sections}</main>\n\
+             <footer>Written by kardan {version}. Units are SI; angles in rad.{credits}</footer>\n\
+             {scripts}</body>\n</html>\n",
+            version = env!("CARGO_PKG_VERSION"),
+            name = escape(self.name),
+            style = self.style,
+            palette = palette(),
+            head = self.head,
+            verdict = verdict.unwrap_or_default(),
+            alerts = self.alerts,
+            contents = contents(self.sections),
+            sections = self.sections.concat(),
+            credits = self.credits,
+            scripts = self.scripts,
+        )
+    }
 }
 
 /// Links to the sections that are there.

@@ -46,7 +46,8 @@ pub(super) fn summary(model: &ModelSummary) -> String {
     section("model", "Model", &body)
 }
 
-fn matrices(matrices: &[NamedMatrix]) -> String {
+/// Matrices side by side.
+pub(super) fn matrices(matrices: &[NamedMatrix]) -> String {
     let blocks: String = matrices.iter().map(matrix).collect();
     if blocks.is_empty() { blocks } else { format!("<div class=\"matrices\">\n{blocks}</div>\n") }
 }

@@ -152,7 +152,8 @@ pub(super) fn requirements(study: &Study) -> String {
     section("requirements", "Requirements", &or_none(&headers, rows, "The model file states no requirements."))
 }
 
-fn mark(good: bool, word: &str) -> Cell {
+/// A verdict with its sign.
+pub(super) fn mark(good: bool, word: &str) -> Cell {
     let (class, sign) = if good { ("good", "✓") } else { ("bad", "✗") };
     Cell::Html(format!("<span class=\"{class}\">{sign} {}</span>", escape(word)))
 }

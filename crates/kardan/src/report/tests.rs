@@ -1,7 +1,7 @@
 //! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
 
 use super::{html, plots};
-use crate::results::*;
+use crate::results::{example, *};
 
 const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
 
@@ -79,6 +79,7 @@ fn hostile() -> Study {
             plot("../missing <b>", &["nowhere"]),
         ],
         warnings: vec![HOSTILE.into()],
+        analysis: None,
     }
 }
 
@@ -226,4 +227,56 @@ fn an_empty_study_gives_a_valid_page() {
     study.runs = vec![Run { series: Series::default(), ..run("one", "0 deg", 1.0) }];
     texts(&html(&study));
     plots(&study).iter().for_each(|file| drop(texts(&file.svg)));
+}
+
+/// The three analyses made by hand; with `KARDAN_PAGES` set to a folder, whoever changes the pages can look at them.
+#[test]
+fn the_page_of_an_analysis_is_well_formed_and_fetches_nothing() {
+    let analyses = [example::two_bodies(), example::train(), example::hostile(HOSTILE), Analysis::default()];
+    for (k, analysis) in analyses.iter().enumerate() {
+        let page = super::analysis_html(analysis);
+        texts(&page);
+        for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
+            assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
+        }
+        assert_eq!(page, super::analysis_html(analysis), "the same analysis, the same bytes");
+        let sections = page.matches("<section id=").count();
+        assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
+        if let Ok(folder) = std::env::var("KARDAN_PAGES") {
+            std::fs::write(format!("{folder}/{k}.html"), page).unwrap();
+        }
+    }
+}
+
+#[test]
+fn the_page_of_an_analysis_shows_what_was_found() {
+    let bodies = super::analysis_html(&example::two_bodies());
+    for text in [
+        "Neither controllable (rank 3 of 4) nor observable",
+        "All assumptions".to_lowercase().as_str(),
+        "the mode at −1 1/s (root of s + 1)",
+        "each root of s + 1 has 2 independent eigenvectors",
+        "proven over the rationals",
+        "2×",
+        "kg m²",
+        "class=\"pole failing\"",
+        "class=\"zero\"",
+    ] {
+        assert!(bodies.contains(text), "{text:?} is missing");
+    }
+    let train = super::analysis_html(&example::train());
+    for text in ["Coulomb torque [N m]", "not minimum phase", "ζ 0.05", "others", "Table of 14 sets", "nonlinear"] {
+        assert!(train.contains(text), "{text:?} is missing");
+    }
+    assert_eq!(train.matches("<figure").count(), 3);
+}
+
+#[test]
+fn an_analysis_is_a_section_of_the_report_on_runs() {
+    let study = Study { analysis: Some(example::train()), ..hostile() };
+    let page = html(&study);
+    texts(&page);
+    assert!(page.contains("<section id=\"analysis\">") && page.contains("href=\"#analysis\">Structure analysis<"));
+    assert!(page.contains("<h4>Mode shapes</h4>"));
+    assert!(!html(&hostile()).contains("id=\"analysis\""));
 }

@@ -1,6 +1,8 @@
 //! What a study produces: plain data with names and units, nothing computed here.
 
 mod analysis;
+#[cfg(test)]
+pub(crate) mod example;
 
 pub use analysis::*;
 
@@ -244,4 +246,6 @@ pub struct Study {
     pub plots: Vec<Plot>,
     /// Warnings of the model file, in plain text.
     pub warnings: Vec<String>,
+    /// Structure analysis of the model, where one was made.
+    pub analysis: Option<Analysis>,
 }

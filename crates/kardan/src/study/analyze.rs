@@ -11,6 +11,7 @@ use crate::analysis::{
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
 use crate::equations::{InputKind, Measured};
+use crate::model::read_state_space;
 use crate::num::{Definiteness, Matrix, Rational, definiteness};
 use crate::results::{Analysis, Placement, Structure};
 
@@ -96,20 +97,50 @@ pub fn analyze(
     })
 }
 
-/// Analyses a plain state-space system.
+/// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is a JSON or MAT file as it is.
 ///
 /// # Errors
-/// Why it cannot be analysed.
-pub fn analyze_system(name: &str, system: &LinearSystem) -> Result<Analysis, Vec<Diagnostic>> {
+/// All mistakes of the file, or why it cannot be analysed.
+pub fn analyze_state_space(
+    bytes: &[u8],
+    settings: &AnalyzeSettings,
+    _progress: &dyn Progress,
+) -> Result<Analysis, Vec<Diagnostic>> {
+    let mut system = read_state_space(bytes)?;
+    let mut wrong = Vec::new();
+    let mut pick = |what: &str, asked: &[String], all: &[String]| -> Vec<usize> {
+        if asked.is_empty() {
+            return (0..all.len()).collect();
+        }
+        let found = asked.iter().map(|name| (name, all.iter().position(|other| other == name)));
+        let (known, unknown): (Vec<_>, Vec<_>) = found.partition(|(_, at)| at.is_some());
+        for (name, _) in unknown {
+            let there = quoted(all.iter().map(String::as_str));
+            let help = if there.is_empty() { format!("the file has no {what}") } else { format!("there are {there}") };
+            wrong.push(Diagnostic::error("name::unknown", format!("there is no {what} `{name}`")).help(help));
+        }
+        known.into_iter().filter_map(|(_, at)| at).collect()
+    };
+    let inputs = pick("input", &settings.inputs, &system.inputs);
+    let outputs = pick("output", &settings.outputs, &system.outputs);
+    if !wrong.is_empty() {
+        return Err(wrong);
+    }
+    let n = system.states.len();
+    system.b = Matrix::from_fn(n, inputs.len(), |i, j| system.b[(i, inputs[j])].clone());
+    system.c = Matrix::from_fn(outputs.len(), n, |i, j| system.c[(outputs[i], j)].clone());
+    system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
+    system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
+    system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
     let mut structure =
-        structure(system).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+        structure(&system).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
     let mut notes = Vec::new();
     let mut modes = modes_of_pencil(&system.states, &system.e.to_f64(), &system.a.to_f64()).unwrap_or_else(|| {
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
-    failing_modes(&mut structure, &mut modes, system, None);
-    Ok(Analysis { name: name.into(), modes, structure, notes, ..Analysis::default() })
+    failing_modes(&mut structure, &mut modes, &system, None);
+    Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
 }
 
 /// Ranks the places of `[analysis]` for motors and sensors.

@@ -10,7 +10,7 @@ mod read;
 mod scenario;
 
 pub use analysis::{AnalysisSpec, Place};
-pub use analyze::{AnalyzeSettings, analyze, analyze_system};
+pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 
@@ -86,6 +86,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         runs,
         plots: chosen_plots(&prepared, &settings.variants),
         warnings: diagnostics.iter().map(ToString::to_string).collect(),
+        analysis: None,
     })
 }
 

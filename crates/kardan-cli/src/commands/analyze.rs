@@ -1,0 +1,83 @@
+//! `kardan analyze`: the structure of a model, or of plain matrices.
+
+use std::path::Path;
+
+use kardan::diagnostics::{Diagnostic, Severity};
+use kardan::results::Analysis;
+use kardan::study::AnalyzeSettings;
+use kardan::{export, report, study};
+
+use super::DONE;
+use crate::analysis_text;
+use crate::args::AnalyzeArgs;
+use crate::input::{self, Origin, Source};
+use crate::output::{prepare_file, print, save};
+use crate::progress::Bars;
+use crate::render::{self, Failure, note};
+
+pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
+    let settings = AnalyzeSettings {
+        variant: args.variant.clone(),
+        inputs: args.inputs.clone(),
+        outputs: args.outputs.clone(),
+    };
+    let (analysis, origin) = match &args.state_space {
+        Some(path) => of_matrices(path, args, &settings, quiet)?,
+        None => of_model(args, &settings, quiet)?,
+    };
+    if let Some(path) = &args.report {
+        save(path, report::analysis_html(&analysis).as_bytes())?;
+    }
+    if args.json {
+        print(&(export::analysis_json(&analysis) + "\n"))?;
+    } else {
+        print(&analysis_text::text(&analysis, &origin))?;
+    }
+    if let (Some(path), false) = (&args.report, quiet) {
+        note(&format!("wrote {}", path.display()));
+    }
+    Ok(DONE)
+}
+
+fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
+    let source = input::read(&args.model, quiet)?;
+    args.report.as_deref().map_or(Ok(()), prepare_file)?;
+    // Only the analysis knows which mistakes stop it; of the others the warnings are said.
+    let mut warnings = study::check(&source.text);
+    warnings.retain(|d| d.severity == Severity::Warning);
+    render::show(Some(&source), &warnings);
+    let found = with_bars(quiet, |bars| study::analyze(&source.text, settings, bars));
+    let origin = source.to_string();
+    let analysis = found.map_err(|mut diagnostics| {
+        diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
+        Failure { source: Some(source), diagnostics }
+    })?;
+    Ok((analysis, origin))
+}
+
+fn of_matrices(
+    path: &Path,
+    args: &AnalyzeArgs,
+    settings: &AnalyzeSettings,
+    quiet: bool,
+) -> Result<(Analysis, String), Failure> {
+    let (name, bytes) = input::read_matrices(path)?;
+    args.report.as_deref().map_or(Ok(()), prepare_file)?;
+    let found = with_bars(quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
+    let analysis = found.map_err(|diagnostics| {
+        // Places in a file that is no text cannot be shown.
+        let text = String::from_utf8(bytes).unwrap_or_default();
+        Failure { source: Some(Source { name: name.clone(), text, origin: Origin::File }), diagnostics }
+    })?;
+    Ok((analysis, name))
+}
+
+fn with_bars(
+    quiet: bool,
+    work: impl FnOnce(&Bars) -> Result<Analysis, Vec<Diagnostic>>,
+) -> Result<Analysis, Vec<Diagnostic>> {
+    let bars = Bars::new(quiet);
+    let found = work(&bars);
+    bars.finish();
+    found
+}

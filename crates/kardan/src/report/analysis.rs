@@ -1,0 +1,425 @@
+//! An analysis of structure in tables, sentences and pictures.
+
+use super::analysis_pictures as pictures;
+use super::summary::matrices;
+use super::table::{Cell, section as framed, table};
+use super::tables::mark;
+use super::text::{escape, figure, unit};
+use super::words;
+use crate::results::{
+    Analysis, Basis, Class, ConstraintForces, Factor, Mode, Placement, PlacementSearch, Sensitivity, Structure,
+};
+
+/// More rows of a long table are counted, not shown.
+const ROWS: usize = 100;
+
+fn number(value: f64) -> String {
+    figure(value, 5)
+}
+
+/// One sentence on the ranks; `true` if nothing is missing.
+pub(super) fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
+    let structure = &analysis.structure;
+    let states = structure.states.len();
+    if states == 0 {
+        return None;
+    }
+    let text = match (structure.controllable(), structure.observable()) {
+        (true, true) => format!("Controllable and observable: all {states} states."),
+        (false, true) => format!("Not controllable: rank {} of {states}; observable.", structure.controllable_rank),
+        (true, false) => format!("Controllable; not observable: rank {} of {states}.", structure.observable_rank),
+        (false, false) => format!(
+            "Neither controllable (rank {} of {states}) nor observable (rank {} of {states}).",
+            structure.controllable_rank, structure.observable_rank
+        ),
+    };
+    Some((structure.minimal(), text))
+}
+
+/// The parts that apply: anchor, title, body.
+fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
+    let structure = &analysis.structure;
+    let all = [
+        ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+        ("modes", "Modes", modes(analysis)),
+        ("structure", "Controllability and observability", ranks(structure)),
+        ("transfer", "Relative degrees and zeros", transfer(structure)),
+        ("least", "Least numbers of inputs and outputs", least(structure)),
+        ("placement", "Placement", placement(&analysis.placement)),
+        ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
+        ("reduction", "Reduction", reduction(analysis)),
+        (
+            "constraint-forces",
+            "Constraint forces",
+            analysis.constraint_forces.as_ref().map(constraint_forces).unwrap_or_default(),
+        ),
+        ("certificate", "Certificate", certificate(analysis)),
+        ("analysis-notes", "Notes of the analysis", items(&analysis.notes)),
+    ];
+    all.into_iter().filter(|(_, _, body)| !body.is_empty()).collect()
+}
+
+/// The sections of a page of its own.
+pub(super) fn sections(analysis: &Analysis) -> Vec<String> {
+    parts(analysis).iter().map(|(anchor, title, body)| framed(anchor, title, body)).collect()
+}
+
+/// One section of the report on runs.
+pub(super) fn section(analysis: &Analysis) -> String {
+    let verdict = verdict(analysis)
+        .map(|(good, text)| format!("<p class=\"{}\">{}</p>\n", if good { "good" } else { "bad" }, escape(&text)));
+    let lower = |body: &str| body.replace("<h3>", "<h4>").replace("</h3>", "</h4>");
+    let parts = parts(analysis);
+    let bodies = parts.iter().map(|(_, title, body)| format!("<h3>{title}</h3>\n{}", lower(body)));
+    framed("analysis", "Structure analysis", &(verdict.unwrap_or_default() + &bodies.collect::<String>()))
+}
+
+fn paragraph(text: &str) -> String {
+    format!("<p>{}</p>\n", escape(text))
+}
+
+fn items<T: AsRef<str>>(texts: &[T]) -> String {
+    let items: String = texts.iter().map(|text| format!("<li>{}</li>\n", escape(text.as_ref()))).collect();
+    if items.is_empty() { items } else { format!("<ul>\n{items}</ul>\n") }
+}
+
+fn codes(names: &[String], none: &str) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("<code>{}</code>", escape(name))).collect();
+    if names.is_empty() { none.into() } else { names.join(", ") }
+}
+
+/// A table of the first rows; empty if there are none.
+fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> String {
+    let all = rows.len();
+    rows.truncate(ROWS);
+    let rest = all - rows.len();
+    match (all, rest) {
+        (0, _) => String::new(),
+        (_, 0) => table(headers, &rows),
+        _ => format!("{}<p class=\"hint\">{rest} more are in the exported data.</p>\n", table(headers, &rows)),
+    }
+}
+
+fn class(class: &Class) -> String {
+    let assumption = |assumption: &crate::results::Assumption| {
+        let breaches = assumption.breaches.iter().take(ROWS);
+        let breaches: Vec<String> =
+            breaches.map(|(element, why)| format!("<code>{}</code>: {}", escape(element), escape(why))).collect();
+        vec![
+            Cell::text(assumption.statement.clone()),
+            mark(assumption.holds, if assumption.holds { "holds" } else { "broken" }),
+            Cell::Html(breaches.join("<br/>")),
+        ]
+    };
+    let constraints = class
+        .constraints
+        .iter()
+        .map(|c| {
+            vec![
+                Cell::Head(c.element.clone(), 1),
+                Cell::text(c.equation.clone()),
+                Cell::text(words::constraint_kind(c)),
+            ]
+        })
+        .collect();
+    let point = &class.operating_point;
+    let angles: Vec<String> =
+        point.angles.iter().map(|(shaft, angle)| format!("{shaft} = {} rad", number(*angle))).collect();
+    let friction = point
+        .friction
+        .iter()
+        .map(|(element, torque, stuck)| {
+            let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
+            vec![Cell::Head(element.clone(), 1), Cell::figure(*torque), Cell::text(state)]
+        })
+        .collect();
+    let mut body = paragraph(&words::class(class));
+    body += &rows_of(&["assumption", "", "broken by"], class.assumptions.iter().map(assumption).collect());
+    body += &titled("Constraints", &rows_of(&["element", "equation", "kind"], constraints));
+    if !angles.is_empty() {
+        body += &titled("Operating point", &paragraph(&words::list(&angles, ROWS)));
+    }
+    body + &rows_of(&["friction", "#Coulomb torque [N m]", "state"], friction)
+}
+
+fn titled(title: &str, body: &str) -> String {
+    if body.is_empty() { String::new() } else { format!("<h3>{title}</h3>\n{body}") }
+}
+
+fn modes(analysis: &Analysis) -> String {
+    if analysis.modes.is_empty() {
+        return String::new();
+    }
+    let has_energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
+    let mut headers = vec!["#", "#frequency [Hz]", "#damping ratio", "#eigenvalue [1/s]", "inputs", "outputs"];
+    headers.push("largest motions");
+    if has_energy {
+        headers.extend(["stored in", "lost in"]);
+    }
+    let row = |(k, mode): (usize, &Mode)| {
+        let mut row = vec![
+            Cell::Number((k + 1).to_string()),
+            Cell::figure(mode.natural_frequency / std::f64::consts::TAU),
+            Cell::Number(figure(mode.damping_ratio, 4)),
+            Cell::Number(words::pair(mode.eigenvalue, number)),
+            mark(mode.controllable, if mode.controllable { "reach it" } else { "miss it" }),
+            mark(mode.observable, if mode.observable { "show it" } else { "hide it" }),
+            Cell::text(words::shape(mode, |value| figure(value, 3))),
+        ];
+        if has_energy {
+            row.extend([Cell::text(words::stored(mode)), Cell::text(words::dissipated(mode))]);
+        }
+        row
+    };
+    let rows = analysis.modes.iter().enumerate().map(row).collect();
+    rows_of(&headers, rows)
+        + &pictures::plane(&analysis.modes, &analysis.structure.zeros)
+        + &pictures::shapes(&analysis.modes)
+        + &pictures::energies(&analysis.modes)
+}
+
+fn ranks(structure: &Structure) -> String {
+    let states = structure.states.len();
+    if states == 0 {
+        return String::new();
+    }
+    let judged = |what: &str, good: bool, rank: usize| {
+        let (yes, no) = (what.to_owned(), format!("not {what}"));
+        vec![mark(good, if good { &yes } else { &no }), Cell::text(words::rank(rank, states))]
+    };
+    let mut body = table(
+        &["", ""],
+        &[
+            judged("controllable", structure.controllable(), structure.controllable_rank),
+            judged("observable", structure.observable(), structure.observable_rank),
+        ],
+    )
+    .replace("<thead><tr><th scope=\"col\"></th><th scope=\"col\"></th></tr></thead>", "");
+    for (what, names) in [("States", &structure.states), ("Inputs", &structure.inputs), ("Outputs", &structure.outputs)]
+    {
+        body += &format!("<p>{what} ({}): {}</p>\n", names.len(), codes(names, "none"));
+    }
+    for (failing, title) in [
+        (&structure.uncontrollable, "Modes that the inputs do not reach"),
+        (&structure.unobservable, "Modes that the outputs do not show"),
+    ] {
+        let texts: Vec<String> = failing.iter().take(ROWS).map(|mode| words::failing(mode, number)).collect();
+        body += &titled(title, &items(&texts));
+    }
+    let factor = |factor: &Factor| {
+        vec![
+            Cell::Head(factor.polynomial.clone(), 1),
+            Cell::Number(words::pairs(&factor.roots, number).join(", ")),
+            Cell::Number(factor.algebraic.to_string()),
+            Cell::Number(factor.geometric.to_string()),
+            Cell::Number(factor.input_defect.to_string()),
+            Cell::Number(factor.output_defect.to_string()),
+        ]
+    };
+    let headers = [
+        "factor of the characteristic polynomial",
+        "#roots [1/s]",
+        "#multiplicity",
+        "#eigenvectors",
+        "#not reached",
+        "#not seen",
+    ];
+    body += &titled("Factors", &rows_of(&headers, structure.factors.iter().map(factor).collect()));
+    if !structure.invariant_factors.is_empty() {
+        body += &format!(
+            "<p>Invariant factors of <i>s</i>I − A: {}</p>\n",
+            codes(&structure.invariant_factors[..structure.invariant_factors.len().min(ROWS)], "")
+        );
+    }
+    body
+}
+
+fn transfer(structure: &Structure) -> String {
+    if structure.states.is_empty() {
+        return String::new();
+    }
+    let degree = |degree: Option<&usize>| Cell::Number(degree.map_or("–".into(), usize::to_string));
+    let row = |(degrees, output): (&Vec<Option<usize>>, &String)| {
+        let mut row = vec![Cell::Head(output.clone(), 1), degree(degrees.iter().flatten().min())];
+        row.extend(degrees.iter().map(|found| degree(found.as_ref())));
+        row
+    };
+    let mut headers = vec!["output".to_owned(), "#least".to_owned()];
+    headers.extend(structure.inputs.iter().map(|input| format!("#{input}")));
+    let rows: Vec<Vec<Cell>> = structure.relative_degrees.iter().zip(&structure.outputs).map(row).collect();
+    let mut body = titled("Relative degrees", &rows_of(&headers, rows));
+    if !body.is_empty() {
+        body += "<p class=\"hint\">– where the input never reaches the output.</p>\n";
+    }
+    let zeros = &structure.zeros;
+    body += "<h3>Invariant zeros</h3>\n";
+    if zeros.values.is_empty() {
+        body += "<p>There are none.</p>\n";
+    } else {
+        let values = words::list(&words::pairs(&zeros.values, number), ROWS);
+        body += &format!("<p>{} 1/s, the roots of <code>{}</code>.</p>\n", escape(&values), escape(&zeros.polynomial));
+        if zeros.values.iter().any(|zero| zero.0 > 0.0) {
+            body += "<p>Some lie in the right half-plane: the model is not minimum phase.</p>\n";
+        }
+    }
+    body + &paragraph(&words::normal_rank(structure))
+}
+
+fn least(structure: &Structure) -> String {
+    if structure.states.is_empty() {
+        return String::new();
+    }
+    let certificate = &structure.certificate;
+    let kind = if structure.kind.is_empty() {
+        String::new()
+    } else {
+        format!("<p class=\"hint\">Case of the theorems: {}.</p>\n", escape(&structure.kind))
+    };
+    kind + &items(&[
+        words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure),
+        words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure),
+    ])
+}
+
+fn placement(placement: &Placement) -> String {
+    let part = |title: &str, property: &str, search: &Option<PlacementSearch>| {
+        search.as_ref().map(|search| titled(title, &sets(search, property))).unwrap_or_default()
+    };
+    part("Motors", "controllable", &placement.inputs) + &part("Sensors", "observable", &placement.outputs)
+}
+
+fn sets(search: &PlacementSearch, property: &str) -> String {
+    let mut body = paragraph(&words::search(search));
+    if let Some(why) = &search.none_because {
+        body += &format!("<p class=\"bad\">No set makes the model {property}: {}.</p>\n", escape(why));
+    }
+    body += &pictures::ranking(search);
+    let score = if search.unit.is_empty() { "#score".into() } else { format!("#score [{}]", unit(&search.unit)) };
+    let rows: Vec<Vec<Cell>> = search
+        .sets
+        .iter()
+        .enumerate()
+        .map(|(k, set)| {
+            vec![
+                Cell::Number((k + 1).to_string()),
+                Cell::text(set.places.join(", ")),
+                Cell::figure(set.score),
+                Cell::figure(set.cost),
+            ]
+        })
+        .collect();
+    let plural = if rows.len() == 1 { "set" } else { "sets" };
+    let title = format!("Table of {} {plural}", rows.len());
+    let listed = rows_of(&["#", "places", &score, "#cost"], rows);
+    if listed.is_empty() {
+        return body;
+    }
+    body + &format!("<details><summary>{title}</summary>\n{listed}</details>\n")
+}
+
+fn sensitivity(sensitivity: &Sensitivity) -> String {
+    let at = |search: &Option<crate::results::LossSearch>, name: &str| {
+        let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
+        let found = loss.and_then(|loss| loss.at.iter().find(|(parameter, _, _)| parameter == name));
+        Cell::Number(found.map_or("–".into(), |(_, value, _)| number(*value)))
+    };
+    let row = |(name, nominal, low, high, what): &(String, f64, f64, f64, String)| {
+        vec![
+            Cell::Head(format!("{name} [{}]", unit(what)), 1),
+            Cell::figure(*low),
+            Cell::figure(*nominal),
+            Cell::figure(*high),
+            at(&sensitivity.controllability, name),
+            at(&sensitivity.observability, name),
+        ]
+    };
+    let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
+    let mut body = rows_of(&headers, sensitivity.parameters.iter().map(row).collect());
+    for (title, what, search) in [
+        ("Controllability", "controllability", &sensitivity.controllability),
+        ("Observability", "observability", &sensitivity.observability),
+    ] {
+        if let Some(search) = search {
+            body += &titled(title, &items(&words::loss(what, search, number)));
+        }
+    }
+    body
+}
+
+fn reduction(analysis: &Analysis) -> String {
+    if analysis.coordinates.is_empty() && analysis.bases.is_empty() {
+        return String::new();
+    }
+    let mut body = format!("<p>Reduced coordinates: {}</p>\n", codes(&analysis.coordinates, "none"));
+    let rows: Vec<Vec<Cell>> = analysis.bases.iter().flat_map(bounds).collect();
+    let headers = ["basis", "matrix", "#eigenvalues", "#centres", "#radii", "#within discs"];
+    let listed = rows_of(&headers, rows);
+    if !listed.is_empty() {
+        body += &titled("Eigenvalues and Geršgorin's discs", &listed);
+        body += "<p class=\"hint\">Every eigenvalue lies in at least one disc of its matrix.</p>\n";
+    }
+    for basis in &analysis.bases {
+        let all = [&basis.basis, &basis.inertia, &basis.damping, &basis.stiffness, &basis.input].map(Clone::clone);
+        body += &format!(
+            "<details><summary>Matrices: {} (largest cosine of two columns {})</summary>\n{}</details>\n",
+            escape(&basis.name),
+            number(basis.orthogonality),
+            matrices(&all)
+        );
+    }
+    body
+}
+
+fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
+    let several = |values: &[f64]| {
+        let texts: Vec<String> = values.iter().map(|&value| figure(value, 4)).collect();
+        match &texts[..] {
+            [first, .., last] if texts.len() > 6 => Cell::Number(format!("{first} … {last} ({})", texts.len())),
+            all => Cell::Number(all.join(", ")),
+        }
+    };
+    let row = |(k, bounds): (usize, &crate::results::EigenvalueBounds)| {
+        let mut row = Vec::new();
+        if k == 0 {
+            row.push(Cell::Head(basis.name.clone(), basis.bounds.len()));
+        }
+        row.push(Cell::text(format!("{} [{}]", bounds.matrix, unit(&bounds.unit))));
+        row.extend([&bounds.eigenvalues, &bounds.centres, &bounds.radii].map(|values| several(values)));
+        row.push(Cell::Number(words::discs(bounds, number)));
+        row
+    };
+    basis.bounds.iter().enumerate().map(row).collect()
+}
+
+fn constraint_forces(forces: &ConstraintForces) -> String {
+    let plural = if forces.rank == 1 { "" } else { "s" };
+    let text = format!(
+        "The projector P has rank {}: so many independent constraint{plural}. Largest entry of P² − P: {}.",
+        forces.rank,
+        number(forces.idempotence_residual)
+    );
+    let maps = [forces.input_to_multiplier.clone(), forces.input_to_torque.clone()];
+    format!(
+        "{}{}<details><summary>Projector</summary>\n{}</details>\n",
+        paragraph(&text),
+        matrices(&maps),
+        matrices(std::slice::from_ref(&forces.projector))
+    )
+}
+
+fn certificate(analysis: &Analysis) -> String {
+    let certificate = &analysis.structure.certificate;
+    if analysis.structure.states.is_empty() {
+        return String::new();
+    }
+    let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
+    let primes = if primes.is_empty() {
+        String::new()
+    } else {
+        format!("<p class=\"hint\">Primes: {}</p>\n", words::list(&primes, 12))
+    };
+    paragraph(&words::certificate(certificate, number))
+        + &items(&certificate.statements[..certificate.statements.len().min(ROWS)])
+        + &primes
+        + "<p class=\"hint\">The exported data hold the certificate itself, for a check by another program.</p>\n"
+}

@@ -1,0 +1,388 @@
+//! The pictures of an analysis: drawn in the page's own colours, so that they follow it into the dark and onto paper.
+
+use super::curves::ON_WHITE;
+use super::text::{escape, figure};
+use super::ticks;
+use super::words;
+use crate::results::{EnergyKind, Mode, PlacementSearch, Pole, Zeros};
+
+/// Width of a character of the labels, px, generously.
+const CHARACTER: f64 = 7.0;
+/// More modes are in the table only.
+const MODES: usize = 24;
+/// Modes side by side.
+const ACROSS: usize = 8;
+/// More shafts are in the exported data only.
+const SHAFTS: usize = 40;
+/// More sets of places are in the table only.
+const SETS: usize = 12;
+
+fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
+    format!(
+        "<div class=\"drawing\"><svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+         height=\"{height:.0}\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
+        escape(label)
+    )
+}
+
+fn text(x: f64, y: f64, class: &str, text: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
+}
+
+fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
+    format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
+}
+
+fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> String {
+    format!(
+        "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{}</title>\
+         </rect>\n",
+        width.max(0.0),
+        escape(title)
+    )
+}
+
+fn cut(text: &str, length: usize) -> String {
+    if text.chars().count() <= length {
+        return text.to_owned();
+    }
+    text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
+}
+
+fn figure_of(title: &str, body: &str, caption: &str) -> String {
+    format!("<figure class=\"analysis\">\n<h3>{title}</h3>\n{body}<figcaption>{caption}</figcaption>\n</figure>\n")
+}
+
+/// An axis through zero; logarithmic away from zero where the values span more than two powers of ten.
+struct Scale {
+    low: f64,
+    high: f64,
+    /// Below it the axis is linear; `None`: everywhere.
+    knee: Option<f64>,
+    ticks: Vec<(f64, String)>,
+}
+
+impl Scale {
+    fn new(values: &[f64], count: usize) -> Scale {
+        let sizes = || values.iter().map(|value| value.abs()).filter(|size| *size > 0.0 && size.is_finite());
+        let largest = sizes().fold(0.0, f64::max);
+        let smallest = sizes().fold(f64::INFINITY, f64::min).max(1e-6 * largest);
+        let finite = || values.iter().copied().filter(|value| value.is_finite()).chain([0.0]);
+        if !(largest > 100.0 * smallest) {
+            let axis = ticks::axis(finite(), 0.08, count);
+            let first = (axis.low / axis.step).ceil() as i64;
+            let last = (axis.high / axis.step).floor() as i64;
+            let ticks = (first..=last).map(|k| k as f64 * axis.step).map(|at| (at, axis.label(at))).collect();
+            return Scale { low: axis.low, high: axis.high, knee: None, ticks };
+        }
+        let knee = 10f64.powf(smallest.log10().floor());
+        let bent = |value: f64| (value / knee).asinh();
+        let (low, high) = finite().map(bent).fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+        let free = 0.08 * (high - low);
+        let (low, high) = (low - free, high + free);
+        let (first, last) = (knee.log10().round() as i32, largest.log10().ceil() as i32);
+        let every = ((last - first + 1) as f64 / (0.5 * count as f64)).ceil().max(1.0) as usize;
+        let powers = (first..=last).rev().step_by(every).map(|power| 10f64.powi(power));
+        let ticks = powers.flat_map(|size| [size, -size]).chain([0.0]);
+        let ticks = ticks.filter(|&at| (low..=high).contains(&bent(at))).map(|at| (at, figure(at, 3))).collect();
+        Scale { low, high, knee: Some(knee), ticks }
+    }
+
+    /// Where a value lies, from 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        let bent = self.knee.map_or(value, |knee| (value / knee).asinh());
+        (bent - self.low) / (self.high - self.low)
+    }
+}
+
+/// Points of the complex plane: place, how often, what fails there.
+struct Point {
+    at: Pole,
+    times: usize,
+    unreached: bool,
+    unseen: bool,
+}
+
+fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
+    let near = |point: &&mut Point| (point.at.0 - at.0).hypot(point.at.1 - at.1) <= 1e-9 * at.0.hypot(at.1);
+    match points.iter_mut().find(near) {
+        Some(point) => {
+            point.times += 1;
+            point.unreached |= unreached;
+            point.unseen |= unseen;
+        }
+        None => points.push(Point { at, times: 1, unreached, unseen }),
+    }
+}
+
+/// Poles and zeros in the complex plane.
+pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
+    let mut poles = Vec::new();
+    for mode in modes.iter().filter(|mode| mode.eigenvalue.0.is_finite() && mode.eigenvalue.1.is_finite()) {
+        let (re, im) = mode.eigenvalue;
+        gather(&mut poles, (re, im), !mode.controllable, !mode.observable);
+        if im != 0.0 {
+            gather(&mut poles, (re, -im), !mode.controllable, !mode.observable);
+        }
+    }
+    let mut circles = Vec::new();
+    for &(re, im) in zeros.values.iter().filter(|zero| zero.0.is_finite() && zero.1.is_finite()) {
+        gather(&mut circles, (re, im), false, false);
+    }
+    if poles.is_empty() && circles.is_empty() {
+        return String::new();
+    }
+    let all = || poles.iter().chain(&circles);
+    let real = Scale::new(&all().map(|point| point.at.0).collect::<Vec<_>>(), 9);
+    let sizes: Vec<f64> = all().flat_map(|point| [point.at.1, -point.at.1]).collect();
+    let flat = sizes.iter().all(|size| *size == 0.0);
+    let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
+    let (left, top, width, height) = (72.0, 12.0, 600.0, if flat { 110.0 } else { 380.0 });
+    let x = |value: f64| left + width * real.place(value);
+    let y = |value: f64| top + height * (1.0 - imaginary.place(value));
+    let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "eigenvalues here grow");
+    for (at, label) in &real.ticks {
+        body += &line((x(*at), top), (x(*at), top + height), "grid");
+        body += &text(x(*at), top + height + 18.0, "middle", label);
+    }
+    for (at, label) in imaginary.ticks.iter().filter(|(at, _)| !flat || *at == 0.0) {
+        body += &line((left, y(*at)), (left + width, y(*at)), "grid");
+        body += &text(left - 8.0, y(*at) + 4.0, "end", label);
+    }
+    body += &line((x(0.0), top), (x(0.0), top + height), "axis");
+    body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
+    body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
+    let (turn_x, turn_y) = (16.0, top + 0.5 * height);
+    body += &format!(
+        "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} {turn_y:.1})\">\
+         {}</text>\n",
+        if flat { "imaginary" } else { "imaginary part [1/s]" }
+    );
+    for point in &circles {
+        let title = format!("zero at {}", words::pair(point.at, |v| figure(v, 5)));
+        body += &mark((x(point.at.0), y(point.at.1)), "zero", &title, point);
+    }
+    for point in &poles {
+        let fails = match (point.unreached, point.unseen) {
+            (false, false) => "",
+            (true, false) => ", not reached",
+            (false, true) => ", not seen",
+            (true, true) => ", neither reached nor seen",
+        };
+        let title = format!("eigenvalue {}{fails}", words::pair(point.at, |v| figure(v, 5)));
+        body += &mark((x(point.at.0), y(point.at.1)), "pole", &title, point);
+    }
+    let below = top + height + 66.0;
+    let sample = |unreached, unseen| Point { at: (0.0, 0.0), times: 1, unreached, unseen };
+    let mut at = left;
+    for (kind, sample, label) in [
+        ("pole", sample(false, false), "eigenvalue"),
+        ("zero", sample(false, false), "invariant zero"),
+        ("pole", sample(true, false), "inputs do not reach it"),
+        ("pole", sample(false, true), "outputs do not show it"),
+    ] {
+        body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
+        body += &text(at + 24.0, below, "", label);
+        at += 44.0 + CHARACTER * label.len() as f64;
+    }
+    let caption = if real.knee.is_some() || imaginary.knee.is_some() {
+        "An axis with powers of ten is logarithmic away from zero."
+    } else {
+        "Both axes are linear."
+    };
+    let drawn = drawing(left + width + 16.0, below + 12.0, "poles and zeros in the complex plane", &body);
+    figure_of("Poles and zeros", &drawn, &format!("{caption} In the shaded half-plane motions grow."))
+}
+
+fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
+    let class = if point.unreached || point.unseen { format!("{kind} failing") } else { kind.to_owned() };
+    let mut shape = match kind {
+        "zero" => "<circle r=\"5.5\"/>".to_owned(),
+        _ => "<path d=\"M-5 -5L5 5M-5 5L5 -5\"/>".to_owned(),
+    };
+    if point.unreached {
+        shape += "<path class=\"ring\" d=\"M-9 -9H9V9H-9Z\"/>";
+    }
+    if point.unseen {
+        shape += "<path class=\"ring\" d=\"M0 -13L13 0L0 13L-13 0Z\"/>";
+    }
+    if point.times > 1 {
+        shape += &format!("<text x=\"{}\" y=\"-9\">{}×</text>", if kind == "zero" { 8 } else { 12 }, point.times);
+    }
+    format!("<g class=\"{class}\" transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{shape}</g>\n", escape(title))
+}
+
+fn heading(k: usize, mode: &Mode) -> String {
+    format!("{}: {} Hz", k + 1, figure(mode.natural_frequency / std::f64::consts::TAU, 3))
+}
+
+/// Mode shapes as bars: a row for each shaft, a column for each mode.
+pub(super) fn shapes(modes: &[Mode]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _, _) in modes.iter().flat_map(|mode| &mode.shape) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() {
+        return String::new();
+    }
+    let rows = &names[..names.len().min(SHAFTS)];
+    let longest = rows.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(24);
+    let (left, column, row, top) = (CHARACTER * longest as f64 + 16.0, 96.0, 21.0, 42.0);
+    let mut out = String::new();
+    let chunks = modes[..modes.len().min(MODES)].chunks(ACROSS);
+    for (chunk_index, chunk) in chunks.enumerate() {
+        let mut body = String::new();
+        let height = top + row * rows.len() as f64;
+        for (i, name) in rows.iter().enumerate() {
+            body += &text(left - 10.0, top + row * (i as f64 + 0.5) + 4.0, "end", &cut(name, 24));
+        }
+        for (j, mode) in chunk.iter().enumerate() {
+            let centre = left + column * (j as f64 + 0.5);
+            let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
+            body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
+            body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
+            body += &line((centre, top - 4.0), (centre, height), "axis");
+            for (name, re, im) in &mode.shape {
+                let Some(i) = rows.iter().position(|row| row == name) else { continue };
+                let middle = top + row * (i as f64 + 0.5);
+                let title = format!("{name}: {} + {} j", figure(*re, 3), figure(*im, 3));
+                for (part, y, high, class) in [(re, -6.0, 8.0, "c0"), (im, 3.0, 4.0, "c1")] {
+                    if part.is_finite() && part.abs() > 1e-3 {
+                        let length = 40.0 * part.clamp(-1.0, 1.0);
+                        let start = centre + length.min(0.0);
+                        body += &bar(start, middle + y, length.abs(), high, class, &title);
+                    }
+                }
+            }
+        }
+        let label = "mode shapes, one row for each shaft";
+        out += &drawing(left + column * chunk.len() as f64 + 8.0, height + 6.0, label, &body);
+    }
+    let mut caption = String::from(
+        "Motion of each shaft relative to the largest. <span class=\"swatch c0\"></span>in step, \
+         <span class=\"swatch c1\"></span>a quarter of a period ahead. Modes that inputs do not reach or outputs do \
+         not show are red.",
+    );
+    if names.len() > SHAFTS || modes.len() > MODES {
+        caption += &format!(" At most {SHAFTS} shafts and {MODES} modes are drawn; the exported data have all.");
+    }
+    figure_of("Mode shapes", &out, &caption)
+}
+
+/// Where the energy of each mode is stored and lost, as stacked bars.
+pub(super) fn energies(modes: &[Mode]) -> String {
+    let mut sums: Vec<(&str, f64)> = Vec::new();
+    let parts = modes.iter().flat_map(|mode| {
+        let stored = mode.stored.iter().map(|(element, _, share)| (element.as_str(), *share));
+        stored.chain(mode.dissipated.iter().map(|(element, share)| (element.as_str(), 0.3 * share)))
+    });
+    for (element, share) in parts.filter(|(_, share)| *share > 0.0 && share.is_finite()) {
+        match sums.iter_mut().find(|(name, _)| *name == element) {
+            Some((_, sum)) => *sum += share,
+            None => sums.push((element, share)),
+        }
+    }
+    if sums.is_empty() {
+        return String::new();
+    }
+    sums.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let colour = |element: &str| match sums.iter().position(|(name, _)| *name == element) {
+        Some(index) if index + 1 < ON_WHITE.len() => format!("c{index}"),
+        _ => format!("c{}", ON_WHITE.len() - 1),
+    };
+    let (left, width, row) = (110.0, 640.0, 44.0);
+    let shown: Vec<(usize, &Mode)> =
+        modes.iter().enumerate().filter(|(_, mode)| !mode.stored.is_empty()).take(MODES).collect();
+    let mut body = String::new();
+    for (line, (k, mode)) in shown.iter().enumerate() {
+        let y = row * line as f64 + 6.0;
+        let class = if mode.controllable && mode.observable { "end" } else { "end failing" };
+        body += &text(left - 10.0, y + 15.0, class, &heading(*k, mode));
+        let mut stored: Vec<(&str, f64, &str)> = mode
+            .stored
+            .iter()
+            .map(|(element, kind, share)| {
+                (element.as_str(), *share, if *kind == EnergyKind::Kinetic { "kinetic" } else { "potential" })
+            })
+            .collect();
+        // Motion on the left, springs on the right, each by size.
+        stored.sort_by(|a, b| a.2.cmp(b.2).then(b.1.total_cmp(&a.1)));
+        body += &stack(left, y, width, 22.0, &stored, &colour);
+        let mut lost: Vec<(&str, f64, &str)> =
+            mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share, "lost")).collect();
+        lost.sort_by(|a, b| b.1.total_cmp(&a.1));
+        body += &stack(left, y + 25.0, width, 6.0, &lost, &colour);
+    }
+    let height = row * shown.len() as f64 + 2.0;
+    let named = sums.iter().take(ON_WHITE.len() - 1).enumerate();
+    let entries = named.map(|(index, (name, _))| format!("<span class=\"swatch c{index}\"></span>{}", escape(name)));
+    let mut legend: Vec<String> = entries.collect();
+    if sums.len() >= ON_WHITE.len() {
+        legend.push(format!("<span class=\"swatch c{}\"></span>others", ON_WHITE.len() - 1));
+    }
+    let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
+    let caption = format!(
+        "<span class=\"legend\">{}</span><br/>Upper bar: stored energy, full colour kinetic, pale potential. Lower bar: \
+         where it is lost.",
+        legend.join(" ")
+    );
+    figure_of("Energy", &drawn, &caption)
+}
+
+fn stack(
+    left: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+    parts: &[(&str, f64, &str)],
+    colour: &dyn Fn(&str) -> String,
+) -> String {
+    let mut body = String::new();
+    let mut x = left;
+    for (element, share, kind) in parts.iter().filter(|(_, share, _)| *share > 0.0 && share.is_finite()) {
+        let length = (width * share).min(left + width - x);
+        let title = format!("{element}: {} {kind}", words::percent(*share));
+        body += &bar(x, y, length, height, &format!("{} {kind}", colour(element)), &title);
+        let label = format!("{element} {}", words::percent(*share));
+        if height > 12.0 && CHARACTER * label.chars().count() as f64 <= length - 6.0 {
+            body += &text(x + 6.0, y + 15.0, &format!("on {kind}"), &label);
+        }
+        x += length;
+    }
+    body
+}
+
+/// The scores of the best sets of places as bars.
+pub(super) fn ranking(search: &PlacementSearch) -> String {
+    let sets = &search.sets[..search.sets.len().min(SETS)];
+    let scores = || sets.iter().map(|set| set.score).filter(|score| *score > 0.0 && score.is_finite());
+    let largest = scores().fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return String::new();
+    }
+    let smallest = scores().fold(largest, f64::min);
+    let logarithmic = largest > 1000.0 * smallest;
+    let length = |score: f64| match logarithmic {
+        true => (1.0 + (score / smallest).log10()) / (1.0 + (largest / smallest).log10()),
+        false => score / largest,
+    };
+    let names: Vec<String> = sets.iter().map(|set| cut(&set.places.join(", "), 36)).collect();
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let (left, width, row) = (CHARACTER * longest as f64 + 16.0, 360.0, 26.0);
+    let mut body = String::new();
+    for (k, (set, name)) in sets.iter().zip(&names).enumerate() {
+        let y = row * k as f64 + 4.0;
+        body += &text(left - 10.0, y + 14.0, "end", name);
+        let drawn = if set.score > 0.0 && set.score.is_finite() { width * length(set.score) } else { 0.0 };
+        body += &bar(left, y, drawn, 18.0, if k == 0 { "c0" } else { "c0 later" }, &set.places.join(", "));
+        let score = format!("{} {}", figure(set.score, 3), super::text::unit(&search.unit));
+        body += &text(left + drawn + 8.0, y + 14.0, "", score.trim_end());
+    }
+    body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
+    let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
+    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
+    let note = if logarithmic { "<p class=\"hint\">The bars are logarithmic.</p>\n" } else { "" };
+    drawn + note
+}

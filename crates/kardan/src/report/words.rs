@@ -1,0 +1,384 @@
+//! An analysis in sentences, the same on the page and in the terminal.
+//!
+//! `figures` writes the numbers: a page has another minus sign than a terminal.
+
+use crate::results::{
+    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, EnergyKind, FailingMode, LossSearch, Mode,
+    PlacementSearch, Pole, Sampling, Structure,
+};
+
+/// How a number is written.
+pub type Figures = fn(f64) -> String;
+
+/// Motions below this fraction of the largest are not named.
+const SMALL_MOTION: f64 = 0.05;
+/// Shares of the energy below this are not named.
+const SMALL_SHARE: f64 = 0.03;
+/// So many parts of a motion are named.
+const NAMED: usize = 4;
+
+/// `a, b, c and 5 more`.
+pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
+    let shown: Vec<&str> = names.iter().take(limit).map(AsRef::as_ref).collect();
+    match names.len().saturating_sub(limit) {
+        0 => shown.join(", "),
+        rest => format!("{} and {rest} more", shown.join(", ")),
+    }
+}
+
+/// `-3`, or `-3 ± 4 j` for a conjugate pair of which one is given.
+pub fn pair(value: Pole, figures: Figures) -> String {
+    if value.1 == 0.0 { figures(value.0) } else { format!("{} ± {} j", figures(value.0), figures(value.1.abs())) }
+}
+
+/// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
+pub fn pairs(values: &[Pole], figures: Figures) -> Vec<String> {
+    let mut texts: Vec<(String, usize)> = Vec::new();
+    for &value in values {
+        // Of a pair whose both halves are listed, the upper one stands for both.
+        let near = |other: &Pole| (other.0 - value.0).hypot(other.1 + value.1) <= 1e-9 * value.0.hypot(value.1);
+        if value.1 < 0.0 && values.iter().any(near) {
+            continue;
+        }
+        let text = pair(value, figures);
+        match texts.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, times)) => *times += 1,
+            None => texts.push((text, 1)),
+        }
+    }
+    let counted = |(text, times): (String, usize)| match times {
+        1 => text,
+        2 => format!("{text} (twice)"),
+        _ => format!("{text} ({times} times)"),
+    };
+    texts.into_iter().map(counted).collect()
+}
+
+/// `s^2 + 3/2 s + 2` from the coefficients of 1, s, s², …
+pub fn polynomial(coefficients: &[String]) -> String {
+    let mut text = String::new();
+    for (power, coefficient) in coefficients.iter().enumerate().rev().filter(|(_, c)| *c != "0") {
+        let (sign, size) = match coefficient.strip_prefix('-') {
+            Some(size) => ("-", size),
+            None => ("+", coefficient.as_str()),
+        };
+        text += &match (text.is_empty(), sign) {
+            (true, "+") => String::new(),
+            (true, _) => "-".into(),
+            (false, sign) => format!(" {sign} "),
+        };
+        let variable = match power {
+            0 => String::new(),
+            1 => "s".into(),
+            _ => format!("s^{power}"),
+        };
+        text += &match (size, power) {
+            (size, 0) => size.to_owned(),
+            ("1", _) => variable,
+            _ => format!("{size} {variable}"),
+        };
+    }
+    if text.is_empty() { "0".into() } else { text }
+}
+
+/// Whether the model is in the class that the theory is about.
+pub fn class(class: &Class) -> String {
+    let broken = class.assumptions.iter().filter(|assumption| !assumption.holds).count();
+    match (class.constant_linear, broken, class.assumptions.len()) {
+        (true, ..) => "A constant linear constrained mechanical system: all assumptions hold.".into(),
+        (false, 0, _) => "Not a constant linear constrained mechanical system; linearised for this analysis.".into(),
+        (false, broken, all) => format!(
+            "Not a constant linear constrained mechanical system: {broken} of {all} assumptions {} not hold. The \
+             analysis is that of the linearised model.",
+            if broken == 1 { "does" } else { "do" }
+        ),
+    }
+}
+
+/// What kind of constraint: `holonomic, scleronomic, linear`.
+pub fn constraint_kind(constraint: &crate::results::ConstraintClass) -> String {
+    let words = [
+        (constraint.equality, "equality", "inequality"),
+        (constraint.holonomic, "holonomic", "nonholonomic"),
+        (constraint.scleronomic, "scleronomic", "rheonomic"),
+        (constraint.linear, "linear", "nonlinear"),
+    ];
+    words.map(|(holds, yes, no)| if holds { yes } else { no }).join(", ")
+}
+
+/// The interval of all discs: `-1 … 3`.
+pub fn discs(bounds: &EigenvalueBounds, figures: Figures) -> String {
+    let ends = bounds.centres.iter().zip(&bounds.radii).map(|(centre, radius)| (centre - radius, centre + radius));
+    let (low, high) =
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
+    if low <= high { format!("{} … {}", figures(low), figures(high)) } else { "–".into() }
+}
+
+/// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
+pub fn shape(mode: &Mode, figures: Figures) -> String {
+    let size = |part: &&(String, f64, f64)| part.1.hypot(part.2);
+    let mut parts: Vec<_> = mode.shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
+    parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let one = |part: &&(String, f64, f64)| {
+        let (name, re, im) = part;
+        if im.abs() <= 0.05 * re.abs() {
+            format!("{name} {}", figures(round(*re)))
+        } else {
+            format!("{name} {} at {}°", figures(round(size(part))), figures(im.atan2(*re).to_degrees().round()))
+        }
+    };
+    list(&parts.iter().map(one).collect::<Vec<_>>(), NAMED)
+}
+
+/// The elements that store most of the energy: `spring 50 %, rack 30 %`.
+pub fn stored(mode: &Mode) -> String {
+    let mut shares: Vec<(&str, f64)> = Vec::new();
+    for (element, _, share) in &mode.stored {
+        match shares.iter_mut().find(|(name, _)| name == element) {
+            Some((_, sum)) => *sum += share,
+            None => shares.push((element, *share)),
+        }
+    }
+    percents(shares)
+}
+
+/// The elements that lose most of the energy.
+pub fn dissipated(mode: &Mode) -> String {
+    percents(mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share)).collect())
+}
+
+fn percents(mut shares: Vec<(&str, f64)>) -> String {
+    shares.retain(|(_, share)| *share >= SMALL_SHARE);
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let texts: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))).collect();
+    list(&texts, NAMED)
+}
+
+/// `12 %`.
+pub fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{:.0} %", 100.0 * share) } else { "– %".into() }
+}
+
+/// `kinetic` or `potential`.
+pub fn energy_kind(kind: EnergyKind) -> &'static str {
+    match kind {
+        EnergyKind::Kinetic => "kinetic",
+        EnergyKind::Potential => "potential",
+    }
+}
+
+fn round(value: f64) -> f64 {
+    (100.0 * value).round() / 100.0
+}
+
+/// A mode that inputs do not reach: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
+pub fn failing(mode: &FailingMode, figures: Figures) -> String {
+    let count = if mode.defect > 1 { format!(", {} independent motions", mode.defect) } else { String::new() };
+    let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue, figures), mode.factor);
+    let moving: Vec<String> =
+        mode.shafts.iter().map(|(name, share)| format!("{name} {}", figures(round(*share)))).collect();
+    if !moving.is_empty() {
+        text += &format!("; it moves {} (relative to the largest)", list(&moving, 6));
+    }
+    let elements = percents(mode.elements.iter().map(|(name, share)| (name.as_str(), *share)).collect());
+    if !elements.is_empty() {
+        text += &format!("; energy in {elements}");
+    }
+    text + "."
+}
+
+/// `controllable: rank 4 of 4`.
+pub fn rank(rank: usize, states: usize) -> String {
+    match states.saturating_sub(rank) {
+        0 => format!("rank {rank} of {states}: every state"),
+        1 => format!("rank {rank} of {states}: 1 state is missing"),
+        missing => format!("rank {rank} of {states}: {missing} states are missing"),
+    }
+}
+
+/// Why the least number is what it is; `what` is `input` or `output`.
+pub fn least(what: &str, number: usize, proof: Option<&Count>, structure: &Structure) -> String {
+    let plural = if number == 1 { what.to_owned() } else { format!("{what}s") };
+    let mut text = format!("{number} {plural}");
+    let Some(proof) = proof else { return text + "." };
+    let matrix = if what == "input" { "a controllability" } else { "an observability" };
+    let order = proof.minor.columns.len();
+    if order > 0 {
+        text += &format!(
+            ": enough, because some {what} matrix of whole numbers with {number} {} gives {matrix} matrix with a \
+             minor of order {order} that does not vanish modulo {}",
+            match (what, number) {
+                ("input", 1) => "column",
+                ("input", _) => "columns",
+                (_, 1) => "row",
+                _ => "rows",
+            },
+            proof.minor.prime
+        );
+    }
+    if number > 1 && !proof.common_factor.is_empty() {
+        text += &format!(
+            "; fewer are not, because each root of {} has {number} independent eigenvectors",
+            polynomial(&proof.common_factor)
+        );
+    } else if number == 1 && !structure.states.is_empty() {
+        let none = if what == "input" { "without an input nothing is reached" } else { "without one nothing is seen" };
+        text += &format!("; {none}");
+    }
+    text + "."
+}
+
+/// Normal rank and what it means.
+pub fn normal_rank(structure: &Structure) -> String {
+    let (inputs, outputs) = (structure.inputs.len(), structure.outputs.len());
+    let (rank, full) = (structure.zeros.normal_rank, inputs.min(outputs));
+    let meaning = match () {
+        () if rank >= full => String::new(),
+        () if inputs <= outputs => ": some combination of the inputs does nothing to the outputs".into(),
+        () => ": some combination of the outputs never moves".into(),
+    };
+    format!("The transfer matrix ({outputs} × {inputs}) has normal rank {rank}{meaning}.")
+}
+
+/// How the sets were found and what their score is.
+pub fn search(search: &PlacementSearch) -> String {
+    let gap = if search.exhaustive {
+        String::new()
+    } else if search.gap.is_finite() {
+        format!("; no cheaper set can save more than {}", percent(search.gap))
+    } else {
+        "; how much a cheaper set could save is not known".into()
+    };
+    let tried = format!("{} sets tried", search.tried);
+    let tried = if search.tried == 1 { "1 set tried".into() } else { tried };
+    let better = if search.larger_is_better { "larger" } else { "smaller" };
+    let score = if search.measure.is_empty() {
+        String::new()
+    } else {
+        format!(" Score: {}; {better} is better.", search.measure)
+    };
+    format!("{} ({tried}){gap}.{score}", capital(&search.method))
+}
+
+/// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
+/// `controllability` or `observability`.
+pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
+    let mut sentences = Vec::new();
+    sentences.push(match &search.nearest {
+        None => format!("No loss of {what} was found within ten tolerances of the parameters."),
+        Some(loss) => {
+            let at: Vec<String> =
+                loss.at.iter().map(|(name, value, unit)| format!("{name} = {} {unit}", figures(*value))).collect();
+            let at: Vec<&str> = at.iter().map(|text| text.trim_end()).collect();
+            let moving: Vec<&String> = loss.shafts.iter().map(|(name, _)| name).collect();
+            let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };
+            let distance = if loss.distance == 0.0 {
+                "at the nominal parameters".into()
+            } else {
+                let place = if loss.distance <= 1.0 { "inside" } else { "outside" };
+                format!("at {} tolerances, {place} the box", figures(loss.distance))
+            };
+            format!(
+                "The nearest loss of {what} found lies {distance}: {}. There the mode at {} 1/s is lost{moving} \
+                 (residual {}).",
+                list(&at, 6),
+                pair(loss.eigenvalue, figures),
+                figures(loss.residual)
+            )
+        }
+    });
+    let method = if search.method.is_empty() { String::new() } else { format!(" ({})", search.method) };
+    sentences.push(match search.box_verdict {
+        BoxVerdict::Certified => format!("Proven: {what} is nowhere lost in the box of tolerances{method}."),
+        BoxVerdict::Lost => format!("{} is lost inside the box of tolerances{method}.", capital(what)),
+        BoxVerdict::NotCertified => {
+            format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}.")
+        }
+    });
+    sentences.extend(search.sampling.as_ref().map(|s| sampling(s, figures)));
+    sentences
+}
+
+fn sampling(sampling: &Sampling, figures: Figures) -> String {
+    let Sampling { samples, seed, threshold, unit, probability, interval, quantiles } = sampling;
+    format!(
+        "Of {samples} samples of the box (seed {seed}) a fraction {} (95 % interval {} … {}) falls below {} {unit}; \
+         smallest {}, median {}, largest {} {unit}.",
+        figures(*probability),
+        figures(interval.0),
+        figures(interval.1),
+        figures(*threshold),
+        figures(quantiles.0),
+        figures(quantiles.1),
+        figures(quantiles.2)
+    )
+}
+
+/// Proven, or how likely an error is.
+pub fn certificate(certificate: &Certificate, figures: Figures) -> String {
+    let primes = match certificate.primes.len() {
+        0 => String::new(),
+        1 => " modulo one prime".into(),
+        many => format!(" modulo {many} primes"),
+    };
+    if certificate.proven {
+        "Every answer is proven over the rationals.".into()
+    } else {
+        format!(
+            "Computed{primes}; an answer is wrong with a probability of at most {}.",
+            figures(certificate.failure_probability)
+        )
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::text::figure;
+    use crate::results::example;
+
+    const FIGURES: Figures = |value| figure(value, 5);
+
+    #[test]
+    fn polynomials_read_as_written_by_hand() {
+        let text = |coefficients: &[&str]| polynomial(&coefficients.iter().map(|&c| c.into()).collect::<Vec<_>>());
+        assert_eq!(text(&["2", "-3/2", "0", "1"]), "s^3 - 3/2 s + 2");
+        assert_eq!(text(&["-1", "-1"]), "-s - 1");
+        assert_eq!(text(&["0"]), "0");
+        assert_eq!(text(&[]), "0");
+    }
+
+    #[test]
+    fn pairs_are_joined_and_counted() {
+        let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)];
+        assert_eq!(pairs(&values, FIGURES), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
+        assert_eq!(list(&["a", "b", "c"], 2), "a, b and 1 more");
+    }
+
+    #[test]
+    fn sentences_name_shafts_and_elements() {
+        let bodies = example::two_bodies();
+        let said = failing(&bodies.structure.uncontrollable[0], FIGURES);
+        assert_eq!(
+            said,
+            "the mode at −1 1/s (root of s + 1); it moves body_2 1 (relative to the largest); energy in spring 50 %, \
+             body_2 50 %."
+        );
+        let proof = bodies.structure.certificate.inputs.as_ref();
+        let said = least("input", 2, proof, &bodies.structure);
+        assert!(said.contains("2 columns") && said.contains("each root of s + 1 has 2 independent"), "{said}");
+        let train = example::train();
+        assert!(shape(&train.modes[1], FIGURES).contains(" at "), "{}", shape(&train.modes[1], FIGURES));
+        assert!(search(train.placement.inputs.as_ref().unwrap()).contains("more than 12 %"));
+        let losses = train.sensitivity.unwrap();
+        let said = loss("controllability", &losses.controllability.unwrap(), FIGURES).join(" ");
+        for part in ["2.4 tolerances, outside", "−1.2 ± 88 j", "not decided", "10000 samples"] {
+            assert!(said.contains(part), "{part} missing in {said}");
+        }
+    }
+}

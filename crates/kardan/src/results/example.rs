@@ -1,0 +1,488 @@
+// Analyses made by hand, for tests of what displays them; the command's tests include this file too.
+
+use super::*;
+
+fn texts(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.into()).collect()
+}
+
+fn named(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
+    pairs.iter().map(|&(name, value)| (name.into(), value)).collect()
+}
+
+fn matrix(title: &str, unit: &str, names: &[&str], columns: &[&str], values: &[&[f64]]) -> NamedMatrix {
+    NamedMatrix {
+        title: title.into(),
+        unit: unit.into(),
+        rows: texts(names),
+        columns: texts(columns),
+        values: values.iter().map(|row| row.to_vec()).collect(),
+    }
+}
+
+fn bounds(matrix: &str, unit: &str, eigenvalues: &[f64], centres: &[f64], radii: &[f64]) -> EigenvalueBounds {
+    EigenvalueBounds {
+        matrix: matrix.into(),
+        unit: unit.into(),
+        eigenvalues: eigenvalues.to_vec(),
+        centres: centres.to_vec(),
+        radii: radii.to_vec(),
+    }
+}
+
+fn entries(list: &[(usize, usize, i64)]) -> Vec<(usize, usize, String)> {
+    list.iter().map(|&(row, column, value)| (row, column, value.to_string())).collect()
+}
+
+const PRIME: u64 = (1 << 61) - 1;
+
+/// Two bodies with J = 1 kg m^2, s = 1 N m/rad and d = 1 N m s/rad, hence d² = s J: one motor cannot control them.
+pub fn two_bodies() -> Analysis {
+    let bodies = ["body_1", "body_2"];
+    let mode = |eigenvalue: f64, shape: [f64; 2], factor: &str, good: bool| Mode {
+        eigenvalue: (eigenvalue, 0.0),
+        natural_frequency: eigenvalue.abs(),
+        damping_ratio: 1.0,
+        shape: vec![("body_1".into(), shape[0], 0.0), ("body_2".into(), shape[1], 0.0)],
+        stored: vec![
+            ("body_1".into(), EnergyKind::Kinetic, 0.25),
+            ("body_2".into(), EnergyKind::Kinetic, 0.25),
+            ("spring".into(), EnergyKind::Potential, 0.5),
+        ],
+        dissipated: named(&[("spring", 0.6), ("body_1", 0.2), ("body_2", 0.2)]),
+        factor: factor.into(),
+        controllable: good,
+        observable: good,
+    };
+    let factor = |polynomial: &str, root: f64, times: usize, defect: usize| Factor {
+        polynomial: polynomial.into(),
+        roots: vec![(root, 0.0)],
+        algebraic: times,
+        geometric: times,
+        input_defect: defect,
+        output_defect: defect,
+    };
+    let failing = |shafts: &[(&str, f64)]| FailingMode {
+        factor: "s + 1".into(),
+        eigenvalue: (-1.0, 0.0),
+        defect: 1,
+        shafts: named(shafts),
+        elements: named(&[("spring", 0.5), ("body_2", 0.5)]),
+    };
+    let minor = |columns: &[(usize, usize)], rows: &[usize]| Minor {
+        prime: PRIME,
+        columns: columns.to_vec(),
+        rows: rows.to_vec(),
+        value: 1,
+    };
+    let full = || minor(&[(0, 0), (1, 0), (0, 1), (1, 1)], &[0, 1, 2, 3]);
+    let search = |places: &[&str], measure: &str| PlacementSearch {
+        candidates: places.iter().map(|&place| (place.into(), 1.0)).collect(),
+        method: "every set of 2 of 2 places was tried".into(),
+        exhaustive: true,
+        gap: 0.0,
+        tried: 1,
+        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123 }],
+        measure: measure.into(),
+        unit: "rad^2".into(),
+        larger_is_better: true,
+        none_because: None,
+    };
+    let loss = |shaft: &str| LossSearch {
+        nearest: Some(Loss {
+            distance: 0.0,
+            at: vec![("d".into(), 1.0, "N m s/rad".into()), ("s".into(), 1.0, "N m/rad".into())],
+            eigenvalue: (-1.0, 0.0),
+            residual: 1e-16,
+            shafts: named(&[(shaft, 1.0)]),
+        }),
+        box_verdict: BoxVerdict::Lost,
+        method: "the nominal model itself is on the border".into(),
+        sampling: None,
+    };
+    Analysis {
+        name: "two-bodies".into(),
+        description: "Two equal bodies joined by a spring and a damper".into(),
+        class: Some(Class {
+            constant_linear: true,
+            assumptions: [
+                "the inertia matrix is constant, symmetric and positive definite (4.27)",
+                "the damping matrix is constant, symmetric and positive semidefinite (4.28)",
+                "the stiffness matrix is constant, symmetric and positive semidefinite (4.29)",
+                "the input matrix is constant (4.30)",
+                "the constraints are linear with constant coefficients (4.31)",
+            ]
+            .map(|statement| Assumption { statement: statement.into(), holds: true, breaches: vec![] })
+            .to_vec(),
+            constraints: vec![],
+            operating_point: OperatingPoint { angles: named(&[("body_1", 0.0), ("body_2", 0.0)]), friction: vec![] },
+        }),
+        coordinates: texts(&bodies),
+        bases: vec![Basis {
+            name: "chosen coordinates".into(),
+            basis: matrix("basis of the constraint kernel", "", &bodies, &bodies, &[&[1.0, 0.0], &[0.0, 1.0]]),
+            inertia: matrix("reduced inertia", "kg m^2", &bodies, &bodies, &[&[1.0, 0.0], &[0.0, 1.0]]),
+            damping: matrix("reduced damping", "N m s/rad", &bodies, &bodies, &[&[2.0, -1.0], &[-1.0, 2.0]]),
+            stiffness: matrix("reduced stiffness", "N m/rad", &bodies, &bodies, &[&[1.0, -1.0], &[-1.0, 1.0]]),
+            input: matrix("input map", "", &bodies, &["motor_1"], &[&[1.0], &[0.0]]),
+            orthogonality: 0.0,
+            bounds: vec![
+                bounds("inertia", "kg m^2", &[1.0, 1.0], &[1.0, 1.0], &[0.0, 0.0]),
+                bounds("damping", "N m s/rad", &[1.0, 3.0], &[2.0, 2.0], &[1.0, 1.0]),
+                bounds("stiffness", "N m/rad", &[0.0, 2.0], &[1.0, 1.0], &[1.0, 1.0]),
+            ],
+        }],
+        constraint_forces: None,
+        modes: vec![
+            Mode { stored: vec![], dissipated: vec![], ..mode(0.0, [1.0, 1.0], "s", true) },
+            mode(-1.0, [1.0, 1.0], "s + 1", false),
+            mode(-1.0, [1.0, -1.0], "s + 1", false),
+            mode(-2.0, [1.0, -1.0], "s + 2", true),
+        ],
+        structure: Structure {
+            states: texts(&["body_1.phi", "body_2.phi", "body_1.w", "body_2.w"]),
+            inputs: texts(&["motor_1"]),
+            outputs: texts(&["body_2.phi"]),
+            controllable_rank: 3,
+            observable_rank: 3,
+            factors: vec![factor("s", 0.0, 1, 0), factor("s + 1", -1.0, 2, 1), factor("s + 2", -2.0, 1, 0)],
+            uncontrollable: vec![failing(&[("body_2", 1.0)])],
+            unobservable: vec![failing(&[("body_1", 1.0)])],
+            relative_degrees: vec![vec![Some(3)]],
+            zeros: Zeros { polynomial: "s + 1".into(), values: vec![(-1.0, 0.0)], normal_rank: 1 },
+            invariant_factors: texts(&["s + 1", "s^3 + 3 s^2 + 2 s"]),
+            min_inputs: 2,
+            min_outputs: 2,
+            kind: "general".into(),
+            certificate: Certificate {
+                proven: true,
+                failure_probability: 0.0,
+                primes: vec![PRIME],
+                statements: texts(&["the ranks hold over the rationals: minors that do not vanish, and exact vectors"]),
+                pencil: vec![
+                    ("E".into(), entries(&[(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 3, 1)])),
+                    (
+                        "A".into(),
+                        entries(&[
+                            (0, 2, 1),
+                            (1, 3, 1),
+                            (2, 0, -1),
+                            (2, 1, 1),
+                            (2, 2, -2),
+                            (2, 3, 1),
+                            (3, 0, 1),
+                            (3, 1, -1),
+                            (3, 2, 1),
+                            (3, 3, -2),
+                        ]),
+                    ),
+                    ("B".into(), entries(&[(2, 0, 1)])),
+                    ("C".into(), entries(&[(0, 1, 1)])),
+                    ("D".into(), vec![]),
+                ],
+                inputs: Some(Count {
+                    number: 2,
+                    witness: vec![vec![0, 0], vec![0, 0], vec![1, 0], vec![0, 1]],
+                    minor: full(),
+                    common_factor: texts(&["1", "1"]),
+                    rows: vec![texts(&["1", "-1", "1", "0"]), texts(&["-1", "1", "0", "1"])],
+                }),
+                outputs: Some(Count {
+                    number: 2,
+                    witness: vec![vec![1, 0], vec![0, 1], vec![0, 0], vec![0, 0]],
+                    minor: full(),
+                    common_factor: texts(&["1", "1"]),
+                    rows: vec![texts(&["1", "0", "-1", "0"]), texts(&["0", "1", "0", "-1"])],
+                }),
+                unreached: Some(Invariant { rows: vec![texts(&["-1", "1", "0", "1"])], action: vec![texts(&["-1"])] }),
+                unseen: Some(Invariant { rows: vec![texts(&["1", "0", "-1", "0"])], action: vec![texts(&["-1"])] }),
+                reached: Some(minor(&[(0, 0), (0, 1), (0, 2)], &[0, 1, 2])),
+                seen: Some(minor(&[(0, 0), (0, 1), (0, 2)], &[0, 1, 2])),
+            },
+        },
+        placement: Placement {
+            inputs: Some(search(&bodies, "smallest eigenvalue of the Gramian over 1 s")),
+            outputs: Some(search(&["body_1.phi", "body_2.phi"], "smallest eigenvalue of the Gramian over 1 s")),
+        },
+        sensitivity: Some(Sensitivity {
+            parameters: vec![
+                ("d".into(), 1.0, 0.9, 1.1, "N m s/rad".into()),
+                ("s".into(), 1.0, 0.9, 1.1, "N m/rad".into()),
+            ],
+            controllability: Some(loss("body_2")),
+            observability: Some(loss("body_1")),
+        }),
+        notes: texts(&["The outputs are those of the scenario."]),
+    }
+}
+
+/// A chain of eight shafts with a universal joint and friction: everything that two bodies do not show.
+pub fn train() -> Analysis {
+    let shafts = ["driver", "flexspline", "motor", "output", "rack", "shaft_3", "wave_generator", "wheel"];
+    let springs = ["bar", "belt", "coupling", "joint", "mesh", "teeth", "tyre"];
+    let pi = std::f64::consts::PI;
+    let modes: Vec<Mode> = (0..8)
+        .map(|k| {
+            let w = [0.0, 3.1, 41.0, 97.0, 260.0, 640.0, 1800.0, 5200.0][k];
+            let zeta: f64 = [1.0, 0.21, 0.05, 0.02, 0.11, 0.33, 0.04, 0.6][k];
+            let amplitude = |i: usize| (pi * k as f64 * (i as f64 + 0.5) / 8.0).cos();
+            let largest = (0..8).map(|i| amplitude(i).abs()).fold(0.0, f64::max);
+            let share = |i: usize| amplitude(i).powi(2) / (0..8).map(|i| amplitude(i).powi(2)).sum::<f64>();
+            let shape = |i: usize| {
+                let value = amplitude(i) / largest;
+                (shafts[i].to_string(), value, if k == 1 { 0.4 * value * value } else { 0.0 })
+            };
+            let kinetic = (0..8).map(|i| (shafts[i].to_string(), EnergyKind::Kinetic, 0.5 * share(i)));
+            let potential = (0..7).map(|i| {
+                let stretch = (amplitude(i) - amplitude(i + 1)).powi(2);
+                let all: f64 = (0..7).map(|i| (amplitude(i) - amplitude(i + 1)).powi(2)).sum();
+                (springs[i].to_string(), EnergyKind::Potential, 0.5 * stretch / all)
+            });
+            Mode {
+                eigenvalue: (-zeta * w, w * (1.0 - zeta * zeta).max(0.0).sqrt()),
+                natural_frequency: w,
+                damping_ratio: zeta,
+                shape: (0..8).map(shape).collect(),
+                stored: if k == 0 { vec![] } else { kinetic.chain(potential).collect() },
+                dissipated: if k == 0 { vec![] } else { named(&[("tyre", 0.7), ("bar", 0.2), ("wheel", 0.1)]) },
+                factor: if k == 0 { "s^2".into() } else { format!("s^2 + {} s + {}", 2.0 * zeta * w, w * w) },
+                controllable: k != 3,
+                observable: k != 5,
+            }
+        })
+        .collect();
+    let failing = |mode: &Mode| FailingMode {
+        factor: mode.factor.clone(),
+        eigenvalue: mode.eigenvalue,
+        defect: 1,
+        shafts: named(&[("driver", 1.0), ("wheel", 0.8), ("rack", 0.35), ("motor", 0.2), ("output", 0.1)]),
+        elements: named(&[("tyre", 0.5), ("wheel", 0.5)]),
+    };
+    let base = two_bodies();
+    let set = |places: &[&str], cost: f64, score: f64| PlacedSet { places: texts(places), cost, score };
+    Analysis {
+        name: "train".into(),
+        description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
+        class: Some(Class {
+            constant_linear: false,
+            assumptions: vec![
+                Assumption {
+                    statement: "the inertia matrix is constant, symmetric and positive definite (4.27)".into(),
+                    holds: true,
+                    breaches: vec![],
+                },
+                Assumption {
+                    statement: "the damping is linear (4.28)".into(),
+                    holds: false,
+                    breaches: vec![("rack_friction".into(), "Coulomb friction of 10.8 N m".into())],
+                },
+                Assumption {
+                    statement: "the constraints are linear with constant coefficients (4.31)".into(),
+                    holds: false,
+                    breaches: vec![("joint".into(), "its ratio depends on the angle of driver".into())],
+                },
+            ],
+            constraints: vec![
+                ConstraintClass {
+                    element: "harmonic".into(),
+                    equation: "wave_generator + 50 flexspline - 51 output = 0".into(),
+                    equality: true,
+                    holonomic: true,
+                    scleronomic: true,
+                    linear: true,
+                },
+                ConstraintClass {
+                    element: "joint".into(),
+                    equation: "shaft_3 - atan(tan(driver) / cos(beta)) = 0".into(),
+                    equality: true,
+                    holonomic: true,
+                    scleronomic: true,
+                    linear: false,
+                },
+            ],
+            operating_point: OperatingPoint {
+                angles: named(&[("driver", 0.3), ("rack", 0.0), ("shaft_3", 0.31)]),
+                friction: vec![("rack_friction".into(), 10.8, true), ("column_friction".into(), 0.2, false)],
+            },
+        }),
+        coordinates: texts(&shafts[..6]),
+        constraint_forces: Some(ConstraintForces {
+            projector: matrix("projector", "", &["driver", "shaft_3"], &["driver", "shaft_3"], &[&[0.5; 2], &[0.5; 2]]),
+            rank: 1,
+            idempotence_residual: 2.2e-16,
+            input_to_torque: matrix("torque", "", &["driver", "shaft_3"], &["motor"], &[&[-0.5], &[-0.5]]),
+            input_to_multiplier: matrix("multiplier", "", &["joint"], &["motor"], &[&[0.5]]),
+        }),
+        structure: Structure {
+            states: shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]).collect(),
+            inputs: texts(&["motor", "wheel_motor"]),
+            outputs: texts(&["rack.phi", "driver.tau", "wheel.w"]),
+            controllable_rank: 14,
+            observable_rank: 14,
+            factors: vec![Factor {
+                polynomial: "s^2".into(),
+                roots: vec![(0.0, 0.0)],
+                algebraic: 2,
+                geometric: 1,
+                input_defect: 0,
+                output_defect: 0,
+            }],
+            uncontrollable: vec![failing(&modes[3])],
+            unobservable: vec![failing(&modes[5])],
+            relative_degrees: vec![vec![Some(2), Some(4)], vec![Some(1), None], vec![None, Some(1)]],
+            zeros: Zeros {
+                polynomial: "s^3 + 21 s^2 + 10100 s + 100000".into(),
+                values: vec![(-10.0, 0.0), (-5.5, 99.9), (-5.5, -99.9), (420.0, 0.0)],
+                normal_rank: 2,
+            },
+            invariant_factors: texts(&["s^16 + 1"]),
+            min_inputs: 1,
+            min_outputs: 1,
+            kind: "general".into(),
+            certificate: Certificate {
+                proven: false,
+                failure_probability: 3.1e-17,
+                primes: vec![PRIME, 2_305_843_009_213_693_921],
+                statements: texts(&["the ranks are those modulo two primes"]),
+                inputs: Some(Count {
+                    number: 1,
+                    witness: vec![vec![1]; 16],
+                    minor: Minor {
+                        prime: PRIME,
+                        columns: (0..16).map(|power| (0, power)).collect(),
+                        rows: (0..16).collect(),
+                        value: 7,
+                    },
+                    common_factor: texts(&["0", "1"]),
+                    rows: vec![],
+                }),
+                ..Certificate::default()
+            },
+        },
+        placement: Placement {
+            inputs: Some(PlacementSearch {
+                candidates: shafts.iter().map(|&shaft| (shaft.into(), 1.0)).collect(),
+                method: "bounded search".into(),
+                exhaustive: false,
+                gap: 0.125,
+                tried: 4711,
+                sets: (0..14)
+                    .map(|k| set(&[shafts[k % 8], shafts[(k + 1 + k / 8) % 8]], 2.0, 8.3e-3 * 0.7f64.powi(k as i32)))
+                    .collect(),
+                measure: "smallest eigenvalue of the Gramian over 1 s".into(),
+                unit: "rad^2/(N m)^2 s".into(),
+                larger_is_better: true,
+                none_because: None,
+            }),
+            outputs: Some(PlacementSearch {
+                candidates: named(&[("rack.phi", 1.0), ("wheel.w", 3.0)]),
+                method: "every set of 2 of 2 places was tried".into(),
+                exhaustive: true,
+                tried: 3,
+                none_because: Some("no candidate shows driver and flexspline moving against each other".into()),
+                ..PlacementSearch::default()
+            }),
+        },
+        sensitivity: Some(Sensitivity {
+            parameters: vec![
+                ("bar_stiffness".into(), 120.0, 108.0, 132.0, "N m/rad".into()),
+                ("rack_inertia".into(), 0.0042, 0.0040, 0.0044, "kg m^2".into()),
+            ],
+            controllability: Some(LossSearch {
+                nearest: Some(Loss {
+                    distance: 2.4,
+                    at: vec![
+                        ("bar_stiffness".into(), 148.8, "N m/rad".into()),
+                        ("rack_inertia".into(), 0.00372, "kg m^2".into()),
+                    ],
+                    eigenvalue: (-1.2, 88.0),
+                    residual: 4e-13,
+                    shafts: named(&[("rack", 1.0), ("wheel", 0.4)]),
+                }),
+                box_verdict: BoxVerdict::NotCertified,
+                method: "interval bounds on 512 parts of the box; 3 remain open".into(),
+                sampling: Some(Sampling {
+                    samples: 10_000,
+                    seed: 1,
+                    threshold: 1e-9,
+                    unit: "rad^2".into(),
+                    probability: 0.0012,
+                    interval: (0.0007, 0.0021),
+                    quantiles: (3.2e-10, 4.4e-6, 9.1e-5),
+                }),
+            }),
+            observability: Some(LossSearch {
+                nearest: None,
+                box_verdict: BoxVerdict::Certified,
+                method: "interval bounds on 16 parts of the box".into(),
+                sampling: None,
+            }),
+        }),
+        bases: base.bases,
+        modes,
+        notes: texts(&[
+            "Friction directions at rest are constraints: rack_friction.",
+            "The outputs are those of the scenario.",
+        ]),
+    }
+}
+
+/// Names that are markup, numbers that are not finite, lists of unequal length.
+pub fn hostile(bad: &str) -> Analysis {
+    let mut analysis = two_bodies();
+    let bad = || bad.to_string();
+    analysis.name = bad();
+    analysis.description = bad();
+    analysis.coordinates = vec![bad()];
+    analysis.notes = vec![bad()];
+    if let Some(class) = &mut analysis.class {
+        class.constant_linear = false;
+        class.assumptions[1].holds = false;
+        class.assumptions[1].breaches = vec![(bad(), bad())];
+        class.constraints = vec![ConstraintClass { element: bad(), equation: bad(), ..ConstraintClass::default() }];
+        class.operating_point =
+            OperatingPoint { angles: vec![(bad(), f64::NAN)], friction: vec![(bad(), f64::INFINITY, true)] };
+    }
+    let mode = &mut analysis.modes[1];
+    mode.eigenvalue = (f64::NAN, f64::INFINITY);
+    mode.natural_frequency = f64::NAN;
+    mode.damping_ratio = f64::NAN;
+    mode.shape = vec![(bad(), f64::NAN, f64::INFINITY), ("wheel".into(), -7.0, 0.0)];
+    mode.stored = vec![(bad(), EnergyKind::Potential, f64::NAN), ("wheel".into(), EnergyKind::Kinetic, 3.0)];
+    mode.dissipated = vec![(bad(), f64::NEG_INFINITY)];
+    mode.factor = bad();
+    let structure = &mut analysis.structure;
+    structure.states[0] = bad();
+    structure.inputs[0] = bad();
+    structure.outputs = vec![bad(), bad()];
+    structure.kind = bad();
+    structure.zeros = Zeros { polynomial: bad(), values: vec![(f64::NAN, 0.0)], normal_rank: 1 };
+    structure.factors[0].polynomial = bad();
+    structure.factors[0].roots = vec![(f64::NAN, 1.0)];
+    structure.uncontrollable[0].shafts = vec![(bad(), f64::NAN)];
+    structure.uncontrollable[0].elements = vec![(bad(), f64::NAN)];
+    structure.certificate.statements = vec![bad()];
+    structure.certificate.failure_probability = f64::NAN;
+    structure.certificate.proven = false;
+    analysis.bases[0].name = bad();
+    analysis.bases[0].orthogonality = f64::NAN;
+    analysis.bases[0].bounds[0].eigenvalues.clear();
+    analysis.bases[0].bounds[1].centres = vec![f64::NAN];
+    if let Some(search) = &mut analysis.placement.inputs {
+        search.measure = bad();
+        search.unit = bad();
+        search.none_because = Some(bad());
+        search.sets = [f64::NAN, -1.0, 0.0, f64::INFINITY]
+            .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score })
+            .to_vec();
+    }
+    if let Some(sensitivity) = &mut analysis.sensitivity {
+        sensitivity.parameters[0] = (bad(), f64::NAN, f64::NAN, f64::NAN, bad());
+        if let Some(Some(loss)) = sensitivity.controllability.as_mut().map(|search| search.nearest.as_mut()) {
+            loss.at[0] = (bad(), f64::NAN, bad());
+            loss.shafts = vec![(bad(), f64::NAN)];
+            loss.distance = f64::NAN;
+        }
+    }
+    analysis
+}
