@@ -1,7 +1,9 @@
 //! Analysis of linear models.
 
+mod massless;
 mod system;
 
+pub use massless::{Eliminated, MasslessError, eliminate_massless, massless_direction};
 pub use system::{ConstrainedSystem, LinearSystem};
 
 use crate::num::{Matrix, eigenvalues};

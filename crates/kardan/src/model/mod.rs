@@ -4,12 +4,15 @@
 
 mod document;
 mod manual;
+mod mat;
 pub mod parse;
 mod resolve;
+mod state_space;
 
 pub use document::{Control, Document, Doubts, Instance, Parameter, Variants, read};
 pub use manual::{manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
+pub use state_space::read_state_space;
 
 /// A model that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
