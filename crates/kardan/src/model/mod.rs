@@ -4,13 +4,16 @@
 
 mod document;
 mod manual;
+mod mat;
 pub mod parse;
 mod resolve;
+mod state_space;
 mod tolerance;
 
 pub use document::{ANALYSIS, Control, Document, Doubts, Instance, Parameter, Variants, read};
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
+pub use state_space::read_state_space;
 pub use tolerance::Tolerance;
 
 /// A model that is part of the program.
