@@ -45,7 +45,7 @@ pub struct Model {
     pub name: String,
     /// A sentence.
     pub description: String,
-    /// Shaft names, sorted.
+    /// Names of shafts and of charges, sorted: the coordinates.
     pub shafts: Vec<String>,
     /// All terms.
     pub terms: Vec<NamedTerm>,
@@ -169,7 +169,8 @@ impl<'a> TableReader<'a> {
                 (_, Value::Word(word)) => Resolved::Word(word.clone()),
                 (kind, Value::Words(words)) => {
                     for word in words {
-                        if matches!(kind, Kind::Shafts(_)) {
+                        // A list of shafts names coordinates; those of a circuit are charges.
+                        if matches!(kind, Kind::Shafts(_)) && !self.document.charges().contains(&word.value) {
                             self.check_shaft(&word.value, &word.span, &label, out);
                         }
                     }
@@ -410,6 +411,7 @@ impl Document {
         }
         let mut shafts: Vec<String> =
             self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
+        shafts.extend(self.charges());
         shafts.sort();
         shafts.dedup();
         controls.sort_by(|a, b| a.name.cmp(&b.name));
@@ -426,6 +428,11 @@ impl Document {
             doubtful,
         };
         (model, out)
+    }
+
+    /// The charges that the elements introduce as coordinates.
+    pub fn charges(&self) -> Vec<String> {
+        self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
 
     /// Torque sensors: whether the element named has such a torque.

@@ -6,6 +6,7 @@ use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, places_in_control,
     reduce_diagnostics, signals_of,
 };
+use super::circuit::check_circuit;
 use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -160,9 +161,10 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Damper { along, .. }
         | Term::Friction { along, .. }
         | Term::Constraint { along, .. }
+        | Term::Balance { along, .. }
         | Term::Input { along, .. } => whole(along),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Output(_) => true,
+        Term::Output(_) | Term::Charge { .. } => true,
     });
     let constrains = |element: &String| {
         let is_row = |term: &Term| matches!(term, Term::Constraint { .. } | Term::Transmission { .. });
@@ -198,6 +200,9 @@ fn prepare_variant(
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
+    if !check_circuit(document, &model, out) {
+        return None;
+    }
     let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
         Err(error) => {
