@@ -693,6 +693,11 @@ fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
 
 /// What an unknown unit may have been meant to be.
 fn unit_help(name: &str) -> String {
+    if let Some(one) =
+        name.strip_suffix('s').filter(|one| one.to_lowercase().ends_with("ohm") && find_unit(one).is_some())
+    {
+        return format!("did you mean `{one}`?");
+    }
     for (at, _) in name.char_indices().skip(1) {
         let (left, right) = name.split_at(at);
         if find_unit(left).is_some() && find_unit(right).is_some() {
@@ -705,14 +710,14 @@ fn unit_help(name: &str) -> String {
     if name == "%" {
         return "write a percentage as a decimal: \"0.05\" for 5 %".to_string();
     }
-    let prefixed = ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
+    let prefixed =
+        ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
     let known = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
     let length = name.chars().count();
     match nearest(name, known().filter(|unit| unit.chars().count() == length)).or_else(|| nearest(name, known())) {
         Some(meant) => format!("did you mean `{meant}`?"),
-        None => {
-            "known units are kg g t m in ft s min h N lbf Nm J W Hz rpm rad deg rev V A C Ohm H F K, with prefixes".into()
-        }
+        None => "known units are kg g t m in ft s min h N lbf Nm J W Hz rpm rad deg rev V A C Ohm H F K, with prefixes"
+            .into(),
     }
 }
 
@@ -1130,6 +1135,9 @@ mod tests {
             ("130 kq mm^2", "unknown unit `kq` @ `kq` (did you mean `kg`?)"),
             ("5 Nmm", "unknown unit `Nmm` @ `Nmm` (put a space between two units: `N mm`)"),
             ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),
+            ("5 kOhms", "unknown unit `kOhms` @ `kOhms` (did you mean `kOhm`?)"),
+            ("5 uf", "unknown unit `uf` @ `uf` (did you mean `uF`?)"),
+            ("5 mh", "unknown unit `mh` @ `mh` (did you mean `mH`?)"),
             ("5 RPM", "unknown unit `RPM` @ `RPM` (did you mean `rpm`?)"),
             ("5 %", "unknown unit `%` @ `%` (write a percentage as a decimal: \"0.05\" for 5 %)"),
             ("5 kg m2", "unexpected `2` in a unit @ `m2` (write a power as `m^2`)"),

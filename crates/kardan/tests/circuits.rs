@@ -137,7 +137,8 @@ fn a_transformer_transforms_impedances_with_the_square_of_its_ratio() {
         follows(&run, "p.v", |t| n * second(t));
         // An ideal transformer keeps nothing.
         for row in 0..run.series.time.len() {
-            let power = |winding: &str| signal(&run, &format!("{winding}.v"))[row] * signal(&run, &format!("{winding}.i"))[row];
+            let power =
+                |winding: &str| signal(&run, &format!("{winding}.v"))[row] * signal(&run, &format!("{winding}.i"))[row];
             let (first, other) = (power("T.1"), power("T.2"));
             assert!((first + other).abs() <= 1e-12 * first.abs(), "{first} and {other} W");
         }
@@ -169,7 +170,8 @@ fn bridge_keeps_the_laws_of_kirchhoff() {
     for row in 0..run.series.time.len() {
         let value = |name: String| signal(&run, &name)[row];
         let power = |name: &str| value(format!("{name}.v")) * value(format!("{name}.i"));
-        let powers: Vec<f64> = branches.iter().map(|name| if *name == "V" { -power(name) } else { power(name) }).collect();
+        let powers: Vec<f64> =
+            branches.iter().map(|name| if *name == "V" { -power(name) } else { power(name) }).collect();
         let shares: f64 = powers.iter().map(|p| p.abs()).sum();
         assert!(powers.iter().sum::<f64>().abs() <= 1e-12 * shares + 1e-18);
         moved += usize::from(shares > 1e-6);
@@ -192,9 +194,9 @@ fn a_charged_capacitor_rings() {
     let time = |rest: &str| scenario("1 ms", "2 us", rest);
     let omega = (1.0f64 / 1e-9).sqrt();
     let by_voltage = run(&(loop_of("initial_voltage = \"5 V\"") + &time("")));
-    let by_charge = run(
-        &("[model]\ncoordinates = [\"C\"]\n".to_string() + &loop_of("") + &time("initial = { \"C.q\" = \"5 uC\" }")),
-    );
+    let by_charge = run(&("[model]\ncoordinates = [\"C\"]\n".to_string()
+        + &loop_of("")
+        + &time("initial = { \"C.q\" = \"5 uC\" }")));
     for run in [by_voltage, by_charge] {
         follows(&run, "C.v", |t| 5.0 * (omega * t).cos());
         follows(&run, "L.i", |t| 5.0 / (1e-3 * omega) * (omega * t).sin());

@@ -49,7 +49,11 @@ pub const SCENARIO: &[Field] = &[
 /// Keys of `[[scenario.event]]`.
 pub const EVENT: &[Field] = &[
     Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins)."),
-    Field::required("signal", Kind::Signal, "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`."),
+    Field::required(
+        "signal",
+        Kind::Signal,
+        "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.",
+    ),
     Field::required("to", Kind::AnyQuantity, "The new value."),
     Field::optional(
         "over",

@@ -159,7 +159,7 @@ impl<'a> TableReader<'a> {
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
-                    self.check_shaft(name, &spanned.span, &label, out);
+                    self.check_shaft(name, &spanned.span, &label, &[], out);
                     Resolved::Word(name.clone())
                 }
                 (Kind::Element(kinds), Value::Word(name)) => {
@@ -170,8 +170,8 @@ impl<'a> TableReader<'a> {
                 (kind, Value::Words(words)) => {
                     for word in words {
                         // A list of shafts names coordinates; those of a circuit are charges.
-                        if matches!(kind, Kind::Shafts(_)) && !self.document.charges().contains(&word.value) {
-                            self.check_shaft(&word.value, &word.span, &label, out);
+                        if matches!(kind, Kind::Shafts(_)) {
+                            self.check_shaft(&word.value, &word.span, &label, &self.document.charges(), out);
                         }
                     }
                     Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
@@ -192,7 +192,7 @@ impl<'a> TableReader<'a> {
                     let mut map = Vec::new();
                     for (name, scalar) in entries {
                         let expected = if *kind == Kind::Coefficients {
-                            self.check_shaft(&name.value, &name.span, &label, out);
+                            self.check_shaft(&name.value, &name.span, &label, &[], out);
                             Some((Dimension::NONE, Sign::Any))
                         } else {
                             None
@@ -293,19 +293,23 @@ impl<'a> TableReader<'a> {
         self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
     }
 
-    fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.shafts().any(|shaft| shaft == name) || self.document.doubts.has(name) {
+    /// `charges` are those that may be named as well.
+    fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
+        let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
+        if fitting().any(|known| known == name) || self.document.doubts.has(name) {
             return;
         }
-        let help = match (nearest(name, self.shafts()), self.shafts().next()) {
+        let help = match (nearest(name, fitting()), fitting().next()) {
             (Some(near), _) => format!("did you mean `{near}`?"),
             (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
+            (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
             (None, Some(_)) => {
                 format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
             }
         };
-        let message = format!("{label}: there is no shaft `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such shaft").help(help));
+        let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
+        let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), format!("no such {kinds}")).help(help));
     }
 
     fn check_element(&self, name: &str, kinds: &[&str], span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {

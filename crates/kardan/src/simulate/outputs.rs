@@ -17,7 +17,10 @@ enum Read {
     ConstraintTorque(usize, usize),
     /// Sum of multipliers, each times a number.
     Potentials(Vec<(usize, f64)>),
-    SpringDamper { springs: Vec<usize>, dampers: Vec<usize> },
+    SpringDamper {
+        springs: Vec<usize>,
+        dampers: Vec<usize>,
+    },
     Friction(usize),
     Source(usize),
     Sensor(usize),
@@ -72,7 +75,12 @@ impl Outputs {
                         share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, x))
                     };
                     let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
-                    add(format!("{shaft}.v"), Physical::Voltage, format!("voltage across {shaft}"), Read::Potentials(shares));
+                    add(
+                        format!("{shaft}.v"),
+                        Physical::Voltage,
+                        format!("voltage across {shaft}"),
+                        Read::Potentials(shares),
+                    );
                 }
                 continue;
             }
@@ -93,7 +101,12 @@ impl Outputs {
         }
         for (k, element) in multipliers.elements.iter().enumerate() {
             if equations.node(k).is_some() {
-                add(format!("{element}.v"), Physical::Voltage, format!("potential of node {element}"), Read::Multiplier(k));
+                add(
+                    format!("{element}.v"),
+                    Physical::Voltage,
+                    format!("potential of node {element}"),
+                    Read::Multiplier(k),
+                );
                 continue;
             }
             // The torques of a transformer are the voltages of its windings, which are there already.

@@ -184,10 +184,7 @@ impl Runner<'_> {
             let r = self.machine.freedoms();
             if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
                 self.state.copy_from_slice(self.solver.state());
-                return Err(failed(
-                    self.solver.time(),
-                    format!("the loop diverges: {} exceeds {DIVERGED:e} rad/s", self.fastest()),
-                ));
+                return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
             }
             let machine = &mut self.machine;
             self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
@@ -361,6 +358,7 @@ impl Runner<'_> {
         }
     }
 
+    /// Which coordinate is faster than any drivetrain.
     fn fastest(&self) -> String {
         let speeds = &self.machine.work.kinematics.speeds;
         let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
@@ -370,7 +368,7 @@ impl Runner<'_> {
                 .iter()
                 .filter(|s| matches!(s.physical, Physical::Speed | Physical::Current))
                 .nth(k)
-                .map_or_else(String::new, |s| s.name.clone())
+                .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
         })
     }
 

@@ -138,7 +138,8 @@ pub(super) fn check_circuit(document: &Document, model: &Model, out: &mut Vec<Di
     while let Some(node) = left.first().copied() {
         let part = reached(node, &mut left);
         let names = quoted(part.iter().map(String::as_str));
-        let message = format!("nothing connects the node{} {names} with `{GROUND}`", if part.len() == 1 { "" } else { "s" });
+        let message =
+            format!("nothing connects the node{} {names} with `{GROUND}`", if part.len() == 1 { "" } else { "s" });
         out.push(
             at_all(document, &part.iter().map(String::as_str).collect::<Vec<_>>(), "floats", Diagnostic::error("circuit::floating", message))
                 .help(format!(

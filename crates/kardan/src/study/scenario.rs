@@ -101,7 +101,8 @@ pub(super) fn not_settable(
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
     let charges = document.charges();
-    let of_charge = |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
+    let of_charge =
+        |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
     if is_kind("shaft") && (tail == "phi" || tail == "w") || signal.rsplit_once('.').is_some_and(of_charge) {
         return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
     }
