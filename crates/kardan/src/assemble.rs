@@ -1,8 +1,9 @@
 //! Named terms to numbered rows: the equations of motion of the unconstrained bodies and their constraints.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Curve, Direction, InputKind, NamedTerm, Sensor, Term};
+use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, NamedTerm, Sensor, Term};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::units::Exact;
 
@@ -51,8 +52,12 @@ pub struct TransmissionRow {
 /// The order of the file never shows: shafts are sorted by name, terms by the shafts that they act on and by element name.
 #[derive(Debug, Clone, Default)]
 pub struct Equations {
-    /// Shaft names, sorted; the coordinates q \[rad\].
+    /// Names of shafts (their angles, rad) and charges (C), sorted; the coordinates q.
     pub shafts: Vec<String>,
+    /// What each coordinate is.
+    pub domains: Vec<Domain>,
+    /// Nodes of circuits, sorted; the last rows of `constraints` are their balances.
+    pub nodes: Vec<String>,
     /// Inertias, kg m².
     pub inertias: Vec<Along<Exact>>,
     /// Springs.
@@ -61,7 +66,7 @@ pub struct Equations {
     pub dampers: Vec<Along<Exact>>,
     /// Coulomb friction torques, N m, all above zero.
     pub frictions: Vec<Along<Exact>>,
-    /// Linear constraints; the value is the offset, rad.
+    /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
     /// Nonlinear transmissions.
     pub transmissions: Vec<TransmissionRow>,
@@ -95,7 +100,8 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     };
     let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
     sorted.sort_by(|a, b| a.element.cmp(&b.element));
-    let mut next = Equations::default();
+    let mut next = Equations { domains: vec![Domain::Rotation; out.shafts.len()], ..Equations::default() };
+    let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
     for NamedTerm { element, term } in sorted {
         let element = element.clone();
         match term {
@@ -132,6 +138,23 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.inputs.push(Along { element, row: row(along), value: kind.clone() });
             }
             Term::Output(sensor) => next.sensors.push((element, sensor.clone())),
+            Term::Charge { name } => next.domains[number(name)] = Domain::Charge,
+            Term::Balance { node, .. } if node == GROUND => {}
+            Term::Balance { node, along } => {
+                let shares = balances.entry(node.clone()).or_default();
+                for (coordinate, x) in row(along) {
+                    let sum = shares.entry(coordinate).or_default();
+                    *sum = sum.plus(&x);
+                }
+            }
+        }
+    }
+    for (node, mut shares) in balances {
+        shares.retain(|_, x| !Scalar::is_zero(x));
+        if !shares.is_empty() {
+            let row = shares.into_iter().collect();
+            next.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
+            next.nodes.push(node);
         }
     }
     sort(&mut next.inertias);
@@ -147,6 +170,22 @@ fn sort<T>(terms: &mut [Along<T>]) {
 }
 
 impl Equations {
+    /// What a coordinate is.
+    pub fn domain(&self, coordinate: usize) -> Domain {
+        self.domains.get(coordinate).copied().unwrap_or_default()
+    }
+
+    /// The domain of a law: that of what it acts on.
+    pub fn domain_of<T>(&self, along: &Along<T>) -> Domain {
+        along.row.first().map_or(Domain::Rotation, |(coordinate, _)| self.domain(*coordinate))
+    }
+
+    /// The node whose balance a constraint is, by number.
+    pub fn node(&self, constraint: usize) -> Option<&str> {
+        let first = self.constraints.len() - self.nodes.len();
+        constraint.checked_sub(first).and_then(|node| self.nodes.get(node)).map(String::as_str)
+    }
+
     /// The coefficient matrix C of the linear constraints \[diss. (4.31)\], exact, one row per constraint.
     pub fn constraint_matrix(&self) -> Matrix<Rational> {
         dense(&self.constraints, self.shafts.len())

@@ -1,4 +1,4 @@
-//! The terms of a drivetrain: scalar laws along directions. Data only.
+//! The terms of a drivetrain or a circuit: scalar laws along directions. Data only.
 //!
 //! Everything in a drivetrain acts along a *direction*, a row `a` of coefficients over the shaft angles `q`
 //! (see ARCHITECTURE.md, "one idea"). An element is a handful of [`Term`]s and nothing else; assembly, reduction,
@@ -9,15 +9,29 @@ use std::sync::Arc;
 
 use crate::units::Exact;
 
-/// A row of coefficients over the shaft angles; shafts not named have the coefficient zero.
+/// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
+/// an inductance (H), a damping a resistance (Ohm), a stiffness an elastance (1/F), a torque a voltage (V).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Domain {
+    /// The angle of a shaft, rad.
+    #[default]
+    Rotation,
+    /// The charge that has gone through a branch of a circuit, C.
+    Charge,
+}
+
+/// The node at which potentials are zero; it needs no balance, for that follows from those of all other nodes.
+pub const GROUND: &str = "ground";
+
+/// A row of coefficients over the coordinates (shaft angles, charges); those not named have the coefficient zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Direction {
-    /// Shaft name and coefficient; at most one entry per shaft.
+    /// Name of the coordinate and coefficient; at most one entry for each.
     pub entries: Vec<(String, Exact)>,
 }
 
 impl Direction {
-    /// The angle of one shaft.
+    /// The angle of one shaft, or one charge.
     pub fn shaft(name: &str) -> Self {
         Self { entries: vec![(name.to_string(), Exact::one())] }
     }
@@ -149,6 +163,19 @@ pub enum Term {
     },
     /// A measured quantity.
     Output(Sensor),
+    /// Declares a coordinate that is a charge.
+    Charge {
+        /// Its name.
+        name: String,
+    },
+    /// A share in the constraint row of a node, `Σ aᵀq = 0`: what has flowed out of it by way of one branch. The sum over
+    /// all branches is Kirchhoff's current law; its multiplier is the potential of the node.
+    Balance {
+        /// The node; [`GROUND`] has no row.
+        node: String,
+        /// a
+        along: Direction,
+    },
 }
 
 /// A term with the name of the element it belongs to.

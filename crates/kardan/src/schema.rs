@@ -23,6 +23,8 @@ pub enum Sign {
 pub enum Kind {
     /// The name of a shaft.
     Shaft,
+    /// The name of a node of a circuit; naming it is all that makes it.
+    Node,
     /// Two or more different shaft names; the number asked for (0: any number from one up).
     Shafts(usize),
     /// A number with a unit, as text: `"130 kg mm^2"`; or the name of a parameter.
@@ -103,7 +105,7 @@ pub enum Scalar {
 /// What was read for a [`Field`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// For `Shaft`, `Element`, `Signal`, `Choice`, `Name` and `Text`.
+    /// For `Shaft`, `Node`, `Element`, `Signal`, `Choice`, `Name` and `Text`.
     Word(String),
     /// For `Shafts`, `Elements`, `Signals` and `Words`.
     Words(Vec<Spanned<String>>),

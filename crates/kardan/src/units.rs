@@ -68,6 +68,18 @@ impl Dimension {
     pub const DAMPING: Self = Self::mechanical(1, 2, -1, -1);
     /// A time \[s\].
     pub const TIME: Self = Self::mechanical(0, 0, 1, 0);
+    /// An electric charge \[C\].
+    pub const CHARGE: Self = Self::electrical(0, 0, 1, 1);
+    /// An electric current \[A\].
+    pub const CURRENT: Self = Self::electrical(0, 0, 0, 1);
+    /// A voltage \[V\].
+    pub const VOLTAGE: Self = Self::electrical(1, 2, -3, -1);
+    /// A resistance \[Ohm\].
+    pub const RESISTANCE: Self = Self::electrical(1, 2, -3, -2);
+    /// An inductance \[H\].
+    pub const INDUCTANCE: Self = Self::electrical(1, 2, -2, -2);
+    /// A capacitance \[F\].
+    pub const CAPACITANCE: Self = Self::electrical(-1, -2, 4, 2);
 
     /// A dimension of mass, length, time and angle.
     ///
@@ -213,7 +225,7 @@ const fn known(dimension: Dimension, word: &'static str, si: &'static str, examp
     Known { dimension, word, si, example }
 }
 
-static KNOWN: [Known; 20] = [
+static KNOWN: [Known; 22] = [
     known(Dimension::NONE, "number without a unit", "", "51/50"),
     known(Dimension::ANGLE, "angle", "rad", "30 deg"),
     known(Dimension::ANGULAR_VELOCITY, "angular velocity", "rad/s", "60 rpm"),
@@ -230,10 +242,12 @@ static KNOWN: [Known; 20] = [
     known(Dimension::mechanical(0, 1, -1, 0), "velocity", "m/s", "0.1 m/s"),
     known(Dimension::mechanical(1, 1, -2, 0), "force", "N", "10 N"),
     known(Dimension::mechanical(0, 1, 0, -1), "length per angle", "m/rad", "50 mm/rev"),
-    known(Dimension::electrical(0, 0, 0, 1), "current", "A", "5 A"),
-    known(Dimension::electrical(1, 2, -3, -1), "voltage", "V", "24 V"),
-    known(Dimension::electrical(1, 2, -3, -2), "resistance", "Ohm", "0.5 Ohm"),
-    known(Dimension::electrical(1, 2, -2, -2), "inductance", "H", "2 mH"),
+    known(Dimension::CHARGE, "charge", "C", "2 uC"),
+    known(Dimension::CURRENT, "current", "A", "5 A"),
+    known(Dimension::VOLTAGE, "voltage", "V", "24 V"),
+    known(Dimension::RESISTANCE, "resistance", "Ohm", "0.5 Ohm"),
+    known(Dimension::INDUCTANCE, "inductance", "H", "2 mH"),
+    known(Dimension::CAPACITANCE, "capacitance", "F", "10 uF"),
 ];
 
 /// The exact number `rational · π^pi`: `"30 deg"` is 1/6 π, `"2 N m/deg"` is 360 π⁻¹, in SI units.
@@ -603,7 +617,7 @@ const fn with_prefixes(name: &'static str, factor: (i64, i64, i32), dimension: D
     Unit { name, factor, dimension, prefixes: true }
 }
 
-static UNITS: [Unit; 39] = [
+static UNITS: [Unit; 41] = [
     with_prefixes("g", (1, 1000, 0), Dimension::mechanical(1, 0, 0, 0)),
     unit("t", (1000, 1, 0), Dimension::mechanical(1, 0, 0, 0)),
     with_prefixes("m", (1, 1, 0), Dimension::mechanical(0, 1, 0, 0)),
@@ -629,13 +643,15 @@ static UNITS: [Unit; 39] = [
     unit("turn", (2, 1, 1), Dimension::ANGLE),
     unit("turns", (2, 1, 1), Dimension::ANGLE),
     unit("rpm", (2, 60, 1), Dimension::ANGULAR_VELOCITY),
-    with_prefixes("A", (1, 1, 0), Dimension::electrical(0, 0, 0, 1)),
-    with_prefixes("V", (1, 1, 0), Dimension::electrical(1, 2, -3, -1)),
-    with_prefixes("Ohm", (1, 1, 0), Dimension::electrical(1, 2, -3, -2)),
-    with_prefixes("ohm", (1, 1, 0), Dimension::electrical(1, 2, -3, -2)),
-    with_prefixes("\u{3a9}", (1, 1, 0), Dimension::electrical(1, 2, -3, -2)),
-    with_prefixes("\u{2126}", (1, 1, 0), Dimension::electrical(1, 2, -3, -2)),
-    with_prefixes("H", (1, 1, 0), Dimension::electrical(1, 2, -2, -2)),
+    with_prefixes("C", (1, 1, 0), Dimension::CHARGE),
+    with_prefixes("A", (1, 1, 0), Dimension::CURRENT),
+    with_prefixes("V", (1, 1, 0), Dimension::VOLTAGE),
+    with_prefixes("Ohm", (1, 1, 0), Dimension::RESISTANCE),
+    with_prefixes("ohm", (1, 1, 0), Dimension::RESISTANCE),
+    with_prefixes("\u{3a9}", (1, 1, 0), Dimension::RESISTANCE),
+    with_prefixes("\u{2126}", (1, 1, 0), Dimension::RESISTANCE),
+    with_prefixes("H", (1, 1, 0), Dimension::INDUCTANCE),
+    with_prefixes("F", (1, 1, 0), Dimension::CAPACITANCE),
     with_prefixes("K", (1, 1, 0), Dimension { exponents: [0, 0, 0, 0, 1, 0, 0], angle: 0 }),
     unit("mol", (1, 1, 0), Dimension { exponents: [0, 0, 0, 0, 0, 1, 0], angle: 0 }),
     unit("cd", (1, 1, 0), Dimension { exponents: [0, 0, 0, 0, 0, 0, 1], angle: 0 }),
@@ -682,6 +698,11 @@ fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
 
 /// What an unknown unit may have been meant to be.
 fn unit_help(name: &str) -> String {
+    if let Some(one) =
+        name.strip_suffix('s').filter(|one| one.to_lowercase().ends_with("ohm") && find_unit(one).is_some())
+    {
+        return format!("did you mean `{one}`?");
+    }
     for (at, _) in name.char_indices().skip(1) {
         let (left, right) = name.split_at(at);
         if find_unit(left).is_some() && find_unit(right).is_some() {
@@ -694,14 +715,14 @@ fn unit_help(name: &str) -> String {
     if name == "%" {
         return "write a percentage as a decimal: \"0.05\" for 5 %".to_string();
     }
-    let prefixed = ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV"];
+    let prefixed =
+        ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
     let known = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
     let length = name.chars().count();
     match nearest(name, known().filter(|unit| unit.chars().count() == length)).or_else(|| nearest(name, known())) {
         Some(meant) => format!("did you mean `{meant}`?"),
-        None => {
-            "known units are kg g t m in ft s min h N lbf Nm J W Hz rpm rad deg rev V A Ohm H K, with prefixes".into()
-        }
+        None => "known units are kg g t m in ft s min h N lbf Nm J W Hz rpm rad deg rev V A C Ohm H F K, with prefixes"
+            .into(),
     }
 }
 
@@ -1071,6 +1092,15 @@ mod tests {
             ("10 lbf", ratio(44_482_216_152_605, 1_000_000_000_000, 0), Dimension::mechanical(1, 1, -2, 0)),
             ("2 t", ratio(2000, 1, 0), Dimension::mechanical(1, 0, 0, 0)),
             ("3 mΩ", ratio(3, 1000, 0), quantity("1 V/A").1),
+            ("4.7 kohm", ratio(4700, 1, 0), quantity("1 H/s").1),
+            ("2 mH", ratio(2, 1000, 0), Dimension::INDUCTANCE),
+            ("3 V s/A", ratio(3, 1, 0), Dimension::INDUCTANCE),
+            ("22 µF", ratio(22, 1_000_000, 0), Dimension::CAPACITANCE),
+            ("3 pF", ratio(3, 1_000_000_000_000, 0), quantity("1 C/V").1),
+            ("5 mA s", ratio(5, 1000, 0), Dimension::CHARGE),
+            ("6 nC", ratio(6, 1_000_000_000, 0), Dimension::CHARGE),
+            ("20 mV", ratio(20, 1000, 0), quantity("1 W/A").1),
+            ("2 C V", ratio(2, 1, 0), quantity("1 J").1),
             ("1_000", ratio(1000, 1, 0), Dimension::NONE),
             ("−51/50", ratio(-51, 50, 0), Dimension::NONE),
             ("0 deg", Exact::zero(), Dimension::ANGLE),
@@ -1110,6 +1140,9 @@ mod tests {
             ("130 kq mm^2", "unknown unit `kq` @ `kq` (did you mean `kg`?)"),
             ("5 Nmm", "unknown unit `Nmm` @ `Nmm` (put a space between two units: `N mm`)"),
             ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),
+            ("5 kOhms", "unknown unit `kOhms` @ `kOhms` (did you mean `kOhm`?)"),
+            ("5 uf", "unknown unit `uf` @ `uf` (did you mean `uF`?)"),
+            ("5 mh", "unknown unit `mh` @ `mh` (did you mean `mH`?)"),
             ("5 RPM", "unknown unit `RPM` @ `RPM` (did you mean `rpm`?)"),
             ("5 %", "unknown unit `%` @ `%` (write a percentage as a decimal: \"0.05\" for 5 %)"),
             ("5 kg m2", "unexpected `2` in a unit @ `m2` (write a power as `m^2`)"),

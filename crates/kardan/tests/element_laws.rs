@@ -9,15 +9,22 @@ use std::collections::BTreeSet;
 use common::*;
 use kardan::assemble::assemble;
 use kardan::element;
-use kardan::equations::{InputKind, Term};
+use kardan::equations::{Domain, GROUND, InputKind, Term};
 use kardan::model;
 use kardan::num::{Definiteness, Matrix, Rational, definiteness};
-use kardan::reduce::linearise;
+use kardan::reduce::{Reduced, linearise};
 use kardan::results::Run;
 use kardan::schema::{Field, Kind, Table, Value};
 use kardan::synthesis::{self, ChannelDesign, design_noninteracting};
 
 // ---- all elements -------------------------------------------------------------------------------------------------
+
+/// Nodes that a table names, but ground.
+fn nodes_in(fields: &[Field], table: &Table) -> BTreeSet<String> {
+    let nodes = fields.iter().filter(|field| field.kind == Kind::Node).filter_map(|field| table.values.get(field.name));
+    let word = |value: &Value| if let Value::Word(name) = value { Some(name.clone()) } else { None };
+    nodes.filter_map(|spanned| word(&spanned.value)).filter(|name| name != GROUND).collect()
+}
 
 /// Shafts that a table names.
 fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
@@ -40,7 +47,8 @@ fn shafts_in(fields: &[Field], table: &Table, out: &mut BTreeSet<String>) {
 /// The tables of a model around an element's example: its shafts with different inertias, damping and friction, one more
 /// shaft, springs from that one to all, a motor on it, and a disturbance on the last.
 ///
-/// Every shaft keeps a freedom of its own but those that the example ties.
+/// Every shaft keeps a freedom of its own but those that the example ties. Each node of the example is reached by a source
+/// through a resistor and a coil, and a coil and a capacitor lead from there to ground.
 fn around(kind: &element::Element) -> Vec<String> {
     let (document, mistakes) = model::read(kind.example);
     // The example alone may lack a shaft; all else is right.
@@ -72,6 +80,18 @@ fn around(kind: &element::Element) -> Vec<String> {
         ));
     }
     tables.push("[motor.drive]\nshaft = \"base\"\n".into());
+    for (k, node) in nodes_in(kind.fields, &instance.table).into_iter().enumerate() {
+        let parts = [
+            ("voltage_source", "ground".to_string(), format!("s_{k}"), String::new()),
+            ("resistor", format!("s_{k}"), format!("r_{k}"), format!("resistance = \"{} Ohm\"", 2 + k)),
+            ("inductor", format!("r_{k}"), node.clone(), format!("inductance = \"0.{} H\"", 2 + k)),
+            ("inductor", node, format!("l_{k}"), format!("inductance = \"0.{} H\"", 5 + k)),
+            ("capacitor", format!("l_{k}"), "ground".to_string(), format!("capacitance = \"{} mF\"", 30 + k)),
+        ];
+        for (part, (keyword, from, to, value)) in parts.into_iter().enumerate() {
+            tables.push(format!("[{keyword}.part_{k}_{part}]\nfrom = \"{from}\"\nto = \"{to}\"\n{value}\n"));
+        }
+    }
     tables
 }
 
@@ -81,18 +101,44 @@ fn driven(tables: &[String]) -> String {
     let equations = first(&bare).reduced.equations;
     let mut out = "[scenario]\nduration = \"3 s\"\noutput_step = \"5 ms\"\n".to_string();
     for (k, input) in equations.inputs.iter().enumerate() {
+        let charge = equations.domain_of(input) == Domain::Charge;
         let signal = match input.value {
-            InputKind::Motor(_) => format!("{}.tau", input.element),
+            InputKind::Motor(_) => format!("{}.{}", input.element, if charge { "v" } else { "tau" }),
             InputKind::Disturbance => input.element.clone(),
         };
+        let unit = if charge { "V" } else { "N m" };
         for (at, to, over) in [(0.1, 2.0, 0.0), (0.8, -1.0, 0.5), (2.0, 0.0, 0.0)] {
             out += &format!(
-                "[[scenario.event]]\nat = \"{} s\"\nsignal = \"{signal}\"\nto = \"{to} N m\"\nover = \"{over} s\"\n",
+                "[[scenario.event]]\nat = \"{} s\"\nsignal = \"{signal}\"\nto = \"{to} {unit}\"\nover = \"{over} s\"\n",
                 at + 0.05 * k as f64
             );
         }
     }
     out
+}
+
+/// Torque and speed of each coordinate that a constraint acts on: of a node its potential and the currents that leave it,
+/// of a transformer voltages and currents of its windings.
+fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let equations = &reduced.equations;
+    let read = |name: String| signal(run, &name).to_vec();
+    let row =
+        equations.constraints.iter().find(|row| row.element == element && equations.domain_of(row) == Domain::Charge);
+    let Some(row) = row else {
+        return equations
+            .shafts
+            .iter()
+            .filter(|shaft| run.series.signal(&format!("{element}.{shaft}.tau")).is_some())
+            .map(|shaft| (read(format!("{element}.{shaft}.tau")), read(format!("{shaft}.w"))))
+            .collect();
+    };
+    let name = |charge: usize| &equations.shafts[charge];
+    let currents = row.row_f64().into_iter().map(|(charge, x)| (charge, x, read(format!("{}.i", name(charge)))));
+    if !equations.nodes.iter().any(|node| node == element) {
+        return currents.map(|(charge, _, current)| (read(format!("{}.v", name(charge))), current)).collect();
+    }
+    let out = |x: f64, current: Vec<f64>| current.into_iter().map(|i| x * i).collect();
+    currents.map(|(_, x, current)| (read(format!("{element}.v")), out(x, current))).collect()
 }
 
 /// Ideal constraints do no work: over the shafts of each element, torque times speed sums to zero in every row.
@@ -102,13 +148,7 @@ fn constraints_do_no_work(run: &Run, source: &str) -> usize {
     let reduced = first(source).reduced;
     let elements = kardan::reduce::Multipliers::new(&reduced).elements;
     for element in &elements {
-        let pairs: Vec<(&[f64], &[f64])> = reduced
-            .equations
-            .shafts
-            .iter()
-            .filter(|shaft| run.series.signal(&format!("{element}.{shaft}.tau")).is_some())
-            .map(|shaft| (signal(run, &format!("{element}.{shaft}.tau")), signal(run, &format!("{shaft}.w"))))
-            .collect();
+        let pairs = shares(run, &reduced, element);
         assert!(!pairs.is_empty(), "`{element}` shows no constraint torques");
         let mut moved = false;
         for row in 0..run.series.time.len() {
@@ -172,7 +212,7 @@ fn every_element_keeps_the_laws() {
     }
     assert!(!exercised.is_empty());
     assert_eq!(exercised.len(), element::REGISTRY.len(), "keywords are different");
-    assert!(constraints >= 5, "only {constraints} constraints were seen");
+    assert!(constraints >= 30, "only {constraints} constraints were seen");
 }
 
 /// All elements of the registry in one model would hide a missing example: each file name is a keyword too.

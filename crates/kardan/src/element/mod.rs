@@ -3,23 +3,28 @@
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual (`kardan elements`) and the tests are
 //! derived. Adding an element is one file here and one line there.
 
+mod capacitor;
 mod constraint;
 mod disturbance;
 mod gear;
 mod harmonic_drive;
+mod inductor;
 mod motor;
 mod planetary;
+mod resistor;
 mod sensor;
 mod shaft;
 mod spring_damper;
+mod transformer;
 mod universal_joint;
+mod voltage_source;
 
 use std::collections::BTreeMap;
 
 pub use universal_joint::UniversalJointCurve;
 
 use crate::equations::{Direction, Term};
-use crate::schema::Field;
+use crate::schema::{Field, Kind};
 use crate::units::Exact;
 
 /// The description of a kind of element.
@@ -72,7 +77,26 @@ pub const REGISTRY: &[Element] = &[
     motor::MOTOR,
     disturbance::DISTURBANCE,
     sensor::SENSOR,
+    inductor::INDUCTOR,
+    resistor::RESISTOR,
+    capacitor::CAPACITOR,
+    transformer::TRANSFORMER,
+    voltage_source::VOLTAGE_SOURCE,
 ];
+
+impl Element {
+    /// The charges that an element of that name introduces as coordinates, whatever its values.
+    pub fn charges(&self, name: &str) -> Vec<String> {
+        let terms = (self.terms)(name, &Values::default());
+        let charge = |term| if let Term::Charge { name } = term { Some(name) } else { None };
+        terms.into_iter().filter_map(charge).collect()
+    }
+
+    /// Its keys that name nodes.
+    pub fn node_keys(&self) -> impl Iterator<Item = &'static str> {
+        self.fields.iter().filter(|field| field.kind == Kind::Node).map(|field| field.name)
+    }
+}
 
 /// The kind with that keyword.
 pub fn find(keyword: &str) -> Option<&'static Element> {
@@ -169,6 +193,32 @@ impl Values {
 
 fn no_check(_: &Values) -> Vec<Mistake> {
     Vec::new()
+}
+
+const FROM: Field = Field::required("from", Kind::Node, "The node that a positive current leaves.");
+const TO: Field = Field::required("to", Kind::Node, "The node that a positive current enters; `ground` is at 0 V.");
+
+/// A branch of a circuit: its charge, and the charge's share in the balances of the nodes at both ends.
+fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
+    let share = |key: &str, sign: i64| {
+        let along = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
+        values.word(key).map(|node| Term::Balance { node: node.into(), along })
+    };
+    let declared = Term::Charge { name: charge.to_string() };
+    std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
+}
+
+/// The ends of a branch must be two nodes.
+fn check_branch(values: &Values) -> Vec<Mistake> {
+    check_ends(values, ["from", "to"])
+}
+
+fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
+    if values.word(from).is_none() || values.word(from) != values.word(to) {
+        return Vec::new();
+    }
+    let message = format!("both ends are the node `{}`, so it has no part in the circuit", values.required(from));
+    vec![Mistake::new(to, message, "name two different nodes")]
 }
 
 /// Damper and friction along a direction, if they are given and not zero.

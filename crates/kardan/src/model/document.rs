@@ -22,7 +22,7 @@ pub const MODEL: &[Field] = &[
     Field::optional(
         "coordinates",
         Kind::Shafts(0),
-        "Shafts to use as reduced coordinates; left out: chosen so that the equations stay well scaled.",
+        "Shafts (in a circuit: charges) to use as reduced coordinates; left out: chosen so that the equations stay well scaled.",
     ),
 ];
 
@@ -42,7 +42,8 @@ pub const SCENARIO: &[Field] = &[
     Field::optional(
         "initial",
         Kind::Overrides,
-        "Initial angles and speeds of the reduced coordinates: { \"rk.phi\" = \"10 deg\" }; left out: zero.",
+        "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: \
+         { \"rk.phi\" = \"10 deg\" }; left out: zero.",
     ),
     Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
 ];
@@ -50,7 +51,11 @@ pub const SCENARIO: &[Field] = &[
 /// Keys of `[[scenario.event]]`.
 pub const EVENT: &[Field] = &[
     Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins)."),
-    Field::required("signal", Kind::Signal, "A reference, a disturbance, or `<motor>.tau` of a motor without a law."),
+    Field::required(
+        "signal",
+        Kind::Signal,
+        "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.",
+    ),
     Field::required("to", Kind::AnyQuantity, "The new value."),
     Field::optional(
         "over",
@@ -371,7 +376,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     }
     check_unique(&document, &mut out);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
-    if document.elements.iter().all(|element| element.kind.keyword != "shaft")
+    if document.elements.iter().all(|e| e.kind.keyword != "shaft" && e.kind.charges(&e.name).is_empty())
         && !document.doubts.all
         && !out.iter().chain(&study).any(is_error)
     {

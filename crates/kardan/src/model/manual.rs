@@ -143,6 +143,7 @@ fn describe(kind: &Kind) -> String {
     };
     match kind {
         Kind::Shaft => "shaft".into(),
+        Kind::Node => "node".into(),
         Kind::Shafts(_) => "list of shafts".into(),
         Kind::Quantity(dimension, s) => format!("{}{}", dimension.si(), sign(s)),
         Kind::Number(s) => format!("number{}", sign(s)),

@@ -49,6 +49,11 @@ pub const BUILTIN: &[Builtin] = &[
         summary: "Two equal bodies joined by a spring and a damper (source, appendix B)",
         source: include_str!("../../../../models/two-bodies.toml"),
     },
+    Builtin {
+        name: "rlc-ladder",
+        summary: "A lossy line as an electrical ladder of four sections, driven by a voltage step (source, Table 4.3)",
+        source: include_str!("../../../../models/rlc-ladder.toml"),
+    },
 ];
 
 /// The built-in model of that name.

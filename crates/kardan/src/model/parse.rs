@@ -274,7 +274,7 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
     let reader = Reader { kind, what, span: span.clone() };
     let read = match (kind, value.get_ref()) {
         (
-            Kind::Shaft | Kind::Element(_) | Kind::Signal | Kind::Name | Kind::Text | Kind::Choice(_),
+            Kind::Shaft | Kind::Node | Kind::Element(_) | Kind::Signal | Kind::Name | Kind::Text | Kind::Choice(_),
             DeValue::String(text),
         ) => reader.word(text, out).map(Value::Word),
         (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => {
@@ -366,7 +366,7 @@ impl Reader<'_> {
                 out.push(self.error("choice::unknown", message, "unknown").help(help));
                 None
             }
-            Kind::Name if !is_name(text) => {
+            Kind::Name | Kind::Node if !is_name(text) => {
                 out.push(
                     self.error("name::invalid", format!("`{}` cannot be a name", shortened(text)), "not a name")
                         .help(NAME_RULE),
@@ -546,6 +546,7 @@ fn found(value: &DeValue<'_>) -> String {
 fn expected(kind: &Kind) -> String {
     match kind {
         Kind::Shaft => "the name of a shaft".to_string(),
+        Kind::Node => "the name of a node".to_string(),
         Kind::Shafts(0) => "a list of one or more shaft names".to_string(),
         Kind::Shafts(1) => "a list of one shaft name".to_string(),
         Kind::Shafts(count) => format!("a list of {count} shaft names"),
@@ -570,6 +571,7 @@ fn expected(kind: &Kind) -> String {
 fn example(kind: &Kind) -> String {
     match kind {
         Kind::Shaft => "\"wg\"".to_string(),
+        Kind::Node => "\"out\"".to_string(),
         Kind::Shafts(1) => "[\"wg\"]".to_string(),
         Kind::Shafts(0 | 2) => "[\"wg\", \"cs\"]".to_string(),
         Kind::Shafts(3) => "[\"wg\", \"cs\", \"fs\"]".to_string(),

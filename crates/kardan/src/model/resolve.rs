@@ -47,7 +47,7 @@ pub struct Model {
     pub name: String,
     /// A sentence.
     pub description: String,
-    /// Shaft names, sorted.
+    /// Names of shafts and of charges, sorted: the coordinates.
     pub shafts: Vec<String>,
     /// All terms.
     pub terms: Vec<NamedTerm>,
@@ -164,7 +164,7 @@ impl<'a> TableReader<'a> {
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
-                    self.check_shaft(name, &spanned.span, &label, out);
+                    self.check_shaft(name, &spanned.span, &label, &[], out);
                     Resolved::Word(name.clone())
                 }
                 (Kind::Element(kinds), Value::Word(name)) => {
@@ -175,7 +175,10 @@ impl<'a> TableReader<'a> {
                 (kind, Value::Words(words)) => {
                     for word in words {
                         match kind {
-                            Kind::Shafts(_) => self.check_shaft(&word.value, &word.span, &label, out),
+                            // A list of shafts names coordinates; those of a circuit are charges.
+                            Kind::Shafts(_) => {
+                                self.check_shaft(&word.value, &word.span, &label, &self.document.charges(), out);
+                            }
                             Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.span, &label, out),
                             _ => {}
                         }
@@ -198,7 +201,7 @@ impl<'a> TableReader<'a> {
                     let mut map = Vec::new();
                     for (name, scalar) in entries {
                         let expected = if *kind == Kind::Coefficients {
-                            self.check_shaft(&name.value, &name.span, &label, out);
+                            self.check_shaft(&name.value, &name.span, &label, &[], out);
                             Some((Dimension::NONE, Sign::Any))
                         } else {
                             None
@@ -299,19 +302,23 @@ impl<'a> TableReader<'a> {
         self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
     }
 
-    fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
-        if self.shafts().any(|shaft| shaft == name) || self.document.doubts.has(name) {
+    /// `charges` are those that may be named as well.
+    fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
+        let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
+        if fitting().any(|known| known == name) || self.document.doubts.has(name) {
             return;
         }
-        let help = match (nearest(name, self.shafts()), self.shafts().next()) {
+        let help = match (nearest(name, fitting()), fitting().next()) {
             (Some(near), _) => format!("did you mean `{near}`?"),
             (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
+            (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
             (None, Some(_)) => {
                 format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
             }
         };
-        let message = format!("{label}: there is no shaft `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such shaft").help(help));
+        let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
+        let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), format!("no such {kinds}")).help(help));
     }
 
     fn check_element(&self, name: &str, kinds: &[&str], span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
@@ -417,6 +424,7 @@ impl Document {
         }
         let mut shafts: Vec<String> =
             self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
+        shafts.extend(self.charges());
         shafts.sort();
         shafts.dedup();
         controls.sort_by(|a, b| a.name.cmp(&b.name));
@@ -434,6 +442,11 @@ impl Document {
             doubtful,
         };
         (model, out)
+    }
+
+    /// The charges that the elements introduce as coordinates.
+    pub fn charges(&self) -> Vec<String> {
+        self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
 
     /// Torque sensors: whether the element named has such a torque.

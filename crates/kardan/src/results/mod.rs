@@ -17,6 +17,12 @@ pub enum Physical {
     Torque,
     /// Energy, J.
     Energy,
+    /// Electric charge, C.
+    Charge,
+    /// Electric current, A.
+    Current,
+    /// Voltage, or potential against ground, V.
+    Voltage,
 }
 
 impl Physical {
@@ -27,6 +33,9 @@ impl Physical {
             Physical::Speed => "rad/s",
             Physical::Torque => "N m",
             Physical::Energy => "J",
+            Physical::Charge => "C",
+            Physical::Current => "A",
+            Physical::Voltage => "V",
         }
     }
 
@@ -37,6 +46,9 @@ impl Physical {
             Physical::Speed => "angular velocity",
             Physical::Torque => "torque",
             Physical::Energy => "energy",
+            Physical::Charge => "charge",
+            Physical::Current => "current",
+            Physical::Voltage => "voltage",
         }
     }
 }
@@ -46,7 +58,7 @@ impl Physical {
 pub struct Signal {
     /// Modelica-style name: `rk.phi`, `wg_motor.tau`, `ref_rk`.
     pub name: String,
-    /// Angle, speed, torque or energy.
+    /// Angle, speed, torque, charge, current, voltage.
     pub physical: Physical,
     /// One sentence for the reader of a table.
     pub description: String,

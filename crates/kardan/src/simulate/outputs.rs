@@ -2,7 +2,8 @@
 
 use super::Machine;
 use super::scenario::{Scenario, Source, SourceTarget};
-use crate::equations::{InputKind, Measured, Sensor};
+use crate::assemble::Along;
+use crate::equations::{Domain, InputKind, Measured, Sensor};
 use crate::reduce::{Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
@@ -14,7 +15,12 @@ enum Read {
     Command(usize),
     Multiplier(usize),
     ConstraintTorque(usize, usize),
-    SpringDamper { springs: Vec<usize>, dampers: Vec<usize> },
+    /// Sum of multipliers, each times a number.
+    Potentials(Vec<(usize, f64)>),
+    SpringDamper {
+        springs: Vec<usize>,
+        dampers: Vec<usize>,
+    },
     Friction(usize),
     Source(usize),
     Sensor(usize),
@@ -59,12 +65,33 @@ impl Outputs {
         let mut add =
             |name: String, physical, description: String, read| columns.push((name, physical, description, read));
         for (k, shaft) in equations.shafts.iter().enumerate() {
+            if equations.domain(k) == Domain::Charge {
+                add(format!("{shaft}.q"), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
+                add(format!("{shaft}.i"), Physical::Current, format!("current through {shaft}"), Read::Speed(k));
+                // A source shows its own voltage.
+                if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+                    let share = |(row, along): (usize, &Along<_>)| {
+                        let share = along.row_f64().into_iter().find(|(charge, _)| *charge == k);
+                        share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, x))
+                    };
+                    let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
+                    add(
+                        format!("{shaft}.v"),
+                        Physical::Voltage,
+                        format!("voltage across {shaft}"),
+                        Read::Potentials(shares),
+                    );
+                }
+                continue;
+            }
             add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
             add(format!("{shaft}.w"), Physical::Speed, format!("angular velocity of shaft {shaft}"), Read::Speed(k));
         }
         for (k, input) in equations.inputs.iter().enumerate() {
             let name = &input.element;
-            if let InputKind::Motor(motor) = &input.value {
+            if equations.domain_of(input) == Domain::Charge {
+                add(format!("{name}.v"), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
+            } else if let InputKind::Motor(motor) = &input.value {
                 add(format!("{name}.tau"), Physical::Torque, format!("torque of {name}"), Read::Torque(k));
                 if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
                     let description = format!("torque asked of {name}, before limits and lag");
@@ -73,6 +100,19 @@ impl Outputs {
             }
         }
         for (k, element) in multipliers.elements.iter().enumerate() {
+            if equations.node(k).is_some() {
+                add(
+                    format!("{element}.v"),
+                    Physical::Voltage,
+                    format!("potential of node {element}"),
+                    Read::Multiplier(k),
+                );
+                continue;
+            }
+            // The torques of a transformer are the voltages of its windings, which are there already.
+            if equations.constraints.get(k).is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
+                continue;
+            }
             let description = format!("constraint multiplier of {element}");
             add(format!("{element}.tau"), Physical::Torque, description, Read::Multiplier(k));
             let shafts: Vec<usize> = match equations.constraints.get(k) {
@@ -93,7 +133,9 @@ impl Outputs {
         };
         let springs_of = |name: &str| numbered(name, equations.springs.iter().map(|s| s.element.as_str()).collect());
         let dampers_of = |name: &str| numbered(name, equations.dampers.iter().map(|d| d.element.as_str()).collect());
-        let mut couplings: Vec<&str> = equations.springs.iter().map(|s| s.element.as_str()).collect();
+        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) == Domain::Rotation;
+        let mut couplings: Vec<&str> =
+            equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
         couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
         couplings.sort_unstable();
         couplings.dedup();
@@ -210,6 +252,7 @@ impl Outputs {
             Read::ConstraintTorque(constraint, shaft) => {
                 self.lambda[*constraint] * self.multipliers.coefficient(*constraint, *shaft, kinematics)
             }
+            Read::Potentials(shares) => shares.iter().map(|(row, x)| x * self.lambda[*row]).sum(),
             Read::SpringDamper { springs, dampers } => {
                 let springs = springs.iter().map(|&k| machine.dynamics.spring_torque(k, &machine.work));
                 let dampers = dampers.iter().map(|&k| machine.dynamics.damper_torque(k, &machine.work));

@@ -3,6 +3,7 @@
 use super::dop853::{Dop853, StepError};
 use super::outputs::Outputs;
 use super::{Machine, Scenario, Setup};
+use crate::equations::Domain;
 use crate::results::{Effort, Energy, Event, Outcome, Physical, Series};
 
 /// How accurately a run is integrated.
@@ -48,6 +49,9 @@ const MOST_STEPS: usize = 20_000_000;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
+/// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
+/// absolute tolerances are smaller by this factor.
+const SMALL: f64 = 1e-6;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e9;
 
@@ -89,6 +93,15 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
     let (r, size) = (machine.freedoms(), machine.size());
     let mut absolute = vec![tolerance.absolute; size];
     absolute[size - 2..].fill(ENERGY * tolerance.relative);
+    for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
+        if reduced.equations.domain(coordinate) == Domain::Charge {
+            absolute[k] *= SMALL;
+            absolute[r + k] *= SMALL;
+        }
+    }
+    if reduced.equations.domains.iter().all(|domain| *domain == Domain::Charge) {
+        absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
+    }
     let mut state = vec![0.0; size];
     state[..r].copy_from_slice(&scenario.position);
     state[r..2 * r].copy_from_slice(&scenario.speed);
@@ -171,10 +184,7 @@ impl Runner<'_> {
             let r = self.machine.freedoms();
             if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
                 self.state.copy_from_slice(self.solver.state());
-                return Err(failed(
-                    self.solver.time(),
-                    format!("the loop diverges: {} exceeds {DIVERGED:e} rad/s", self.fastest()),
-                ));
+                return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
             }
             let machine = &mut self.machine;
             self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
@@ -348,6 +358,7 @@ impl Runner<'_> {
         }
     }
 
+    /// Which coordinate is faster than any drivetrain.
     fn fastest(&self) -> String {
         let speeds = &self.machine.work.kinematics.speeds;
         let fastest = (0..speeds.len()).max_by(|&a, &b| speeds[a].abs().total_cmp(&speeds[b].abs()));
@@ -355,9 +366,9 @@ impl Runner<'_> {
             self.outputs
                 .signals
                 .iter()
-                .filter(|s| s.physical == Physical::Speed)
+                .filter(|s| matches!(s.physical, Physical::Speed | Physical::Current))
                 .nth(k)
-                .map_or_else(String::new, |s| s.name.clone())
+                .map_or_else(String::new, |s| format!("{} exceeds {DIVERGED:e} {}", s.name, s.physical.unit()))
         })
     }
 

@@ -27,7 +27,13 @@ impl Known<'_> {
         if tail.is_empty() && doubts.references || doubts.all {
             return true;
         }
-        let doubtful = doubts.has(head) || self.doubtful.contains(head);
+        let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);
+        let doubtful = doubted(head);
+        // A branch in doubt may name any node.
+        let mut branches = self.document.elements.iter().filter(|e| e.kind.node_keys().next().is_some());
+        if tail == "v" && branches.any(|e| doubted(&e.name)) {
+            return true;
+        }
         let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
         doubtful
             && match kind {

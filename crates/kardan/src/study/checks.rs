@@ -1,12 +1,13 @@
 //! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
 
+use super::circuit::massless_loop;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::equations::Term;
 use crate::model::{ControlSpec, Document, Model, TableReader, words};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, linearise};
-use crate::schema::{Field, Kind};
+use crate::schema::{Field, Kind, Value};
 use crate::synthesis::SynthesisError;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,8 +15,22 @@ use std::ops::Range;
 /// Places shown for one mistake.
 pub(super) const MOST_LABELS: usize = 8;
 
-pub(super) fn span_of(document: &Document, element: &str) -> Range<usize> {
-    document.elements.iter().find(|e| e.name == element).map_or(0..0, |e| e.span.clone())
+/// The place of an element's header; of a charge that of its element, of a node its first mention.
+pub(super) fn span_of(document: &Document, name: &str) -> Range<usize> {
+    let named = document.elements.iter().find(|e| e.name == name);
+    match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
+        Some(element) => element.span.clone(),
+        None => places_of_node(document, name).into_iter().next().unwrap_or(0..0),
+    }
+}
+
+/// The places where branches name a node, in the order of the file.
+pub(super) fn places_of_node(document: &Document, node: &str) -> Vec<Range<usize>> {
+    let keys = document.elements.iter().flat_map(|e| e.kind.node_keys().filter_map(|key| e.table.values.get(key)));
+    let mut places: Vec<Range<usize>> =
+        keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.span.clone()).collect();
+    places.sort_by_key(|place| place.start);
+    places
 }
 
 /// The place of a key's value of an element, of its header if the key is absent.
@@ -97,10 +112,12 @@ pub(super) fn is_representable(model: &LinearModel) -> bool {
     finite && (0..inertia.rows()).all(|k| inertia[(k, k)].is_normal() && (1.0 / inertia[(k, k)]).is_finite())
 }
 
-/// Reports parts of the model that neither an element nor a law connects.
+/// Reports parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
-    let mut part: Vec<usize> = (0..model.shafts.len()).collect();
-    let number = |name: &str| model.shafts.iter().position(|shaft| shaft == name);
+    let charges = document.charges();
+    let all: Vec<&String> = model.shafts.iter().filter(|name| !charges.contains(name)).collect();
+    let mut part: Vec<usize> = (0..all.len()).collect();
+    let number = |name: &str| all.iter().position(|shaft| *shaft == name);
     let mut join = |names: Vec<&str>| {
         let numbers: Vec<usize> = names.iter().filter_map(|name| number(name)).collect();
         for pair in numbers.windows(2) {
@@ -122,7 +139,7 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
             | Term::Constraint { along, .. }
             | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
-            Term::Output(_) => continue,
+            Term::Output(_) | Term::Charge { .. } | Term::Balance { .. } => continue,
         };
         if matches!(named.term, Term::Input { .. }) {
             shafts_of_input.insert(&named.element, shafts.clone());
@@ -135,10 +152,10 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
     }
     let first = part.first().copied();
     let away: Vec<&String> =
-        model.shafts.iter().zip(&part).filter(|(_, p)| Some(**p) != first).map(|(shaft, _)| shaft).collect();
+        all.iter().zip(&part).filter(|(_, p)| Some(**p) != first).map(|(shaft, _)| *shaft).collect();
     if let Some(shaft) = away.first() {
         let names = quoted(away.iter().map(|name| name.as_str()));
-        let message = format!("the model falls apart: nothing connects {names} with `{}`", model.shafts[0]);
+        let message = format!("the model falls apart: nothing connects {names} with `{}`", all[0]);
         out.push(
             Diagnostic::error("model::disconnected", message)
                 .at(span_of(document, shaft), "not connected")
@@ -195,6 +212,17 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
                 out.help(help)
             })
             .collect(),
+        ReduceError::NoMotion { .. } if model.shafts.len() == document.charges().len() => {
+            let mut out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
+                .help("close a loop: from a voltage_source through an inductor and back to `ground`");
+            let mut places: Vec<Range<usize>> = model.shafts.iter().map(|name| span_of(document, name)).collect();
+            places.sort_by_key(|place| place.start);
+            places.dedup();
+            for place in places.into_iter().take(MOST_LABELS) {
+                out = out.at(place, "carries no current");
+            }
+            vec![out]
+        }
         ReduceError::NoMotion { .. } => {
             let mut out = Diagnostic::error("constraint::no-motion", error.to_string())
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
@@ -261,6 +289,12 @@ pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut V
             Definiteness::Positive => {}
             Definiteness::PositiveSemi { direction } | Definiteness::Indefinite { witness: direction } => {
                 let shafts = moving(reduced, &model, &direction);
+                let charges = document.charges();
+                if shafts.first().is_some_and(|name| charges.contains(name)) {
+                    let branches: Vec<&String> = shafts.iter().filter(|name| charges.contains(name)).collect();
+                    out.push(massless_loop(document, &branches));
+                    return false;
+                }
                 let names = quoted(shafts.iter().map(String::as_str));
                 let message = format!("a motion without inertia is possible: {names} can move while no mass does");
                 let mut diagnostic = Diagnostic::error("model::massless", message);

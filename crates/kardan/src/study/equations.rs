@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::matrix_words;
 use super::prepare::{PreparedVariant, prepare};
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, Severity};
-use crate::equations::InputKind;
+use crate::equations::{Domain, InputKind};
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::reduce::{Kinematics, LinearModel, linearise};
 
@@ -68,6 +69,7 @@ fn lines(
 ) -> Vec<(String, String)> {
     let marked = |order: usize| model.coordinates.iter().map(|name| mark(name, order)).collect::<Vec<_>>();
     let input = |input: &Along<InputKind>| match input.value {
+        InputKind::Motor(_) if variant.reduced.equations.domain_of(input) == Domain::Charge => mark(&input.element, 6),
         InputKind::Motor(_) => mark(&input.element, 3),
         InputKind::Disturbance => mark(&input.element, 5),
     };
@@ -113,16 +115,22 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         2 => format!("{name}''"),
         3 => format!("{name}.tau"),
         5 => name.to_string(),
+        6 => format!("{name}.v"),
         _ => format!("sgn({name}')"),
     };
-    let _ = writeln!(
-        out,
-        "Model {}: shafts {}, degrees of freedom {}",
-        variant.model.name,
-        model.basis.rows(),
-        model.coordinates.len()
-    );
-    let _ = writeln!(out, "Coordinates: {} (angles in rad, torques in N m)\n", model.coordinates.join(", "));
+    let charges = charges(variant).len();
+    let shafts = model.basis.rows() - charges;
+    let (kinds, units, others) = match (shafts, charges) {
+        (_, 0) => (format!("shafts {shafts}"), "angles in rad, torques in N m", "Shafts"),
+        (0, _) => (format!("charges {charges}"), "charges in C, voltages in V", "Charges"),
+        _ => (
+            format!("shafts {shafts}, charges {charges}"),
+            "angles in rad, torques in N m, charges in C, voltages in V",
+            "Shafts and charges",
+        ),
+    };
+    let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
+    let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
     out.push_str("Equations of motion\n");
     for (left, right) in lines(variant, model, &mark) {
         let _ = writeln!(out, "  {left} = {right}");
@@ -139,7 +147,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         for (element, line) in constraints {
             let _ = writeln!(out, "  {element}: {line}");
         }
-        out.push_str("\nShafts from coordinates (rates)\n");
+        let _ = writeln!(out, "\n{others} from coordinates (rates)");
         let rates: Vec<String> = model.coordinates.iter().map(|name| format!("{name}'")).collect();
         for shaft in variant.reduced.dependents() {
             let _ = writeln!(
@@ -150,20 +158,29 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
             );
         }
     }
-    for (title, unit, matrix, columns) in matrices(model) {
+    for (title, unit, matrix, columns) in matrices(variant, model) {
         let _ = writeln!(out, "\n{title}{}", if unit.is_empty() { String::new() } else { format!(" [{unit}]") });
         table(&model.coordinates, columns, &matrix, &mut out);
     }
     out
 }
 
-fn matrices(model: &LinearModel) -> Vec<(&'static str, &'static str, Matrix<f64>, &[String])> {
-    vec![
-        ("Inertia", "kg m^2", model.inertia.to_f64(), &model.coordinates),
-        ("Damping", "N m s/rad", model.damping.to_f64(), &model.coordinates),
-        ("Stiffness", "N m/rad", model.stiffness.to_f64(), &model.coordinates),
-        ("Input map", "", model.input.to_f64(), &model.inputs),
-    ]
+/// The coordinates that are charges.
+fn charges(variant: &PreparedVariant) -> Vec<&str> {
+    let equations = &variant.reduced.equations;
+    let names = equations.shafts.iter().enumerate().filter(|(k, _)| equations.domain(*k) == Domain::Charge);
+    names.map(|(_, name)| name.as_str()).collect()
+}
+
+fn matrices<'m>(
+    variant: &PreparedVariant,
+    model: &'m LinearModel,
+) -> Vec<(String, &'static str, Matrix<f64>, &'m [String])> {
+    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
+    let numbers = [&model.inertia, &model.damping, &model.stiffness];
+    let words = matrix_words(&variant.reduced).into_iter().zip(numbers);
+    let own = words.map(|((word, unit), matrix)| (capital(word), unit, matrix.to_f64(), model.coordinates.as_slice()));
+    own.chain([("Input map".to_string(), "", model.input.to_f64(), model.inputs.as_slice())]).collect()
 }
 
 fn table(rows: &[String], columns: &[String], matrix: &Matrix<f64>, out: &mut String) {
@@ -191,19 +208,23 @@ fn table(rows: &[String], columns: &[String], matrix: &Matrix<f64>, out: &mut St
 
 fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     let escape = |name: &str| name.replace('_', r"\_");
+    let charges = charges(variant);
     let mark = |name: &str, order: usize| {
         let index = format!(r"\mathrm{{{}}}", escape(name));
+        let letter = if charges.contains(&name) { " q" } else { r"\varphi" };
         match order {
             5 => index,
-            0 => format!(r"\varphi_{{{index}}}"),
-            1 => format!(r"\dot\varphi_{{{index}}}"),
-            2 => format!(r"\ddot\varphi_{{{index}}}"),
+            0 => format!("{}_{{{index}}}", letter.trim_start()),
+            1 => format!(r"\dot{letter}_{{{index}}}"),
+            2 => format!(r"\ddot{letter}_{{{index}}}"),
             3 => format!(r"\tau_{{{index}}}"),
+            6 => format!("u_{{{index}}}"),
             _ => format!(r"\operatorname{{sgn}}\dot\varphi_{{{index}}}"),
         }
     };
     let mut out = String::new();
-    let _ = writeln!(out, "% Model {}: angles in rad, torques in N m", variant.model.name);
+    let units = if charges.is_empty() { "" } else { "; of circuits charges in C, voltages in V" };
+    let _ = writeln!(out, "% Model {}: angles in rad, torques in N m{units}", variant.model.name);
     if !Kinematics::new(&variant.reduced).is_constant() {
         out.push_str("% The matrices depend on the position; these hold at the initial position, near rest.\n");
     }
@@ -218,7 +239,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
     out.push_str(&rows.join(" \\\\\n"));
     out.push_str("\n\\end{align}\n");
     let names = ["H_r", "D_r", "S_r", "F_r"];
-    for (name, (_, _, matrix, _)) in names.iter().zip(matrices(model)) {
+    for (name, (_, _, matrix, _)) in names.iter().zip(matrices(variant, model)) {
         let rows: Vec<String> =
             matrix.to_rows().iter().map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(" & ")).collect();
         let _ = writeln!(out, "\\[ {name} = \\begin{{bmatrix}} {} \\end{{bmatrix}} \\]", rows.join(r" \\ "));

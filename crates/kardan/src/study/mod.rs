@@ -4,6 +4,7 @@ mod analysis;
 mod analyze;
 mod asked;
 mod checks;
+mod circuit;
 mod equations;
 mod prepare;
 mod read;
@@ -18,8 +19,9 @@ use rayon::prelude::*;
 
 use crate::analysis::closed_loop_poles;
 use crate::diagnostics::{Diagnostic, Severity, nearest};
+use crate::equations::Domain;
 use crate::num::Matrix;
-use crate::reduce::linearise;
+use crate::reduce::{Reduced, linearise};
 use crate::results::{LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study};
 use crate::simulate::{Setup, signal_names, simulate};
 
@@ -90,16 +92,21 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     })
 }
 
-/// For a file that asks for no plot: angles and speeds of the coordinates, torques of the motors.
+/// For a file that asks for no plot: angles and speeds of the coordinates, torques of the motors; of circuits charges,
+/// currents and voltages.
 fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     let names = variant.reduced.coordinate_names();
     let columns = signal_names(&variant.reduced, &variant.scenario);
-    let coordinates = |suffix: &str| names.iter().map(|name| format!("{name}.{suffix}")).collect::<Vec<_>>();
-    let is_motor = |name: &str| {
-        let inputs = &variant.reduced.equations.inputs;
-        inputs.iter().any(|input| name.strip_suffix(".tau") == Some(input.element.as_str()))
+    let columns: Vec<String> = columns.into_iter().map(|(name, _)| name).collect();
+    // Of an angle there is no charge, and the other way round.
+    let coordinates = |suffix: &str| {
+        names.iter().map(|name| format!("{name}.{suffix}")).filter(|name| columns.contains(name)).collect::<Vec<_>>()
     };
-    let torques = columns.into_iter().map(|(name, _)| name).filter(|name| is_motor(name)).collect();
+    let inputs = |suffix: &str| {
+        let inputs: Vec<_> =
+            variant.reduced.equations.inputs.iter().map(|input| format!("{}.{suffix}", input.element)).collect();
+        columns.iter().filter(|name| inputs.contains(name)).cloned().collect()
+    };
     let plot = |id: &str, title: &str, signals: Vec<String>| Plot {
         id: id.into(),
         title: title.into(),
@@ -109,7 +116,10 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     [
         plot("angles", "Angles of the coordinates", coordinates("phi")),
         plot("speeds", "Speeds of the coordinates", coordinates("w")),
-        plot("torques", "Motor torques", torques),
+        plot("torques", "Motor torques", inputs("tau")),
+        plot("charges", "Charges of the coordinates", coordinates("q")),
+        plot("currents", "Currents of the coordinates", coordinates("i")),
+        plot("voltages", "Source voltages", inputs("v")),
     ]
     .into_iter()
     .filter(|plot| !plot.signals.is_empty())
@@ -215,9 +225,24 @@ fn judge(requirement: &Requirement, series: &Series, completed: bool) -> Require
     RequirementResult { text, measured, unit, passed }
 }
 
+/// Name and unit of the reduced inertia, damping and stiffness matrix.
+fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
+    let has = |domain| reduced.coordinates.iter().any(|&k| reduced.equations.domain(k) == domain);
+    match (has(Domain::Rotation), has(Domain::Charge)) {
+        (_, false) => [("inertia", "kg m^2"), ("damping", "N m s/rad"), ("stiffness", "N m/rad")],
+        (false, true) => [("inductance", "H"), ("resistance", "Ohm"), ("elastance", "1/F")],
+        (true, true) => [
+            ("inertia and inductance", "kg m^2, H"),
+            ("damping and resistance", "N m s/rad, Ohm"),
+            ("stiffness and elastance", "N m/rad, 1/F"),
+        ],
+    }
+}
+
 fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
     let linear = linearise(&variant.reduced, &variant.scenario.position);
     let laws = variant.design_laws();
+    let [inertia, damping, stiffness] = matrix_words(&variant.reduced);
     let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
         title: title.into(),
         unit: unit.into(),
@@ -231,9 +256,9 @@ fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
         elements: variant.model.elements.clone(),
         coordinates: linear.coordinates.clone(),
         matrices: vec![
-            matrix("reduced inertia", "kg m^2", &linear.coordinates, &linear.inertia),
-            matrix("reduced damping", "N m s/rad", &linear.coordinates, &linear.damping),
-            matrix("reduced stiffness", "N m/rad", &linear.coordinates, &linear.stiffness),
+            matrix(&format!("reduced {}", inertia.0), inertia.1, &linear.coordinates, &linear.inertia),
+            matrix(&format!("reduced {}", damping.0), damping.1, &linear.coordinates, &linear.damping),
+            matrix(&format!("reduced {}", stiffness.0), stiffness.1, &linear.coordinates, &linear.stiffness),
             matrix("input map", "", &linear.inputs, &linear.input),
         ],
         laws: laws.iter().map(|law| law.summary()).collect::<Vec<LawSummary>>(),

@@ -7,10 +7,11 @@ use super::checks::{
     check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, places_in_control,
     reduce_diagnostics, signals_of,
 };
+use super::circuit::check_circuit;
 use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
-use crate::equations::{Direction, Measured, Term};
+use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, read};
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{LinearModel, Reduced, linearise, reduce};
@@ -157,8 +158,13 @@ fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Opt
 /// what is not there are left out and put in doubt.
 fn unreduced(model: &mut Model) -> Reduced {
     let shafts = model.shafts.clone();
-    let known = |name: &String| shafts.contains(name);
-    let whole = |along: &Direction| along.entries.iter().all(|(name, _)| known(name));
+    // A charge is known to the element that introduces it alone.
+    let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
+    let known = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
+    let of_element = |named: &NamedTerm, along: &Direction| {
+        let own = |name: &String| charges.iter().any(|(charge, element)| charge == name && *element == named.element);
+        along.entries.iter().all(|(name, _)| known(name) || own(name))
+    };
     let (constraints, others): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.terms).into_iter().partition(|named| !matches!(named.term, Term::Output(_)));
     let (mut good, mut bad): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|named| match &named.term {
@@ -167,9 +173,10 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Damper { along, .. }
         | Term::Friction { along, .. }
         | Term::Constraint { along, .. }
-        | Term::Input { along, .. } => whole(along),
+        | Term::Balance { along, .. }
+        | Term::Input { along, .. } => of_element(named, along),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
-        Term::Output(_) => true,
+        Term::Output(_) | Term::Charge { .. } => true,
     });
     let constrains = |element: &String| {
         let is_row = |term: &Term| matches!(term, Term::Constraint { .. } | Term::Transmission { .. });
@@ -191,6 +198,14 @@ fn unreduced(model: &mut Model) -> Reduced {
     Reduced { coordinates: (0..equations.shafts.len()).collect(), equations, steps: Vec::new() }
 }
 
+/// A charge and the element that introduces it.
+fn charge_of(named: &NamedTerm) -> Option<(String, String)> {
+    match &named.term {
+        Term::Charge { name } => Some((name.clone(), named.element.clone())),
+        _ => None,
+    }
+}
+
 fn file_stem(name: &str) -> String {
     let stem: String =
         name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' }).collect();
@@ -205,6 +220,9 @@ fn prepare_variant(
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
+    if !check_circuit(document, &model, out) {
+        return None;
+    }
     let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
         Err(error) => {

@@ -11,6 +11,9 @@ pub(super) fn physical_dimension(physical: Physical) -> Dimension {
         Physical::Angle => Dimension::ANGLE,
         Physical::Speed => Dimension::ANGULAR_VELOCITY,
         Physical::Torque | Physical::Energy => Dimension::TORQUE,
+        Physical::Charge => Dimension::CHARGE,
+        Physical::Current => Dimension::CURRENT,
+        Physical::Voltage => Dimension::VOLTAGE,
     }
 }
 

@@ -5,7 +5,7 @@ use super::checks::places_in_control;
 use super::read::{of_dimension, physical_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::InputKind;
+use crate::equations::{Domain, InputKind};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader};
 use crate::num::{Rational, rational_to_f64};
 use crate::results::Physical;
@@ -62,9 +62,16 @@ pub(super) fn sources(
         let (name, description) = match &input.value {
             InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
             InputKind::Motor(_) if commanded.contains(&input.element) => continue,
+            InputKind::Motor(_) if equations.domain_of(input) == Domain::Charge => {
+                (format!("{}.v", input.element), format!("voltage of {}", input.element))
+            }
             InputKind::Motor(_) => (format!("{}.tau", input.element), format!("torque of {}", input.element)),
         };
-        sources.push(Source { name, physical: Physical::Torque, description, target: SourceTarget::Input(k) });
+        let physical = match equations.domain_of(input) {
+            Domain::Rotation => Physical::Torque,
+            Domain::Charge => Physical::Voltage,
+        };
+        sources.push(Source { name, physical, description, target: SourceTarget::Input(k) });
     }
     sources.sort_by(|a, b| a.name.cmp(&b.name));
     sources
@@ -80,7 +87,7 @@ pub(super) fn not_settable(
     let shown = shortened(signal);
     let names = || sources.iter().map(|source| source.name.as_str());
     let all = || match sources {
-        [] => "there is nothing to set: add a motor or a disturbance".to_string(),
+        [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
         _ => format!("events can set {}", quoted(names())),
     };
     let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
@@ -93,7 +100,10 @@ pub(super) fn not_settable(
             format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
-    if is_kind("shaft") && (tail == "phi" || tail == "w") {
+    let charges = document.charges();
+    let of_charge =
+        |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
+    if is_kind("shaft") && (tail == "phi" || tail == "w") || signal.rsplit_once('.').is_some_and(of_charge) {
         return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
     }
     let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
@@ -246,17 +256,25 @@ pub(super) fn initial_state(
     let Some(Value::Map(entries)) = document.scenario.values.get("initial").map(|spanned| &spanned.value) else {
         return (position, speed);
     };
-    let shafts: Vec<&str> =
+    let charges = document.charges();
+    let mut shafts: Vec<&str> =
         document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str()).collect();
+    shafts.extend(charges.iter().map(String::as_str));
     for (name, scalar) in entries {
         let (shaft, tail) = name.value.rsplit_once('.').unwrap_or((&name.value, ""));
         let coordinate = names.iter().position(|n| n == shaft);
         let is_shaft = shafts.contains(&shaft);
-        let target = match (tail, coordinate) {
-            ("phi", Some(k)) => Some((Some(&mut position[k]), Dimension::ANGLE)),
-            ("w", Some(k)) => Some((Some(&mut speed[k]), Dimension::ANGULAR_VELOCITY)),
-            ("phi", None) if coordinates.is_none() && is_shaft => Some((None, Dimension::ANGLE)),
-            ("w", None) if coordinates.is_none() && is_shaft => Some((None, Dimension::ANGULAR_VELOCITY)),
+        let is_charge = |name: &str| charges.iter().any(|charge| charge == name);
+        let tails = |name: &str| if is_charge(name) { ["q", "i"] } else { ["phi", "w"] };
+        let dimensions = match is_charge(shaft) {
+            true => [Dimension::CHARGE, Dimension::CURRENT],
+            false => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
+        };
+        let rate = tails(shaft).iter().position(|known| *known == tail);
+        let target = match (rate, coordinate) {
+            (Some(0), Some(k)) => Some((Some(&mut position[k]), dimensions[0])),
+            (Some(_), Some(k)) => Some((Some(&mut speed[k]), dimensions[1])),
+            (Some(rate), None) if coordinates.is_none() && is_shaft => Some((None, dimensions[rate])),
             _ => None,
         };
         let Some((target, dimension)) = target else {
@@ -265,17 +283,18 @@ pub(super) fn initial_state(
             }
             let usable: Vec<&str> =
                 if coordinates.is_some() { names.iter().map(String::as_str).collect() } else { shafts.clone() };
-            let known: Vec<String> = usable.iter().flat_map(|n| [format!("{n}.phi"), format!("{n}.w")]).collect();
+            let known: Vec<String> = usable.iter().flat_map(|n| tails(n).map(|tail| format!("{n}.{tail}"))).collect();
             let known = || known.iter().map(String::as_str);
             let shown = shortened(&name.value);
-            let (message, help) = if is_shaft && matches!(tail, "phi" | "w") {
+            let (message, help) = if is_shaft && rate.is_some() {
                 let help =
                     format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(known()));
                 (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
             } else {
                 let help = nearest(&name.value, known())
                     .map_or_else(|| format!("there are {}", quoted(known())), |near| format!("did you mean `{near}`?"));
-                (format!("`{shown}` is not the angle or speed of a coordinate"), help)
+                let what = if charges.is_empty() { "angle or speed" } else { "angle, speed, charge or current" };
+                (format!("`{shown}` is not the {what} of a coordinate"), help)
             };
             out.push(
                 Diagnostic::error("name::unknown", format!("`initial` of `[scenario]`: {message}"))

@@ -1,0 +1,37 @@
+use super::{Element, FROM, TO, Values, branch, check_branch};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A coil: the inertia of a circuit, \[diss. Table 4.3\].
+pub const INDUCTOR: Element = Element {
+    keyword: "inductor",
+    summary: "An ideal coil between two nodes of a circuit: v = L di/dt.",
+    sketch: r"
+           i >0   L
+    from --->---UUUU------- to
+           +     v      -",
+    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
+            of `to`.",
+    fields: &[
+        FROM,
+        TO,
+        Field::required("inductance", Kind::Quantity(Dimension::INDUCTANCE, Sign::Positive), "Inductance L."),
+    ],
+    example: "\
+[inductor.choke]
+from = \"in\"
+to = \"out\"
+inductance = \"2 mH\"
+",
+    check: check_branch,
+    terms,
+};
+
+fn terms(name: &str, values: &Values) -> Vec<Term> {
+    let mut out = branch(name, values, ["from", "to"]);
+    if let Some(inductance) = values.exact("inductance") {
+        out.push(Term::Inertia { along: Direction::shaft(name), inertia: inductance.clone() });
+    }
+    out
+}

@@ -1,0 +1,37 @@
+use super::{Element, FROM, TO, Values, branch, check_branch};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// A resistor: the damper of a circuit, \[diss. Table 4.3\].
+pub const RESISTOR: Element = Element {
+    keyword: "resistor",
+    summary: "An ohmic resistor between two nodes of a circuit: v = R i; with no resistance a wire that shows its current.",
+    sketch: r"
+           i >0   R
+    from --->---[   ]------ to
+           +      v     -",
+    signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
+            of `to`.",
+    fields: &[
+        FROM,
+        TO,
+        Field::required("resistance", Kind::Quantity(Dimension::RESISTANCE, Sign::NonNegative), "Resistance R."),
+    ],
+    example: "\
+[resistor.load]
+from = \"out\"
+to = \"ground\"
+resistance = \"50 Ohm\"
+",
+    check: check_branch,
+    terms,
+};
+
+fn terms(name: &str, values: &Values) -> Vec<Term> {
+    let mut out = branch(name, values, ["from", "to"]);
+    if let Some(resistance) = values.exact("resistance").filter(|x| !x.is_zero()) {
+        out.push(Term::Damper { along: Direction::shaft(name), damping: resistance.clone() });
+    }
+    out
+}

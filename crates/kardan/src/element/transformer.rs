@@ -1,0 +1,54 @@
+use super::{Element, Mistake, Values, branch, check_ends};
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Exact;
+
+/// An ideal transformer: the gear of a circuit.
+pub const TRANSFORMER: Element = Element {
+    keyword: "transformer",
+    summary: "An ideal transformer, two coupled windings: v1 = n v2 and n i1 + i2 = 0.",
+    sketch: r"
+              i1 >0   i2 >0
+    from_1 --->---* | *---<--- from_2
+           v1     ) | (     v2
+      to_1 -------) | (------- to_2
+                  n : 1",
+    signs: "Both currents count positive into the dotted ends `from_1` and `from_2`, both voltages from there to `to_1` and \
+            `to_2`: `<name>.1.i`, `<name>.1.v` and `<name>.2.i`, `<name>.2.v`. It has no inductance of its own and \
+            transforms direct current too; put an inductor beside winding 1 for the magnetising current.",
+    fields: &[
+        Field::required("from_1", Kind::Node, "The dotted end of winding 1."),
+        Field::required("to_1", Kind::Node, "The other end of winding 1."),
+        Field::required("from_2", Kind::Node, "The dotted end of winding 2."),
+        Field::required("to_2", Kind::Node, "The other end of winding 2."),
+        Field::required(
+            "ratio",
+            Kind::Number(Sign::NonZero),
+            "n: turns of winding 1 for one turn of winding 2; negative if one of them is wound the other way.",
+        ),
+    ],
+    example: "\
+[transformer.step_down]
+from_1 = \"mains\"
+to_1 = \"ground\"
+from_2 = \"out\"
+to_2 = \"ground\"
+ratio = \"10/3\"
+",
+    check,
+    terms,
+};
+
+fn check(values: &Values) -> Vec<Mistake> {
+    [check_ends(values, ["from_1", "to_1"]), check_ends(values, ["from_2", "to_2"])].concat()
+}
+
+fn terms(name: &str, values: &Values) -> Vec<Term> {
+    let [first, second] = [format!("{name}.1"), format!("{name}.2")];
+    let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
+    let mut out = branch(&first, values, ["from_1", "to_1"]);
+    out.extend(branch(&second, values, ["from_2", "to_2"]));
+    let along = Direction { entries: vec![(first, ratio), (second, Exact::one())] };
+    out.push(Term::Constraint { along, offset: Exact::zero() });
+    out
+}

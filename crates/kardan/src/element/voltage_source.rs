@@ -1,0 +1,29 @@
+use super::{Element, FROM, Values, branch, check_branch};
+use crate::equations::{Direction, InputKind, Motor, Term};
+use crate::schema::{Field, Kind};
+
+/// An ideal voltage source: an input along its own charge.
+pub const VOLTAGE_SOURCE: Element = Element {
+    keyword: "voltage_source",
+    summary: "An ideal voltage source between two nodes of a circuit; events of the scenario set `<name>.v`.",
+    sketch: r"
+                 v
+    from ----- ( - + ) --->--- to
+                         i >0",
+    signs: "`<name>.v` is the potential of `to` less that of `from`, zero until an event sets it; `<name>.i` leaves at `to`, \
+            so that v i is the power that the source gives.",
+    fields: &[FROM, Field::required("to", Kind::Node, "The positive pole, where a positive current comes out.")],
+    example: "\
+[voltage_source.supply]
+from = \"ground\"
+to = \"in\"
+",
+    check: check_branch,
+    terms,
+};
+
+fn terms(name: &str, values: &Values) -> Vec<Term> {
+    let mut out = branch(name, values, ["from", "to"]);
+    out.push(Term::Input { along: Direction::shaft(name), kind: InputKind::Motor(Motor::default()) });
+    out
+}

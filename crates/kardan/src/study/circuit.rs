@@ -1,0 +1,182 @@
+//! Checks of the circuits of a model: nodes, ground, loops that nothing slows down.
+
+use super::checks::{MOST_LABELS, places_of_node, span_of};
+use crate::diagnostics::{Diagnostic, nearest, quoted};
+use crate::equations::{GROUND, NamedTerm, Term};
+use crate::model::{Document, Model};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The charge through a branch and what else is along it.
+#[derive(Debug, Default)]
+struct Branch<'m> {
+    charge: &'m str,
+    /// The nodes at its ends.
+    ends: Vec<&'m str>,
+    inductance: bool,
+    /// Resistance or elastance: its voltage depends on its charge.
+    passive: bool,
+    /// A winding of a transformer: what it does depends on the other.
+    coupled: bool,
+}
+
+fn branches(model: &Model) -> Vec<Branch<'_>> {
+    let mut out: BTreeMap<&str, Branch<'_>> = BTreeMap::new();
+    for NamedTerm { term, .. } in &model.terms {
+        if let Term::Charge { name } = term {
+            out.insert(name, Branch { charge: name, ..Branch::default() });
+        }
+    }
+    for NamedTerm { term, .. } in &model.terms {
+        let (Term::Inertia { along, .. }
+        | Term::Spring { along, .. }
+        | Term::Damper { along, .. }
+        | Term::Constraint { along, .. }
+        | Term::Balance { along, .. }) = term
+        else {
+            continue;
+        };
+        for (charge, _) in &along.entries {
+            let Some(branch) = out.get_mut(charge.as_str()) else { continue };
+            match term {
+                Term::Balance { node, .. } => branch.ends.push(node),
+                Term::Inertia { .. } => branch.inductance = true,
+                Term::Constraint { .. } => branch.coupled = true,
+                _ => branch.passive = true,
+            }
+        }
+    }
+    out.into_values().collect()
+}
+
+/// Adds branches one by one; each that closes a loop is left out and the loop told, the branch itself first.
+fn loops<'m>(branches: impl Iterator<Item = &'m Branch<'m>>) -> Vec<Vec<&'m str>> {
+    let mut forest: Vec<&Branch<'_>> = Vec::new();
+    let mut out = Vec::new();
+    for branch in branches {
+        let [from, to] = branch.ends[..] else { continue };
+        match path(&forest, from, to) {
+            Some(way) => out.push(std::iter::once(branch.charge).chain(way).collect()),
+            None => forest.push(branch),
+        }
+    }
+    out
+}
+
+/// The branches of a forest between two of its nodes.
+fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m str>> {
+    let mut open = vec![(from, Vec::new())];
+    let mut seen = BTreeSet::from([from]);
+    while let Some((node, way)) = open.pop() {
+        if node == to {
+            return Some(way);
+        }
+        for branch in forest.iter().filter(|branch| branch.ends.contains(&node)) {
+            let next = branch.ends.iter().find(|end| **end != node);
+            if let Some(next) = next.filter(|next| seen.insert(next)) {
+                open.push((next, [way.clone(), vec![branch.charge]].concat()));
+            }
+        }
+    }
+    None
+}
+
+fn at_all(document: &Document, names: &[&str], label: &str, mut diagnostic: Diagnostic) -> Diagnostic {
+    let mut places: Vec<_> = names.iter().map(|name| span_of(document, name)).collect();
+    places.sort_by_key(|place| place.start);
+    places.dedup();
+    for place in places.into_iter().take(MOST_LABELS) {
+        diagnostic = diagnostic.at(place, label);
+    }
+    diagnostic
+}
+
+/// A loop of branches whose current could change without limit.
+pub(super) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -> Diagnostic {
+    let mut names: Vec<&str> = branches.iter().map(AsRef::as_ref).collect();
+    names.sort_unstable();
+    let message = format!("the loop through {} has no inductance", quoted(names.iter().copied()));
+    at_all(document, &names, "no inductance", Diagnostic::error("model::massless", message))
+        .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
+}
+
+/// Reports what keeps the circuits of a model from having one solution; false if they have none.
+pub(super) fn check_circuit(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> bool {
+    let branches = branches(model);
+    let before = out.len();
+    let mut at_node: BTreeMap<&str, Vec<&Branch<'_>>> = BTreeMap::new();
+    for branch in &branches {
+        for node in &branch.ends {
+            at_node.entry(node).or_default().push(branch);
+        }
+    }
+    for node in at_node.keys() {
+        if let Some(element) = document.elements.iter().find(|e| e.name == *node) {
+            let message = format!("the name `{node}` is used for a {} and a node", element.kind.keyword);
+            let place = places_of_node(document, node).into_iter().next().unwrap_or(0..0);
+            out.push(
+                Diagnostic::error("name::duplicate", message)
+                    .at(place, "as a node here")
+                    .at(element.span.clone(), "first here")
+                    .help("give each element and each node a name of its own"),
+            );
+        }
+    }
+    // Parts of the circuits that no branch connects with ground; a transformer does not.
+    let mut left: BTreeSet<&str> = at_node.keys().copied().collect();
+    let reached = |start: &str, left: &mut BTreeSet<&str>| {
+        let mut part: BTreeSet<String> = BTreeSet::new();
+        let mut open = vec![start.to_string()];
+        while let Some(node) = open.pop() {
+            left.remove(node.as_str());
+            let ends = at_node.get(node.as_str()).into_iter().flatten().flat_map(|branch| &branch.ends);
+            open.extend(ends.filter(|end| left.contains(**end)).map(|end| end.to_string()));
+            part.insert(node);
+        }
+        part
+    };
+    reached(GROUND, &mut left);
+    while let Some(node) = left.first().copied() {
+        let part = reached(node, &mut left);
+        let names = quoted(part.iter().map(String::as_str));
+        let message =
+            format!("nothing connects the node{} {names} with `{GROUND}`", if part.len() == 1 { "" } else { "s" });
+        out.push(
+            at_all(document, &part.iter().map(String::as_str).collect::<Vec<_>>(), "floats", Diagnostic::error("circuit::floating", message))
+                .help(format!(
+                    "let one branch of this part end at `{GROUND}` in place of one of its nodes: potentials count from there, \
+                     and no current flows through a single connection"
+                )),
+        );
+    }
+    let shorts = loops(branches.iter().filter(|b| !b.inductance && !b.coupled && !b.passive));
+    for short in &shorts {
+        let message = format!(
+            "{} form a loop without inductance or resistance: their voltages contradict each other, or the current between \
+             them is anything",
+            quoted(short.iter().copied())
+        );
+        out.push(
+            at_all(document, short, "part of the loop", Diagnostic::error("circuit::short", message))
+                .help("remove one of them, or put the inductance and the resistance of the wires between them"),
+        );
+    }
+    if shorts.is_empty() {
+        let massless = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));
+        out.extend(massless.iter().map(|massless| massless_loop(document, massless)));
+    }
+    let fine = out.len() == before;
+    for (node, branches) in &at_node {
+        let [only] = branches[..] else { continue };
+        if *node == GROUND {
+            continue;
+        }
+        let help = match nearest(node, at_node.keys().copied().filter(|other| other != node)) {
+            Some(near) => format!("did you mean `{near}`? Otherwise lead the current on to another node"),
+            None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
+        };
+        let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
+        let place = places_of_node(document, node).into_iter().next().unwrap_or(0..0);
+        out.push(Diagnostic::warning("circuit::open", message).at(place, "an open end").help(help));
+    }
+    fine
+}
