@@ -24,12 +24,8 @@ fn chain(n: usize) -> ConstrainedSystem {
     let between = |i: usize| [(i, 1), (i + 1, -1)];
     ConstrainedSystem {
         shafts: (0..n).map(|i| format!("body_{i}")).collect(),
-        inertias: (0..n)
-            .map(|i| along(format!("body_{i}"), &[(i, 1)], fraction(1 + i as i64 % 7, 100)))
-            .collect(),
-        dampers: (0..n - 1)
-            .map(|i| along(format!("shaft_{i}"), &between(i), fraction(1 + i as i64 % 5, 50)))
-            .collect(),
+        inertias: (0..n).map(|i| along(format!("body_{i}"), &[(i, 1)], fraction(1 + i as i64 % 7, 100))).collect(),
+        dampers: (0..n - 1).map(|i| along(format!("shaft_{i}"), &between(i), fraction(1 + i as i64 % 5, 50))).collect(),
         springs: (0..n - 1)
             .map(|i| along(format!("shaft_{i}"), &between(i), fraction(90 + i as i64 % 11, 1)))
             .collect(),

@@ -207,11 +207,7 @@ fn orthogonality(gram: &Mat<f64>) -> f64 {
 ///
 /// # Panics
 /// If the matrix is not square.
-pub fn eigenvalue_bounds(
-    name: &'static str,
-    unit: &str,
-    gram: &Mat<f64>,
-) -> Result<EigenvalueBounds, BasisError> {
+pub fn eigenvalue_bounds(name: &'static str, unit: &str, gram: &Mat<f64>) -> Result<EigenvalueBounds, BasisError> {
     let r = gram.ncols();
     let eigenvalues = match r {
         0 => Some(Vec::new()),

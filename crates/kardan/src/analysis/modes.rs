@@ -42,7 +42,8 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     let pairs = quadratic_pairs(&h, &d, &s, &rigid)?;
     let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
     let [inertias, springs, dampers] =
-        [&reduction.system.inertias, &reduction.system.springs, &reduction.system.dampers].map(|terms| by_element(terms));
+        [&reduction.system.inertias, &reduction.system.springs, &reduction.system.dampers]
+            .map(|terms| by_element(terms));
     let mode = |pair: &Pair| {
         let all: Vec<c64> = basis.iter().map(|row| along(row, &pair.vector)).collect();
         let scale = largest(&all);
@@ -81,9 +82,7 @@ pub fn modes_of_pencil(states: &[String], e: &Matrix<f64>, a: &Matrix<f64>) -> O
     let right = Mat::from_fn(n, n, |i, j| a[(i, j)]);
     let state = PartialPivLu::new(Mat::from_fn(n, n, |i, j| e[(i, j)]).as_ref()).solve(right);
     let pairs = state_pairs(&state)?;
-    let mode = |pair: &Pair| {
-        Mode { shape: shape(states, pair.vector.iter().copied()), ..root(pair.value) }
-    };
+    let mode = |pair: &Pair| Mode { shape: shape(states, pair.vector.iter().copied()), ..root(pair.value) };
     Some(sorted(pairs.iter().map(mode).collect()))
 }
 
@@ -152,11 +151,7 @@ fn by_element(terms: &[Along<Rational>]) -> Vec<(&str, Vec<(f64, Vec<(usize, f64
 }
 
 /// `factor Σ c |aᵀx|²` for each element.
-fn energies<'a>(
-    elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)],
-    x: &[c64],
-    factor: f64,
-) -> Vec<(&'a str, f64)> {
+fn energies<'a>(elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
     let energy = |(value, row): &(f64, Vec<(usize, f64)>)| value * along(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
 }
@@ -358,6 +353,9 @@ fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option
 }
 
 /// Eigenvalues with imaginary part ≥ 0 and eigenvectors of a matrix.
+///
+/// `faer` returns overflowing or wrong vectors for eigenvalues that are nearly defective several times over, so every vector
+/// is checked by its residual.
 fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
     if !a.is_all_finite() {
         return None;
@@ -369,21 +367,28 @@ fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
     let scales = balance(a);
     let balanced = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     let eigen = balanced.eigen().ok()?;
+    let kept: Vec<usize> = (0..n).filter(|&k| eigen.S()[k].im >= 0.0).collect();
+    let vectors: Vec<Option<Vec<c64>>> =
+        kept.iter().map(|&k| normalised(&(0..n).map(|i| eigen.U()[(i, k)]).collect::<Vec<_>>())).collect();
+    let part = |of: fn(&c64) -> f64| {
+        Mat::from_fn(n, kept.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
+    };
+    let images = [&balanced * part(|x| x.re), &balanced * part(|x| x.im)];
+    let tolerance = 1e-14 * n as f64 * balanced.norm_max();
     let mut out = Vec::new();
-    for k in 0..n {
-        let value = eigen.S()[k];
-        if value.im < 0.0 {
-            continue;
-        }
-        let vector: Vec<c64> = (0..n).map(|i| eigen.U()[(i, k)]).collect();
-        let vector = normalised(&vector).or_else(|| null_vector(balanced.as_ref(), value))?;
+    for (k, vector) in vectors.into_iter().enumerate() {
+        let value = eigen.S()[kept[k]];
+        let solves = |vector: &Vec<c64>| {
+            (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
+        };
+        let vector = vector.filter(solves).or_else(|| null_vector(balanced.as_ref(), value))?;
         let vector: Vec<c64> = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
         out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
 }
 
-/// The eigenvector of a defective eigenvalue whose computed one overflowed.
+/// The eigenvector to a known eigenvalue, from the singular value decomposition.
 fn null_vector(a: MatRef<'_, f64>, value: c64) -> Option<Vec<c64>> {
     let n = a.nrows();
     let shifted = Mat::from_fn(n, n, |i, j| c64::new(a[(i, j)], 0.0) - if i == j { value } else { c64::ZERO });
