@@ -74,7 +74,10 @@ pub fn gram_schmidt(h: &Mat<f64>, basis: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64
         }
         let hu = times_symmetric(h, &u);
         let energy = dot(&u, &hu);
-        if !(energy > 4.0 * f64::EPSILON * n as f64 * absolute_energy(h, &u)) {
+        // Rounding of the products of this column, and what is left of the parts taken off it.
+        let rounding = 4.0 * f64::EPSILON * n as f64 * absolute_energy(h, &u);
+        let removed: f64 = (0..k).map(|i| shares[(i, k)] * shares[(i, k)]).sum();
+        if !(energy > rounding.max(1e-26 * removed)) {
             return Err(BasisError::InertiaNotDefinite { direction: u, energy });
         }
         let length = energy.sqrt();
@@ -206,7 +209,11 @@ fn orthogonality(gram: &Mat<f64>) -> f64 {
 /// If the matrix is not square.
 pub fn eigenvalue_bounds(name: &'static str, unit: &str, gram: &Mat<f64>) -> Result<EigenvalueBounds, BasisError> {
     let r = gram.ncols();
-    let eigenvalues = gram.self_adjoint_eigenvalues(Side::Lower).ok().filter(|_| gram.is_all_finite());
+    let eigenvalues = match r {
+        0 => Some(Vec::new()),
+        _ if !gram.is_all_finite() => None,
+        _ => gram.self_adjoint_eigenvalues(Side::Lower).ok(),
+    };
     let radius = |j: usize| (0..r).filter(|&i| i != j).map(|i| gram[(i, j)].abs()).sum();
     Ok(EigenvalueBounds {
         matrix: name.to_string(),

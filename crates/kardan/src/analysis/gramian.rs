@@ -82,14 +82,16 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     let doublings = (2.0 * norm_1(&a) * horizon).log2().ceil().max(0.0);
     let step = horizon / doublings.exp2();
     let mut factor = quadrature(&a, &b, step);
-    let mut transition = exponential(&a, step);
+    // e^{At} − I, in which slow motions keep their digits where fast ones dictate a short step.
+    let mut change = exponential_minus_one(&a, step);
     for _ in 0..doublings as usize {
-        factor = compressed(beside(&[factor.as_ref(), (&transition * &factor).as_ref()]));
-        transition = &transition * &transition;
+        factor = compressed(beside(&[factor.as_ref(), (&factor + &change * &factor).as_ref()]));
+        change = faer::Scale(2.0) * &change + &change * &change;
     }
-    if !(factor.is_all_finite() && transition.is_all_finite()) {
+    if !(factor.is_all_finite() && change.is_all_finite()) {
         return None;
     }
+    let transition = change + Mat::<f64>::identity(n, n);
     let residual = lyapunov_residual(&a, &b, &factor, &transition);
     let factor = Mat::from_fn(n, factor.ncols(), |i, j| factor[(i, j)] * scales[i]);
     Some(Gramian { factor, horizon, residual })
@@ -170,8 +172,8 @@ fn exponential_times(a: &Mat<f64>, h: f64, x: &Mat<f64>) -> Mat<f64> {
     sum
 }
 
-/// `e^{Ah}` by its series up to the 15th term with six products (Paterson and Stockmeyer), for `‖Ah‖ ≤ ½`.
-fn exponential(a: &Mat<f64>, h: f64) -> Mat<f64> {
+/// `e^{Ah} − I` by its series up to the 15th term with six products (Paterson and Stockmeyer), for `‖Ah‖ ≤ ½`.
+fn exponential_minus_one(a: &Mat<f64>, h: f64) -> Mat<f64> {
     let one = Mat::<f64>::identity(a.nrows(), a.nrows());
     let first = faer::Scale(h) * a;
     let second = &first * &first;
@@ -180,6 +182,7 @@ fn exponential(a: &Mat<f64>, h: f64) -> Mat<f64> {
     let inverse_factorial = |k: usize| (1..=k).fold(1.0, |x, k| x / k as f64);
     let block = |k: usize| {
         let [c0, c1, c2, c3] = [0, 1, 2, 3].map(|j| faer::Scale(inverse_factorial(4 * k + j)));
+        let c0 = if k > 0 { c0 } else { faer::Scale(0.0) };
         c0 * &one + c1 * &first + c2 * &second + c3 * &third
     };
     (0..3).rev().fold(block(3), |sum, k| sum * &fourth + block(k))

@@ -15,7 +15,8 @@ const EXACT_RIGID_UP_TO: usize = 60;
 /// Every eigenvalue is listed as often as it is a root, so that the modes stand for 2 · freedoms roots, pairs for two. The
 /// shape runs over all shafts, `K v`, with largest entry 1. Shares of stored energy: kinetic `½ J |λ aᵀv|²` and potential
 /// `½ s |aᵀv|²`, for λ = 0 the kinetic energy of a motion with the speeds v; they sum to one, terms of one element
-/// together. Shares of the loss: `d |λ aᵀv|²`, none for λ = 0 or without damping.
+/// together. Shares of the loss: `d |λ aᵀv|²`, none for λ = 0 or without damping. Where negative coefficients make a total
+/// vanish (a body that falls from a negative spring keeps the energy zero) there are no shares.
 ///
 /// Method: coordinates in which the inertia is the identity; rigid motions (`S_r v = 0`, exact if no stiffness is negative)
 /// are split off, each with a root λ = 0 and, where they meet no damping (`D_r v = 0`, exact), with a second one, so that
@@ -52,19 +53,13 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
         let kinetic = energies(&inertias, &vector, 0.5 * speed);
         let potential = if moving { energies(&springs, &vector, 0.5) } else { Vec::new() };
         let lost = if moving { energies(&dampers, &vector, speed) } else { Vec::new() };
-        let stored: f64 = kinetic.iter().chain(&potential).map(|(_, energy)| energy).sum();
-        let loss: f64 = lost.iter().map(|(_, loss)| loss).sum();
-        let share = |kind| move |(element, energy): (&str, f64)| (element.to_string(), kind, energy / stored);
+        let kinds = kinetic.iter().map(|_| EnergyKind::Kinetic).chain(potential.iter().map(|_| EnergyKind::Potential));
+        let kinds: Vec<EnergyKind> = kinds.collect();
+        let stored = shares(kinetic.into_iter().chain(potential).collect());
         Mode {
             shape: shape(&system.shafts, all.iter().map(|x| x / scale)),
-            stored: (kinetic.into_iter().map(share(EnergyKind::Kinetic)))
-                .chain(potential.into_iter().map(share(EnergyKind::Potential)))
-                .collect(),
-            dissipated: if loss == 0.0 {
-                Vec::new()
-            } else {
-                lost.into_iter().map(|(element, x)| (element.to_string(), x / loss)).collect()
-            },
+            stored: stored.into_iter().zip(kinds).map(|((element, share), kind)| (element, kind, share)).collect(),
+            dissipated: shares(lost),
             ..root(pair.value)
         }
     };
@@ -87,10 +82,7 @@ pub fn modes_of_pencil(states: &[String], e: &Matrix<f64>, a: &Matrix<f64>) -> O
     let right = Mat::from_fn(n, n, |i, j| a[(i, j)]);
     let state = PartialPivLu::new(Mat::from_fn(n, n, |i, j| e[(i, j)]).as_ref()).solve(right);
     let pairs = state_pairs(&state)?;
-    let mode = |pair: &Pair| {
-        let scale = largest(&pair.vector);
-        Mode { shape: shape(states, pair.vector.iter().map(|x| x / scale)), ..root(pair.value) }
-    };
+    let mode = |pair: &Pair| Mode { shape: shape(states, pair.vector.iter().copied()), ..root(pair.value) };
     Some(sorted(pairs.iter().map(mode).collect()))
 }
 
@@ -130,6 +122,16 @@ fn along(row: &[(usize, f64)], x: &[c64]) -> c64 {
     row.iter().map(|(j, factor)| x[*j] * *factor).sum()
 }
 
+/// With largest entry 1; `None` if that is impossible.
+fn normalised(x: &[c64]) -> Option<Vec<c64>> {
+    // In two steps, so that the size of a complex divisor cannot overflow.
+    let size = x.iter().fold(0.0f64, |max, x| max.max(x.re.abs()).max(x.im.abs()));
+    let x: Vec<c64> = x.iter().map(|x| c64::new(x.re / size, x.im / size)).collect();
+    let largest = largest(&x);
+    let x: Vec<c64> = x.iter().map(|x| x / largest).collect();
+    x.iter().all(|x| x.re.is_finite() && x.im.is_finite()).then_some(x)
+}
+
 fn largest(x: &[c64]) -> c64 {
     x.iter().copied().fold(c64::ZERO, |best, x| if x.norm() > best.norm() { x } else { best })
 }
@@ -152,6 +154,16 @@ fn by_element(terms: &[Along<Rational>]) -> Vec<(&str, Vec<(f64, Vec<(usize, f64
 fn energies<'a>(elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
     let energy = |(value, row): &(f64, Vec<(usize, f64)>)| value * along(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
+}
+
+/// Parts of the sum; empty if there is none (negative coefficients can cancel others).
+fn shares(parts: Vec<(&str, f64)>) -> Vec<(String, f64)> {
+    let sum: f64 = parts.iter().map(|(_, part)| part).sum();
+    let size: f64 = parts.iter().map(|(_, part)| part.abs()).sum();
+    if !(sum.abs() > 1e-12 * size) {
+        return Vec::new();
+    }
+    parts.into_iter().map(|(element, part)| (element.to_string(), part / sum)).collect()
 }
 
 /// Motions that stretch no spring, over the coordinates.
@@ -230,7 +242,7 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
     let r = h.nrows();
     let factor = h.llt(Side::Lower).ok()?;
     let l = factor.L();
-    let normalised = |m: &Mat<f64>| {
+    let unit_inertia = |m: &Mat<f64>| {
         let mut half = m.clone();
         l.solve_lower_triangular_in_place(&mut half);
         let mut out = half.transpose().to_owned();
@@ -238,7 +250,7 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
         out
     };
     let (free, known) = (rigid.free.len(), rigid.free.len() + rigid.damped.len());
-    let (mut d, mut s) = (normalised(d), normalised(s));
+    let (mut d, mut s) = (unit_inertia(d), unit_inertia(s));
     let mut motions = Mat::<f64>::zeros(r, known);
     for (k, motion) in rigid.free.iter().chain(&rigid.damped).enumerate() {
         for (i, x) in motion {
@@ -265,10 +277,7 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
     let mut out: Vec<Pair> = (0..free).chain(0..known).map(exact).collect();
     for (k, value) in values.into_iter().enumerate() {
         let vector: Vec<c64> = (0..r).map(|i| c64::new(vectors[0][(i, k)], vectors[1][(i, k)])).collect();
-        if !vector.iter().all(|x| x.re.is_finite() && x.im.is_finite()) || largest(&vector) == c64::ZERO {
-            return None;
-        }
-        out.push(Pair { value, vector });
+        out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
 }
@@ -286,6 +295,9 @@ type Vectors = [Mat<f64>; 2]; // real and imaginary parts
 /// Without damping: `−λ²` are the eigenvalues of S beyond the `known` rigid motions.
 fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<(Vec<c64>, Vectors)> {
     let (r, flexible) = (s.nrows(), s.nrows() - known);
+    if flexible == 0 {
+        return Some((Vec::new(), [Mat::zeros(r, 0), Mat::zeros(r, 0)]));
+    }
     let eigen = s.submatrix(known, known, flexible, flexible).self_adjoint_eigen(Side::Lower).ok()?;
     let (mut values, mut of) = (Vec::new(), Vec::new());
     for k in 0..flexible {
@@ -332,9 +344,7 @@ fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option
             // λ = 0 that was not split off: the angles are the motion.
             motion = (free..r).map(|i| if i < known { c64::ZERO } else { pair.vector[i - known] }).collect();
         }
-        let scale = largest(&motion);
-        for (i, x) in motion.iter().enumerate() {
-            let x = x / scale;
+        for (i, x) in normalised(&motion)?.into_iter().enumerate() {
             vectors[0][(free + i, k)] = x.re;
             vectors[1][(free + i, k)] = x.im;
         }
@@ -343,32 +353,42 @@ fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option
 }
 
 /// Eigenvalues with imaginary part ≥ 0 and eigenvectors of a matrix.
+///
+/// `faer` returns overflowing or wrong vectors for eigenvalues that are nearly defective several times over, so every vector
+/// is checked by its residual.
 fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
     if !a.is_all_finite() {
         return None;
     }
     let n = a.nrows();
+    if n == 0 {
+        return Some(Vec::new());
+    }
     let scales = balance(a);
     let balanced = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     let eigen = balanced.eigen().ok()?;
+    let kept: Vec<usize> = (0..n).filter(|&k| eigen.S()[k].im >= 0.0).collect();
+    let vectors: Vec<Option<Vec<c64>>> =
+        kept.iter().map(|&k| normalised(&(0..n).map(|i| eigen.U()[(i, k)]).collect::<Vec<_>>())).collect();
+    let part = |of: fn(&c64) -> f64| {
+        Mat::from_fn(n, kept.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
+    };
+    let images = [&balanced * part(|x| x.re), &balanced * part(|x| x.im)];
+    let tolerance = 1e-14 * n as f64 * balanced.norm_max();
     let mut out = Vec::new();
-    for k in 0..n {
-        let value = eigen.S()[k];
-        if value.im < 0.0 {
-            continue;
-        }
-        let mut vector: Vec<c64> = (0..n).map(|i| eigen.U()[(i, k)]).collect();
-        let size = largest(&vector);
-        if !vector.iter().all(|x| x.re.is_finite() && x.im.is_finite()) || size == c64::ZERO {
-            vector = null_vector(balanced.as_ref(), value)?;
-        }
-        let vector = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
-        out.push(Pair { value, vector });
+    for (k, vector) in vectors.into_iter().enumerate() {
+        let value = eigen.S()[kept[k]];
+        let solves = |vector: &Vec<c64>| {
+            (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
+        };
+        let vector = vector.filter(solves).or_else(|| null_vector(balanced.as_ref(), value))?;
+        let vector: Vec<c64> = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
+        out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
 }
 
-/// The eigenvector of a defective eigenvalue whose computed one overflowed.
+/// The eigenvector to a known eigenvalue, from the singular value decomposition.
 fn null_vector(a: MatRef<'_, f64>, value: c64) -> Option<Vec<c64>> {
     let n = a.nrows();
     let shifted = Mat::from_fn(n, n, |i, j| c64::new(a[(i, j)], 0.0) - if i == j { value } else { c64::ZERO });
