@@ -63,9 +63,12 @@ fn two_bodies(j: i64, s: i64, d: (i64, u32)) -> LinearSystem {
     }
 }
 
+/// System, least number of inputs, rank, and geometric multiplicity by factor.
+type Case = (LinearSystem, usize, usize, &'static [(&'static str, usize)]);
+
 #[test]
 fn appendix_b_in_full() {
-    let cases: [(LinearSystem, usize, usize, &[(&str, usize)]); 7] = [
+    let cases: [Case; 7] = [
         (two_bodies(1, 2, (1, 2)), 1, 4, &[("s", 1), ("s + 1/2", 1), ("s^2 + 3/2 s + 4", 1)]),
         (two_bodies(1, 0, (1, 1)), 2, 3, &[("s", 2), ("s + 1", 1), ("s + 3", 1)]),
         (two_bodies(2, 8, (4, 1)), 2, 3, &[("s", 1), ("s + 2", 2), ("s + 4", 1)]),

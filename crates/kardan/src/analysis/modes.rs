@@ -136,8 +136,11 @@ fn largest(x: &[c64]) -> c64 {
     x.iter().copied().fold(c64::ZERO, |best, x| if x.norm() > best.norm() { x } else { best })
 }
 
+/// An element with its terms: coefficient and row.
+type ElementTerms<'a> = (&'a str, Vec<(f64, Vec<(usize, f64)>)>);
+
 /// The terms of each element together, in the order in which the elements first appear.
-fn by_element(terms: &[Along<Rational>]) -> Vec<(&str, Vec<(f64, Vec<(usize, f64)>)>)> {
+fn by_element(terms: &[Along<Rational>]) -> Vec<ElementTerms<'_>> {
     let mut places = std::collections::HashMap::new();
     let mut out: Vec<(&str, Vec<_>)> = Vec::new();
     for term in terms {
@@ -151,7 +154,7 @@ fn by_element(terms: &[Along<Rational>]) -> Vec<(&str, Vec<(f64, Vec<(usize, f64
 }
 
 /// `factor Σ c |aᵀx|²` for each element.
-fn energies<'a>(elements: &[(&'a str, Vec<(f64, Vec<(usize, f64)>)>)], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
+fn energies<'a>(elements: &[ElementTerms<'a>], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
     let energy = |(value, row): &(f64, Vec<(usize, f64)>)| value * along(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
 }

@@ -274,7 +274,7 @@ pub struct Certificate {
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`: sparse rows of fractions `(row, column, value)`.
-    pub pencil: Vec<(String, Vec<(usize, usize, String)>)>,
+    pub pencil: Vec<SparseMatrix>,
     /// Proof of `min_inputs`.
     pub inputs: Option<Count>,
     /// Proof of `min_outputs`, for the transposed pencil.
@@ -288,6 +288,9 @@ pub struct Certificate {
     /// The same for the transposed pencil.
     pub seen: Option<Minor>,
 }
+
+/// A matrix by name with its entries that are not zero: `(row, column, fraction)`.
+pub type SparseMatrix = (String, Vec<(usize, usize, String)>);
 
 /// Proof of a least number of inputs.
 #[derive(Debug, Clone, PartialEq, Default)]
