@@ -15,7 +15,7 @@ const SMALL_MOTION: f64 = 0.05;
 /// Shares of the energy below this are not named.
 const SMALL_SHARE: f64 = 0.03;
 /// So many parts of a motion are named.
-const NAMED: usize = 4;
+const NAMED: usize = 3;
 
 /// `a, b, c and 5 more`.
 pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
