@@ -168,7 +168,10 @@ fn modes(analysis: &Analysis) -> String {
             Cell::text(words::shape(mode, |value| figure(value, 3))),
         ];
         if has_energy {
-            row.extend([Cell::text(words::stored(mode)), Cell::text(words::dissipated(mode))]);
+            // A number and its sign stay together.
+            row.extend(
+                [words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(text.replace(" %", "\u{a0}%"))),
+            );
         }
         row
     };
@@ -349,7 +352,8 @@ fn sensitivity(sensitivity: &Sensitivity) -> String {
         ("Observability", "observability", &sensitivity.observability),
     ] {
         if let Some(search) = search {
-            body += &titled(title, &items(&words::loss(what, search, number)));
+            let sentences: Vec<String> = words::loss(what, search, number).iter().map(|text| powers(text)).collect();
+            body += &titled(title, &items(&sentences));
         }
     }
     body

@@ -185,7 +185,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
     ] {
         body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
         body += &text(at + 28.0, below, "", label);
-        at += 52.0 + CHARACTER * label.len() as f64;
+        at += 50.0 + 6.2 * label.len() as f64;
     }
     let caption = if real.knee.is_some() || imaginary.knee.is_some() {
         "An axis with powers of ten is logarithmic away from zero."
