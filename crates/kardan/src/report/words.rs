@@ -3,8 +3,8 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, EnergyKind, FailingMode, LossSearch, Mode,
-    PlacementSearch, Pole, Sampling, Structure,
+    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, FailingMode, LossSearch, Mode, PlacementSearch, Pole,
+    Sampling, Structure,
 };
 
 /// How a number is written.
@@ -157,14 +157,6 @@ fn percents(mut shares: Vec<(&str, f64)>) -> String {
 /// `12 %`.
 pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{:.0} %", 100.0 * share) } else { "– %".into() }
-}
-
-/// `kinetic` or `potential`.
-pub fn energy_kind(kind: EnergyKind) -> &'static str {
-    match kind {
-        EnergyKind::Kinetic => "kinetic",
-        EnergyKind::Potential => "potential",
-    }
 }
 
 fn round(value: f64) -> f64 {
