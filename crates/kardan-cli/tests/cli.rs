@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 const BUILTIN: &str = "sia-steering";
-const COMMANDS: [&str; 6] = ["run", "equations", "check", "models", "elements", "completions"];
+const COMMANDS: [&str; 7] = ["run", "analyze", "equations", "check", "models", "elements", "completions"];
 
 fn kardan(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
@@ -63,7 +63,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
     }
     for (model, code, parts) in cases {
-        for command in ["run", "equations", "check"] {
+        for command in ["run", "analyze", "equations", "check"] {
             let got = output(&at, &[command, model]);
             let said = words(&got.stderr);
             assert_eq!(got.status.code(), Some(2), "{command} {model}: {said}");
@@ -73,14 +73,16 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
             }
             assert!(!said.contains("panicked"));
         }
-        let got = output(&at, &["run", model, "--json"]);
-        assert_eq!(got.status.code(), Some(2));
-        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
-        let only = &object["error"]["diagnostics"][0];
-        assert_eq!(only["code"], code);
-        assert_eq!(only["line"], Value::Null);
-        assert_eq!(object["error"]["message"], only["message"]);
-        assert!(words(&got.stderr).contains(code));
+        for command in ["run", "analyze"] {
+            let got = output(&at, &[command, model, "--json"]);
+            assert_eq!(got.status.code(), Some(2));
+            let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+            let only = &object["error"]["diagnostics"][0];
+            assert_eq!(only["code"], code);
+            assert_eq!(only["line"], Value::Null);
+            assert_eq!(object["error"]["message"], only["message"]);
+            assert!(words(&got.stderr).contains(code));
+        }
     }
     assert!(!at.join("kardan-out").exists(), "a bad model must leave no folder behind");
 }
@@ -233,4 +235,71 @@ fn a_model_is_read_from_standard_input() {
     let got = child.wait_with_output().unwrap();
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
     assert!(text(&got.stdout).contains("standard input"));
+}
+
+#[test]
+fn an_analysis_is_text_json_and_a_page() {
+    let at = folder("analyze");
+    let shown = output(&at, &["analyze", "two-bodies"]);
+    assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
+    assert!(text(&shown.stdout).starts_with("two-bodies (built-in model two-bodies)\n"));
+    assert!(text(&shown.stdout).lines().all(|line| line.chars().count() <= 100));
+    assert_eq!(fs::read_dir(&at).unwrap().count(), 0, "no file without --report");
+
+    let got = output(&at, &["analyze", "two-bodies", "--json", "--report", "new/page.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(text(&got.stderr).contains("wrote new/page.html"));
+    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    assert_eq!(object["name"], "two-bodies");
+    assert_eq!(object["coordinates"], serde_json::json!(["body_1", "body_2"]));
+    for key in ["states", "min_inputs", "min_outputs", "controllable_rank", "observable_rank"] {
+        assert!(object[key].is_u64(), "{key}");
+    }
+    for key in ["controllable", "observable", "minimal"] {
+        assert!(object[key].is_boolean(), "{key}");
+    }
+    assert!(fs::read_to_string(at.join("new/page.html")).unwrap().starts_with("<!doctype html>"));
+
+    let quiet = output(&at, &["analyze", "two-bodies", "--quiet", "--report", "page.html"]);
+    assert!(quiet.stderr.is_empty() && at.join("page.html").exists());
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_named_before_anything_is_computed() {
+    let at = folder("analyze_report");
+    fs::create_dir(at.join("folder")).unwrap();
+    fs::write(at.join("taken"), "keep").unwrap();
+    for (path, code) in [("folder", "output::file"), ("taken/page.html", "output::folder")] {
+        let got = output(&at, &["analyze", "two-bodies", "--json", "--report", path]);
+        assert_eq!(got.status.code(), Some(2), "{path}");
+        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+        assert_eq!(object["error"]["diagnostics"][0]["code"], code);
+    }
+    assert_eq!(fs::read_to_string(at.join("taken")).unwrap(), "keep");
+}
+
+#[test]
+fn matrices_are_read_or_refused_kindly() {
+    let at = folder("state_space");
+    fs::create_dir(at.join("folder")).unwrap();
+    fs::write(at.join("empty"), "").unwrap();
+    fs::File::create(at.join("large")).unwrap().set_len(1 << 40).unwrap();
+    let cases = [
+        ("missing", "file::not-found"),
+        ("folder", "file::directory"),
+        ("empty", "file::empty"),
+        ("large", "file::too-large"),
+        ("-", "file::empty"),
+    ];
+    for (path, code) in cases {
+        let got = output(&at, &["analyze", "--state-space", path, "--json"]);
+        assert_eq!(got.status.code(), Some(2), "{path}");
+        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+        assert_eq!(object["error"]["diagnostics"][0]["code"], code, "{path}");
+        assert!(words(&got.stderr).contains(code) && !words(&got.stderr).contains("built-in model"), "{path}");
+    }
+    // One or the other.
+    let both = output(&at, &["analyze", "two-bodies", "--state-space", "x"]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(text(&both.stderr).contains("cannot be used with"));
 }

@@ -7,7 +7,7 @@ use crate::num::{
     Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Residue, Scalar, Span, invariant_factors,
     quotient_action, reachable,
 };
-use crate::results::{Certificate, Count, Factor, Invariant, Minor, SparseMatrix, Structure, Zeros};
+use crate::results::{Certificate, Count, Entry, Factor, Invariant, Minor, Structure, Zeros};
 
 /// Why the structure of a system cannot be decided.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -703,7 +703,7 @@ fn vanish_exactly(system: &LinearSystem, table: &[Vec<Option<usize>>]) -> bool {
 }
 
 /// The matrices as sparse fractions.
-fn pencil(system: &LinearSystem) -> Vec<SparseMatrix> {
+fn pencil(system: &LinearSystem) -> Vec<(String, Vec<Entry>)> {
     [("E", &system.e), ("A", &system.a), ("B", &system.b), ("C", &system.c), ("D", &system.d)]
         .into_iter()
         .map(|(name, matrix)| {

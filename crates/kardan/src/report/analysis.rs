@@ -4,10 +4,11 @@ use super::analysis_pictures as pictures;
 use super::summary::matrices;
 use super::table::{Cell, section as framed, table};
 use super::tables::mark;
-use super::text::{escape, figure, unit};
+use super::text::{escape, figure, powers, unit};
 use super::words;
 use crate::results::{
-    Analysis, Basis, Class, ConstraintForces, Factor, Mode, Placement, PlacementSearch, Sensitivity, Structure,
+    Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, Mode, Placement, PlacementSearch, Sensitivity,
+    Structure,
 };
 
 /// More rows of a long table are counted, not shown.
@@ -151,7 +152,7 @@ fn modes(analysis: &Analysis) -> String {
         return String::new();
     }
     let has_energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
-    let mut headers = vec!["#", "#frequency [Hz]", "#damping ratio", "#eigenvalue [1/s]", "inputs", "outputs"];
+    let mut headers = vec!["##", "#frequency [Hz]", "#damping ratio", "#eigenvalue [1/s]", "reached", "seen"];
     headers.push("largest motions");
     if has_energy {
         headers.extend(["stored in", "lost in"]);
@@ -162,12 +163,15 @@ fn modes(analysis: &Analysis) -> String {
             Cell::figure(mode.natural_frequency / std::f64::consts::TAU),
             Cell::Number(figure(mode.damping_ratio, 4)),
             Cell::Number(words::pair(mode.eigenvalue, number)),
-            mark(mode.controllable, if mode.controllable { "reach it" } else { "miss it" }),
-            mark(mode.observable, if mode.observable { "show it" } else { "hide it" }),
+            mark(mode.controllable, if mode.controllable { "yes" } else { "no" }),
+            mark(mode.observable, if mode.observable { "yes" } else { "no" }),
             Cell::text(words::shape(mode, |value| figure(value, 3))),
         ];
         if has_energy {
-            row.extend([Cell::text(words::stored(mode)), Cell::text(words::dissipated(mode))]);
+            // A number and its sign stay together.
+            row.extend(
+                [words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(text.replace(" %", "\u{a0}%"))),
+            );
         }
         row
     };
@@ -203,12 +207,16 @@ fn ranks(structure: &Structure) -> String {
         (&structure.uncontrollable, "Modes that the inputs do not reach"),
         (&structure.unobservable, "Modes that the outputs do not show"),
     ] {
-        let texts: Vec<String> = failing.iter().take(ROWS).map(|mode| words::failing(mode, number)).collect();
+        let sentence = |mode: &FailingMode| {
+            let written = FailingMode { factor: powers(&mode.factor), ..mode.clone() };
+            words::failing(&written, number)
+        };
+        let texts: Vec<String> = failing.iter().take(ROWS).map(sentence).collect();
         body += &titled(title, &items(&texts));
     }
     let factor = |factor: &Factor| {
         vec![
-            Cell::Head(factor.polynomial.clone(), 1),
+            Cell::Head(powers(&factor.polynomial), 1),
             Cell::Number(words::pairs(&factor.roots, number).join(", ")),
             Cell::Number(factor.algebraic.to_string()),
             Cell::Number(factor.geometric.to_string()),
@@ -228,7 +236,7 @@ fn ranks(structure: &Structure) -> String {
     if !structure.invariant_factors.is_empty() {
         body += &format!(
             "<p>Invariant factors of <i>s</i>I − A: {}</p>\n",
-            codes(&structure.invariant_factors[..structure.invariant_factors.len().min(ROWS)], "")
+            codes(&structure.invariant_factors.iter().take(ROWS).map(|text| powers(text)).collect::<Vec<_>>(), "")
         );
     }
     body
@@ -257,7 +265,11 @@ fn transfer(structure: &Structure) -> String {
         body += "<p>There are none.</p>\n";
     } else {
         let values = words::list(&words::pairs(&zeros.values, number), ROWS);
-        body += &format!("<p>{} 1/s, the roots of <code>{}</code>.</p>\n", escape(&values), escape(&zeros.polynomial));
+        body += &format!(
+            "<p>{} 1/s, the roots of <code>{}</code>.</p>\n",
+            escape(&values),
+            escape(&powers(&zeros.polynomial))
+        );
         if zeros.values.iter().any(|zero| zero.0 > 0.0) {
             body += "<p>Some lie in the right half-plane: the model is not minimum phase.</p>\n";
         }
@@ -276,8 +288,8 @@ fn least(structure: &Structure) -> String {
         format!("<p class=\"hint\">Case of the theorems: {}.</p>\n", escape(&structure.kind))
     };
     kind + &items(&[
-        words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure),
-        words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure),
+        powers(&words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure)),
+        powers(&words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure)),
     ])
 }
 
@@ -310,7 +322,7 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
         .collect();
     let plural = if rows.len() == 1 { "set" } else { "sets" };
     let title = format!("Table of {} {plural}", rows.len());
-    let listed = rows_of(&["#", "places", &score, "#cost"], rows);
+    let listed = rows_of(&["##", "places", &score, "#cost"], rows);
     if listed.is_empty() {
         return body;
     }
@@ -340,7 +352,8 @@ fn sensitivity(sensitivity: &Sensitivity) -> String {
         ("Observability", "observability", &sensitivity.observability),
     ] {
         if let Some(search) = search {
-            body += &titled(title, &items(&words::loss(what, search, number)));
+            let sentences: Vec<String> = words::loss(what, search, number).iter().map(|text| powers(text)).collect();
+            body += &titled(title, &items(&sentences));
         }
     }
     body

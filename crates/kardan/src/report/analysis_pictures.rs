@@ -14,6 +14,8 @@ const MODES: usize = 24;
 const ACROSS: usize = 8;
 /// More shafts are in the exported data only.
 const SHAFTS: usize = 40;
+/// Elements of one kind with a colour of their own; one more colour is that of the others.
+const COLOURS: usize = ON_WHITE.len() - 1;
 /// More sets of places are in the table only.
 const SETS: usize = 12;
 
@@ -182,8 +184,8 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
         ("pole", sample(false, true), "outputs do not show it"),
     ] {
         body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
-        body += &text(at + 24.0, below, "", label);
-        at += 44.0 + CHARACTER * label.len() as f64;
+        body += &text(at + 28.0, below, "", label);
+        at += 50.0 + 6.2 * label.len() as f64;
     }
     let caption = if real.knee.is_some() || imaginary.knee.is_some() {
         "An axis with powers of ten is logarithmic away from zero."
@@ -271,83 +273,101 @@ pub(super) fn shapes(modes: &[Mode]) -> String {
     figure_of("Mode shapes", &out, &caption)
 }
 
+/// The elements that keep energy, in groups by its kind, each from the largest sum of shares.
+fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
+    let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
+    let mut add = |element, kinetic: f64, potential: f64| {
+        if !(kinetic + potential >= 0.0 && (kinetic + potential).is_finite()) {
+            return;
+        }
+        let found = sums.iter().position(|(name, ..)| *name == element).unwrap_or(sums.len());
+        if found == sums.len() {
+            sums.push((element, [0.0; 2], 0.0));
+        }
+        sums[found].1[0] += kinetic;
+        sums[found].1[1] += potential;
+        sums[found].2 += kinetic + potential;
+    };
+    for mode in modes {
+        for (element, kind, share) in &mode.stored {
+            let potential = *kind == EnergyKind::Potential;
+            add(element.as_str(), if potential { 0.0 } else { *share }, if potential { *share } else { 0.0 });
+        }
+        mode.dissipated.iter().for_each(|(element, share)| add(element.as_str(), 1e-3 * share, 0.0));
+    }
+    sums.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let of = |potential: bool| {
+        let group = sums.iter().filter(|(_, kinds, sum)| (kinds[1] > kinds[0]) == potential && *sum > 0.0);
+        group.map(|(name, ..)| name.to_string()).collect::<Vec<_>>()
+    };
+    [of(false), of(true)]
+}
+
 /// Where the energy of each mode is stored and lost, as stacked bars.
 pub(super) fn energies(modes: &[Mode]) -> String {
-    let mut sums: Vec<(&str, f64)> = Vec::new();
-    let parts = modes.iter().flat_map(|mode| {
-        let stored = mode.stored.iter().map(|(element, _, share)| (element.as_str(), *share));
-        stored.chain(mode.dissipated.iter().map(|(element, share)| (element.as_str(), 0.3 * share)))
-    });
-    for (element, share) in parts.filter(|(_, share)| *share > 0.0 && share.is_finite()) {
-        match sums.iter_mut().find(|(name, _)| *name == element) {
-            Some((_, sum)) => *sum += share,
-            None => sums.push((element, share)),
-        }
-    }
-    if sums.is_empty() {
-        return String::new();
-    }
-    sums.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let colour = |element: &str| match sums.iter().position(|(name, _)| *name == element) {
-        Some(index) if index + 1 < ON_WHITE.len() => format!("c{index}"),
-        _ => format!("c{}", ON_WHITE.len() - 1),
-    };
-    let (left, width, row) = (110.0, 640.0, 44.0);
+    let groups = groups(modes);
     let shown: Vec<(usize, &Mode)> =
         modes.iter().enumerate().filter(|(_, mode)| !mode.stored.is_empty()).take(MODES).collect();
+    if shown.is_empty() || groups.iter().all(Vec::is_empty) {
+        return String::new();
+    }
+    let (left, width, row) = (110.0, 640.0, 44.0);
     let mut body = String::new();
     for (line, (k, mode)) in shown.iter().enumerate() {
         let y = row * line as f64 + 6.0;
         let class = if mode.controllable && mode.observable { "end" } else { "end failing" };
         body += &text(left - 10.0, y + 15.0, class, &heading(*k, mode));
-        let mut stored: Vec<(&str, f64, &str)> = mode
-            .stored
-            .iter()
-            .map(|(element, kind, share)| {
-                (element.as_str(), *share, if *kind == EnergyKind::Kinetic { "kinetic" } else { "potential" })
-            })
-            .collect();
-        // Motion on the left, springs on the right, each by size.
-        stored.sort_by(|a, b| a.2.cmp(b.2).then(b.1.total_cmp(&a.1)));
-        body += &stack(left, y, width, 22.0, &stored, &colour);
-        let mut lost: Vec<(&str, f64, &str)> =
-            mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share, "lost")).collect();
-        lost.sort_by(|a, b| b.1.total_cmp(&a.1));
-        body += &stack(left, y + 25.0, width, 6.0, &lost, &colour);
+        let stored = mode.stored.iter().map(|(element, _, share)| (element.as_str(), *share));
+        body += &stack((left, y, width, 22.0), &stored.collect::<Vec<_>>(), &groups);
+        let lost = mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share));
+        body += &stack((left, y + 25.0, width, 6.0), &lost.collect::<Vec<_>>(), &groups);
     }
     let height = row * shown.len() as f64 + 2.0;
-    let named = sums.iter().take(ON_WHITE.len() - 1).enumerate();
-    let entries = named.map(|(index, (name, _))| format!("<span class=\"swatch c{index}\"></span>{}", escape(name)));
-    let mut legend: Vec<String> = entries.collect();
-    if sums.len() >= ON_WHITE.len() {
-        legend.push(format!("<span class=\"swatch c{}\"></span>others", ON_WHITE.len() - 1));
-    }
     let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
+    let swatch = |group: usize, index: usize, name: &str| {
+        let pale = if group == 1 { " potential" } else { "" };
+        format!("<span class=\"entry\"><span class=\"swatch c{index}{pale}\"></span>{}</span> ", escape(name))
+    };
+    let legend = |group: usize, word: &str| {
+        let names = &groups[group];
+        let named = names.iter().take(COLOURS).enumerate();
+        let mut entries: String = named.map(|(index, name)| swatch(group, index, name)).collect();
+        if names.len() > COLOURS {
+            entries += &swatch(group, COLOURS, "others");
+        }
+        if names.is_empty() { String::new() } else { format!("{word}: {entries}<br/>") }
+    };
     let caption = format!(
-        "<span class=\"legend\">{}</span><br/>Upper bar: stored energy, full colour kinetic, pale potential. Lower bar: \
-         where it is lost.",
-        legend.join(" ")
+        "{}{}The upper bar shows where the energy of a mode is stored, the lower one where it is lost.",
+        legend(0, "Kinetic"),
+        legend(1, "Potential")
     );
     figure_of("Energy", &drawn, &caption)
 }
 
-fn stack(
-    left: f64,
-    y: f64,
-    width: f64,
-    height: f64,
-    parts: &[(&str, f64, &str)],
-    colour: &dyn Fn(&str) -> String,
-) -> String {
+/// One stacked bar at `(left, top, width, height)`: motion first, then springs, in the same order for every mode.
+fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], groups: &[Vec<String>; 2]) -> String {
+    let mut segments: Vec<(String, f64, &str, usize)> = Vec::new();
+    for (names, kind) in groups.iter().zip(["kinetic", "potential"]) {
+        for (index, name) in names.iter().enumerate() {
+            let shares = parts.iter().filter(|(element, share)| element == name && *share > 0.0 && share.is_finite());
+            let share: f64 = shares.map(|(_, share)| share).sum();
+            match segments.last_mut() {
+                Some(last) if index > COLOURS && last.3 == COLOURS && last.2 == kind => last.1 += share,
+                _ if index >= COLOURS => segments.push(("others".into(), share, kind, COLOURS)),
+                _ => segments.push((name.clone(), share, kind, index)),
+            }
+        }
+    }
     let mut body = String::new();
     let mut x = left;
-    for (element, share, kind) in parts.iter().filter(|(_, share, _)| *share > 0.0 && share.is_finite()) {
+    for (name, share, kind, colour) in segments.iter().filter(|segment| segment.1 > 0.0) {
         let length = (width * share).min(left + width - x);
-        let title = format!("{element}: {} {kind}", words::percent(*share));
-        body += &bar(x, y, length, height, &format!("{} {kind}", colour(element)), &title);
-        let label = format!("{element} {}", words::percent(*share));
-        if height > 12.0 && CHARACTER * label.chars().count() as f64 <= length - 6.0 {
-            body += &text(x + 6.0, y + 15.0, &format!("on {kind}"), &label);
+        let label = format!("{name} {}", words::percent(*share));
+        body += &bar(x, y, length, height, &format!("c{colour} {kind}"), &label);
+        let short = [&label, name].into_iter().find(|text| CHARACTER * text.chars().count() as f64 <= length - 8.0);
+        if let (true, Some(short)) = (height > 12.0, short) {
+            body += &text(x + 6.0, y + 15.0, &format!("on {kind}"), short);
         }
         x += length;
     }

@@ -49,6 +49,25 @@ pub(super) fn unit(unit: &str) -> String {
     unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴")
 }
 
+/// Powers written as such: `s^12 + 3 s` reads `s¹² + 3 s`.
+pub(super) fn powers(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut raised = false;
+    for character in text.chars() {
+        match character {
+            '^' => raised = true,
+            digit if raised && digit.is_ascii_digit() => {
+                out.push(['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize]);
+            }
+            other => {
+                raised = false;
+                out.push(other);
+            }
+        }
+    }
+    out
+}
+
 fn without_trailing_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
@@ -109,6 +128,7 @@ mod tests {
         }
         assert_eq!(seconds(1.0), "1 s");
         assert_eq!(seconds(5.12345), "5.1235 s");
+        assert_eq!(powers("s^12 + 3 s^2 + 20"), "s¹² + 3 s² + 20");
     }
 
     #[test]

@@ -3,8 +3,8 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, EnergyKind, FailingMode, LossSearch, Mode,
-    PlacementSearch, Pole, Sampling, Structure,
+    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, FailingMode, LossSearch, Mode, PlacementSearch, Pole,
+    Sampling, Structure,
 };
 
 /// How a number is written.
@@ -15,7 +15,7 @@ const SMALL_MOTION: f64 = 0.05;
 /// Shares of the energy below this are not named.
 const SMALL_SHARE: f64 = 0.03;
 /// So many parts of a motion are named.
-const NAMED: usize = 4;
+const NAMED: usize = 3;
 
 /// `a, b, c and 5 more`.
 pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
@@ -157,14 +157,6 @@ fn percents(mut shares: Vec<(&str, f64)>) -> String {
 /// `12 %`.
 pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{:.0} %", 100.0 * share) } else { "– %".into() }
-}
-
-/// `kinetic` or `potential`.
-pub fn energy_kind(kind: EnergyKind) -> &'static str {
-    match kind {
-        EnergyKind::Kinetic => "kinetic",
-        EnergyKind::Potential => "potential",
-    }
 }
 
 fn round(value: f64) -> f64 {

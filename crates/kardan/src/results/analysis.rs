@@ -262,6 +262,9 @@ pub struct Zeros {
     pub normal_rank: usize,
 }
 
+/// An entry of a sparse matrix: row, column, and the value as a fraction.
+pub type Entry = (usize, usize, String);
+
 /// What a short independent check needs to confirm the answers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Certificate {
@@ -274,7 +277,7 @@ pub struct Certificate {
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`: sparse rows of fractions `(row, column, value)`.
-    pub pencil: Vec<SparseMatrix>,
+    pub pencil: Vec<(String, Vec<Entry>)>,
     /// Proof of `min_inputs`.
     pub inputs: Option<Count>,
     /// Proof of `min_outputs`, for the transposed pencil.
@@ -288,9 +291,6 @@ pub struct Certificate {
     /// The same for the transposed pencil.
     pub seen: Option<Minor>,
 }
-
-/// A matrix by name with its entries that are not zero: `(row, column, fraction)`.
-pub type SparseMatrix = (String, Vec<(usize, usize, String)>);
 
 /// Proof of a least number of inputs.
 #[derive(Debug, Clone, PartialEq, Default)]
