@@ -703,6 +703,12 @@ fn unit_help(name: &str) -> String {
     {
         return format!("did you mean `{one}`?");
     }
+    let prefixed =
+        ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
+    let known = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
+    if let Some(unit) = known().find(|unit| unit.eq_ignore_ascii_case(name)) {
+        return format!("did you mean `{unit}`?");
+    }
     for (at, _) in name.char_indices().skip(1) {
         let (left, right) = name.split_at(at);
         if find_unit(left).is_some() && find_unit(right).is_some() {
@@ -715,9 +721,6 @@ fn unit_help(name: &str) -> String {
     if name == "%" {
         return "write a percentage as a decimal: \"0.05\" for 5 %".to_string();
     }
-    let prefixed =
-        ["kg", "mm", "cm", "km", "ms", "kN", "mNm", "kNm", "mrad", "kHz", "mA", "mH", "kW", "mV", "uF", "nF", "uH"];
-    let known = || UNITS.iter().map(|unit| unit.name).chain(prefixed);
     let length = name.chars().count();
     match nearest(name, known().filter(|unit| unit.chars().count() == length)).or_else(|| nearest(name, known())) {
         Some(meant) => format!("did you mean `{meant}`?"),

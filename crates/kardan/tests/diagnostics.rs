@@ -142,6 +142,10 @@ const WORDS: &[&str] = &[
     "\"rk.phi\"",
     "\"fs.w\"",
     "\"body_1\"",
+    "\"n1\"",
+    "\"ground\"",
+    "\"L2.i\"",
+    "\"-1e300 uF\"",
     "\"\"",
     "true",
     "[]",
@@ -192,6 +196,9 @@ const TABLES: &[&str] = &[
     "\n[motor.more]\nshaft = \"fs\"\nlag = \"1e-300 s\"\n",
     "\n[control.more]\nlaw = \"position_loop\"\noutput = \"fs.phi\"\ninput = \"more\"\nreference = \"fs\"\n",
     "\n[control.more]\nlaw = \"position_loop\"\noutput = \"fs.phi\"\ninput = \"wg_motor\"\nreference = \"r\"\n",
+    "\n[voltage_source.more]\nfrom = \"n1\"\nto = \"in\"\n",
+    "\n[resistor.more]\nfrom = \"n1\"\nto = \"rk\"\nresistance = \"0 Ohm\"\n",
+    "\n[transformer.more]\nfrom_1 = \"n1\"\nto_1 = \"n2\"\nfrom_2 = \"s\"\nto_2 = \"ground\"\nratio = \"1e300\"\n",
 ];
 
 #[derive(Debug, Clone)]

@@ -252,6 +252,7 @@ fn latex(variant: &PreparedVariant, model: &LinearModel) -> String {
         .filter(|input| matches!(input.value, InputKind::Motor(_)))
         .map(|input| escape(&input.element))
         .collect();
-    let _ = writeln!(out, "% Columns of F_r: all inputs in order of name; motors: {}", motors.join(", "));
+    let kind = if charges.is_empty() { "motors" } else { "motors and voltage sources" };
+    let _ = writeln!(out, "% Columns of F_r: all inputs in order of name; {kind}: {}", motors.join(", "));
     out
 }
