@@ -93,7 +93,8 @@ fn what_is_left_out_is_filled_in() {
     assert_eq!(system.e, Matrix::identity(2));
     assert_eq!(system.states, ["x1", "x2"]);
 
-    let system = json("\u{feff} {\"A\": [[1, 2], [3, 4]], \"B\": [[1, 2, 3], [4, 5, 6]], \"C\": [[1, 0]], \"Ts\": 0}\n");
+    let system =
+        json("\u{feff} {\"A\": [[1, 2], [3, 4]], \"B\": [[1, 2, 3], [4, 5, 6]], \"C\": [[1, 0]], \"Ts\": 0}\n");
     assert_eq!((system.inputs.join(" "), system.outputs.join(" ")), ("u1 u2 u3".into(), "y1".into()));
     assert_eq!(system.d, Matrix::zeros(1, 3));
 }
@@ -209,8 +210,16 @@ fn bad_json_is_explained() {
         (r#"{"A": [[1e99999999999999999999]]}"#, "number::range", "`A`"),
         (r#"{"A": [[1]], "B": [[1], [2]]}"#, "state-space::shape", "`B` is 2×1, but it needs 1 rows"),
         (r#"{"A": [[1, 0], [0, 1]], "B": [1, 2, 3]}"#, "state-space::shape", "`B` is a list of 3 numbers"),
-        (r#"{"A": [[1, 0], [0, 1]], "C": [[1], [2], [3]]}"#, "state-space::shape", "`C` is 3×1, but it needs 2 columns"),
-        (r#"{"A": [[1]], "B": [[1]], "C": [[1]], "D": [[1, 2]]}"#, "state-space::shape", "`D` is 1×2, but it must be 1×1"),
+        (
+            r#"{"A": [[1, 0], [0, 1]], "C": [[1], [2], [3]]}"#,
+            "state-space::shape",
+            "`C` is 3×1, but it needs 2 columns",
+        ),
+        (
+            r#"{"A": [[1]], "B": [[1]], "C": [[1]], "D": [[1, 2]]}"#,
+            "state-space::shape",
+            "`D` is 1×2, but it must be 1×1",
+        ),
         (r#"{"A": [[1]], "D": [[1]]}"#, "state-space::shape", "it must be 0×0"),
         (r#"{"A": [[1]], "E": [[1, 0], [0, 1]]}"#, "state-space::shape", "`E` is 2×2, but it must be 1×1"),
         (r#"{"A": [[1, 0], [0, 1]], "E": [[1, 2], ["1/2", 1]]}"#, "state-space::singular", "rank 1 of 2"),
@@ -260,7 +269,13 @@ fn several_mistakes_are_told_at_once() {
     let codes: Vec<&str> = bad(text.as_bytes()).iter().map(|mistake| mistake.code).collect();
     assert_eq!(
         codes,
-        ["state-space::shape", "number::not-finite", "state-space::singular", "state-space::names", "state-space::unknown"]
+        [
+            "state-space::shape",
+            "number::not-finite",
+            "state-space::singular",
+            "state-space::names",
+            "state-space::unknown"
+        ]
     );
     // Many of one kind are not told one by one.
     let many = format!("{{\"A\": [[{}]]}}", vec!["null"; 500].join(","));
@@ -300,7 +315,9 @@ fn bad_mat_files_are_explained() {
         let found = mistakes.iter().any(|mistake| mistake.code == code && mistake.message.contains(part));
         assert!(found, "{code} {part}\n{}", plain("", &mistakes));
     }
-    assert!(bad(&[b"MATLAB 7.3 MAT-file".as_slice(), &[0; 200]].concat())[0].help.as_ref().unwrap().contains("save -v7"));
+    assert!(
+        bad(&[b"MATLAB 7.3 MAT-file".as_slice(), &[0; 200]].concat())[0].help.as_ref().unwrap().contains("save -v7")
+    );
 }
 
 /// A compressed variable of zeros that inflates to far more than it may.

@@ -72,8 +72,7 @@ fn combination(terms: &[(String, Rational)]) -> String {
 }
 
 fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combination {
-    let terms: Combination =
-        names.iter().cloned().zip(factors).filter(|(_, factor)| !factor.is_zero()).collect();
+    let terms: Combination = names.iter().cloned().zip(factors).filter(|(_, factor)| !factor.is_zero()).collect();
     // The first factor becomes one.
     let scale = terms.first().map_or(Rational::ONE, |(_, factor)| Rational::ONE.over(factor));
     terms.into_iter().map(|(name, factor)| (name, factor.times(&scale))).collect()
@@ -127,7 +126,8 @@ pub fn eliminate_massless(
     assert!(sized(c_pos, p, r) && sized(c_vel, p, r), "output matrices of another size");
 
     let n = 2 * r;
-    let names: Vec<String> = ["phi", "w"].iter().flat_map(|k| coordinates.iter().map(move |q| format!("{q}.{k}"))).collect();
+    let names: Vec<String> =
+        ["phi", "w"].iter().flat_map(|k| coordinates.iter().map(move |q| format!("{q}.{k}"))).collect();
     let negative = Rational::ZERO.minus(&Rational::ONE);
     let e = blocks(&Matrix::identity(r), &Matrix::zeros(r, r), &Matrix::zeros(r, r), h);
     let a = blocks(&Matrix::zeros(r, r), &Matrix::identity(r), &s.scale(&negative), &d.scale(&negative));
@@ -144,7 +144,9 @@ pub fn eliminate_massless(
     let common = null_space(&beside(&finite, &infinite));
     if common.columns() > 0 {
         let part = Matrix::from_fn(finite.columns(), 1, |i, _| common[(i, 0)].clone());
-        return Err(MasslessError::Undetermined { direction: quantity(coordinates, &names, &finite.multiply(&part), 0) });
+        return Err(MasslessError::Undetermined {
+            direction: quantity(coordinates, &names, &finite.multiply(&part), 0),
+        });
     }
     if finite.columns() == 0 {
         return Err(MasslessError::Static);
@@ -210,8 +212,7 @@ fn choose_states(
     let unit = |i: usize| Matrix::from_fn(1, n, |_, j| if i == j { Rational::ONE } else { Rational::ZERO });
     let still = null_space(&reached.transpose()).transpose();
     let originals = (0..n).filter(|i| reached.row(*i).iter().all(|x| x.is_zero())).map(|i| (Some(i), unit(i)));
-    let combinations =
-        (0..still.rows()).map(|i| (None, Matrix::from_fn(1, n, |_, j| still[(i, j)].clone())));
+    let combinations = (0..still.rows()).map(|i| (None, Matrix::from_fn(1, n, |_, j| still[(i, j)].clone())));
     let candidates: Vec<(Option<usize>, Matrix<Rational>)> = originals.chain(combinations).collect();
     let rows = Matrix::from_fn(candidates.len(), n, |i, j| candidates[i].1[(0, j)].clone());
     // Pivot columns of the transpose are the first independent rows.
@@ -306,12 +307,7 @@ fn beside(left: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational>
     })
 }
 
-fn blocks(
-    a: &Matrix<Rational>,
-    b: &Matrix<Rational>,
-    c: &Matrix<Rational>,
-    d: &Matrix<Rational>,
-) -> Matrix<Rational> {
+fn blocks(a: &Matrix<Rational>, b: &Matrix<Rational>, c: &Matrix<Rational>, d: &Matrix<Rational>) -> Matrix<Rational> {
     let (top, bottom) = (beside(a, b), beside(c, d));
     Matrix::from_fn(top.rows() + bottom.rows(), top.columns(), |i, j| {
         if i < top.rows() { top[(i, j)].clone() } else { bottom[(i - top.rows(), j)].clone() }

@@ -50,7 +50,8 @@ const SAMPLE_TIMES: [&str; 3] = ["Ts", "dt", "sample_time"];
 pub fn read_state_space(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
     let one = |mistake| Err(vec![mistake]);
     if bytes.len() > FILE_LIMIT {
-        let message = format!("the file is larger than {} MiB, too large for the matrices of a system", FILE_LIMIT >> 20);
+        let message =
+            format!("the file is larger than {} MiB, too large for the matrices of a system", FILE_LIMIT >> 20);
         return one(Diagnostic::error("state-space::too-large", message).help("is it the file that you meant?"));
     }
     if bytes.starts_with(b"MATLAB 5.0 MAT-file") {
@@ -79,8 +80,9 @@ pub fn read_state_space(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
                 "the file is neither a MAT file nor JSON: byte 0x{:02X} at offset {at} (line {line}) is not UTF-8 text",
                 bytes[at]
             );
-            return one(Diagnostic::error("file::not-utf-8", message)
-                .help("give a MAT file written by `save -v7`, or JSON such as {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1]}"));
+            return one(Diagnostic::error("file::not-utf-8", message).help(
+                "give a MAT file written by `save -v7`, or JSON such as {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1]}",
+            ));
         }
     };
     if text.trim().is_empty() {
@@ -147,20 +149,25 @@ impl Parts {
         let states = match &a {
             None => {
                 mistakes.push(
-                    Diagnostic::error("state-space::missing", "there is no matrix `A`, and without it there is no system")
-                        .help("give the square matrix A of ẋ = A x + B u under the name `A`"),
+                    Diagnostic::error(
+                        "state-space::missing",
+                        "there is no matrix `A`, and without it there is no system",
+                    )
+                    .help("give the square matrix A of ẋ = A x + B u under the name `A`"),
                 );
                 None
             }
             Some(None) => None,
             Some(Some(a)) if a.matrix.rows() != a.matrix.columns() => {
-                let message = format!("`A` is {}, but it must be square: a row and a column per state", size(&a.matrix));
+                let message =
+                    format!("`A` is {}, but it must be square: a row and a column per state", size(&a.matrix));
                 let mistake = Diagnostic::error("state-space::shape", message);
                 mistakes.push(place(mistake, &a.span).help("write one list per row: [[0, 1], [-2, -3]]"));
                 None
             }
             Some(Some(a)) if a.matrix.rows() == 0 => {
-                let mistake = Diagnostic::error("state-space::empty", "`A` is 0×0: a system without states has no motion");
+                let mistake =
+                    Diagnostic::error("state-space::empty", "`A` is 0×0: a system without states has no motion");
                 mistakes.push(place(mistake, &a.span).help("give at least one state: {\"A\": [[-1]]}"));
                 None
             }
@@ -305,9 +312,13 @@ fn feedthrough(
     if d.list && m == 1 && columns == p {
         return Some(d.matrix.transpose());
     }
-    let message = format!("`D` is {}, but it must be {p}×{m}: a row per output (row of `C`), a column per input (column of `B`)", shape(&d));
+    let message = format!(
+        "`D` is {}, but it must be {p}×{m}: a row per output (row of `C`), a column per input (column of `B`)",
+        shape(&d)
+    );
     mistakes.push(
-        place(Diagnostic::error("state-space::shape", message), &d.span).help("leave `D` out if there is no feedthrough"),
+        place(Diagnostic::error("state-space::shape", message), &d.span)
+            .help("leave `D` out if there is no feedthrough"),
     );
     None
 }
@@ -437,10 +448,8 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
         vec![match broken {
             Broken::Damaged(what) => Diagnostic::error("mat::damaged", format!("the MAT file is damaged: {what}"))
                 .help("was it copied completely and as binary? write it again with `save -v7 FILE A B C D`"),
-            Broken::TooLarge(what) => {
-                Diagnostic::error("mat::too-large", format!("the MAT file is too large: {what}"))
-                    .help("save only the matrices of the system: `save -v7 FILE A B C D`")
-            }
+            Broken::TooLarge(what) => Diagnostic::error("mat::too-large", format!("the MAT file is too large: {what}"))
+                .help("save only the matrices of the system: `save -v7 FILE A B C D`"),
         }]
     };
     let file = MatFile::open(bytes).map_err(broken)?;
@@ -477,7 +486,9 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
             let message = format!("there is no matrix `A` and no structure with a field `A` in the file, {there}");
             let object = variables.iter().find(|(_, array)| matches!(array.content, Content::Other("a MATLAB object")));
             let help = match object {
-                Some((name, _)) => format!("take the matrices out of the object: [A, B, C, D] = ssdata({name}); save -v7 FILE A B C D"),
+                Some((name, _)) => {
+                    format!("take the matrices out of the object: [A, B, C, D] = ssdata({name}); save -v7 FILE A B C D")
+                }
                 None => "save the matrices under their names: `save -v7 FILE A B C D`".into(),
             };
             Err(vec![Diagnostic::error("state-space::missing", message).help(help)])
@@ -485,14 +496,17 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
         _ => {
             let names = quoted(systems.iter().map(|(name, _)| *name));
             let message = format!("the file holds more than one system: {names} have a field `A`");
-            Err(vec![Diagnostic::error("state-space::ambiguous", message).help("save one of them: `save -v7 FILE sys`")])
+            Err(vec![
+                Diagnostic::error("state-space::ambiguous", message).help("save one of them: `save -v7 FILE sys`"),
+            ])
         }
     }
 }
 
 fn discrete(key: &str) -> Diagnostic {
     let message = format!("`{key}` gives a sample time: this is a discrete-time system, which is not accepted");
-    Diagnostic::error("state-space::discrete", message).help("give the continuous-time system (d2c), or leave the key out")
+    Diagnostic::error("state-space::discrete", message)
+        .help("give the continuous-time system (d2c), or leave the key out")
 }
 
 fn mat_parts(fields: &[(String, Array<'_>)], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Parts {
@@ -504,7 +518,9 @@ fn mat_parts(fields: &[(String, Array<'_>)], prefix: &str, mistakes: &mut Vec<Di
             let names = mat_names(array);
             if names.is_none() {
                 let message = format!("`{prefix}{name}` is no list of names");
-                mistakes.push(Diagnostic::error("state-space::names", message).help("give a cell array of texts: {'a', 'b'}"));
+                mistakes.push(
+                    Diagnostic::error("state-space::names", message).help("give a cell array of texts: {'a', 'b'}"),
+                );
             }
             parts.names.insert(key, names.map(|names| Names { names, spans: Vec::new(), span: None }));
         }
@@ -525,7 +541,11 @@ fn mat_matrix(name: &str, array: &Array<'_>, mistakes: &mut Vec<Diagnostic>) -> 
         Content::Other(what) => Some(*what),
     };
     if let Some(what) = what {
-        return refuse("state-space::type", format!("`{name}` is {what}, not a matrix of numbers"), "save it as a matrix");
+        return refuse(
+            "state-space::type",
+            format!("`{name}` is {what}, not a matrix of numbers"),
+            "save it as a matrix",
+        );
     }
     let [rows, columns] = array.dimensions[..] else {
         let sizes: Vec<String> = array.dimensions.iter().map(usize::to_string).collect();
@@ -568,7 +588,8 @@ fn mat_matrix(name: &str, array: &Array<'_>, mistakes: &mut Vec<Diagnostic>) -> 
     }
     for (i, j, what) in bad.iter().take(TOLD) {
         let message = format!("`{name}({}, {})` is {what}, not a finite number", i + 1, j + 1);
-        mistakes.push(Diagnostic::error("number::not-finite", message).help("every coefficient must be a finite number"));
+        mistakes
+            .push(Diagnostic::error("number::not-finite", message).help("every coefficient must be a finite number"));
     }
     more(name, bad.len(), None, mistakes);
     None
@@ -778,7 +799,12 @@ impl Json<'_> {
             "a number" | "a text" => vec![value.clone()],
             kind => {
                 let message = format!("`{name}` is {kind}, not a matrix");
-                return refuse("state-space::type", message, &head(value), "write one list per row: [[0, 1], [-2, -3]]");
+                return refuse(
+                    "state-space::type",
+                    message,
+                    &head(value),
+                    "write one list per row: [[0, 1], [-2, -3]]",
+                );
             }
         };
         let lists = rows.iter().filter(|row| self.kind(row) == "a list").count();
@@ -865,7 +891,9 @@ impl Json<'_> {
                                 "a list" | "an object" => span.start..span.start + 1,
                                 _ => span.clone(),
                             };
-                            mistakes.push(Diagnostic::error(code, format!("{place}: {reason}")).at(span, "here").help(help));
+                            mistakes.push(
+                                Diagnostic::error(code, format!("{place}: {reason}")).at(span, "here").help(help),
+                            );
                         }
                     }
                 }
