@@ -197,7 +197,7 @@ pub fn eliminate_massless(
         b: left.multiply(&b),
         c: c.multiply(&basis),
         d: through,
-        freedoms: None,
+        freedoms: (width == 0).then_some(r),
     };
     Ok(Eliminated { system, definitions, removed })
 }
