@@ -1,5 +1,4 @@
-use faer::linalg::solvers::PartialPivLu;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, Side, c64};
 
 use super::{ConstrainedSystem, Reduction};
@@ -52,7 +51,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
         let speed = if moving { pair.value.norm_sqr() } else { 1.0 };
         let kinetic = energies(&inertias, &vector, 0.5 * speed);
         let potential = if moving { energies(&springs, &vector, 0.5) } else { Vec::new() };
-        let lost = if moving { energies(&dampers, &vector, speed) } else { Vec::new() };
+        let lost = if moving { energies(&dampers, &vector, 1.0) } else { Vec::new() };
         let kinds = kinetic.iter().map(|_| EnergyKind::Kinetic).chain(potential.iter().map(|_| EnergyKind::Potential));
         let kinds: Vec<EnergyKind> = kinds.collect();
         let stored = shares(kinetic.into_iter().chain(potential).collect());
@@ -136,13 +135,16 @@ fn largest(x: &[c64]) -> c64 {
     x.iter().copied().fold(c64::ZERO, |best, x| if x.norm() > best.norm() { x } else { best })
 }
 
-/// An element with its terms: coefficient and row.
-type ElementTerms<'a> = (&'a str, Vec<(f64, Vec<(usize, f64)>)>);
+/// A coefficient and its direction.
+type TermAlong = (f64, Vec<(usize, f64)>);
+
+/// An element and its terms of one kind.
+type Element<'a> = (&'a str, Vec<TermAlong>);
 
 /// The terms of each element together, in the order in which the elements first appear.
-fn by_element(terms: &[Along<Rational>]) -> Vec<ElementTerms<'_>> {
+fn by_element(terms: &[Along<Rational>]) -> Vec<Element<'_>> {
     let mut places = std::collections::HashMap::new();
-    let mut out: Vec<(&str, Vec<_>)> = Vec::new();
+    let mut out: Vec<Element> = Vec::new();
     for term in terms {
         let place = *places.entry(term.element.as_str()).or_insert_with(|| {
             out.push((term.element.as_str(), Vec::new()));
@@ -154,8 +156,8 @@ fn by_element(terms: &[Along<Rational>]) -> Vec<ElementTerms<'_>> {
 }
 
 /// `factor Σ c |aᵀx|²` for each element.
-fn energies<'a>(elements: &[ElementTerms<'a>], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
-    let energy = |(value, row): &(f64, Vec<(usize, f64)>)| value * along(row, x).norm_sqr();
+fn energies<'a>(elements: &[Element<'a>], x: &[c64], factor: f64) -> Vec<(&'a str, f64)> {
+    let energy = |(value, row): &TermAlong| value * along(row, x).norm_sqr();
     elements.iter().map(|(name, terms)| (*name, factor * terms.iter().map(energy).sum::<f64>())).collect()
 }
 
@@ -265,8 +267,6 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
     if let Some(q) = &axes {
         d = q.transpose() * &d * q;
         s = q.transpose() * &s * q;
-        clear(&mut d, free);
-        clear(&mut s, known);
     }
     let (values, mut vectors) =
         if d.norm_max() == 0.0 { undamped_pairs(&s, known)? } else { damped_pairs(&d, &s, free, known)? };
@@ -283,14 +283,6 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
         out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
-}
-
-/// Sets the first rows and columns to zero.
-fn clear(m: &mut Mat<f64>, count: usize) {
-    for k in 0..count {
-        m.row_mut(k).fill(0.0);
-        m.col_mut(k).fill(0.0);
-    }
 }
 
 type Vectors = [Mat<f64>; 2]; // real and imaginary parts
