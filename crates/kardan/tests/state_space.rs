@@ -130,8 +130,10 @@ fn mat_files_are_read_exactly() {
     assert_eq!((named.states.join(" "), named.inputs.join(" ")), ("angle speed".into(), "torque".into()));
     assert_eq!(named.outputs, ["p", "q"]);
 
-    let sparse = good(&mat("sparse.mat"));
-    assert_eq!((sparse.a, sparse.b), (binary(A), binary(&[&[0.0], &[1.0]])));
+    for name in ["sparse.mat", "sparse-plain.mat"] {
+        let sparse = good(&mat(name));
+        assert_eq!((sparse.a, sparse.b), (binary(A), binary(&[&[0.0], &[1.0]])), "{name}");
+    }
     let single = good(&mat("single.mat"));
     assert_eq!(single.a[(1, 0)], rational_from_f64(f64::from(-0.1f32)).unwrap());
     let integers = good(&mat("integers.mat"));
@@ -247,6 +249,41 @@ fn bad_json_is_explained() {
         assert!(mistakes[0].code == *code && mistakes[0].message.contains(part), "{shown}\n{rendered}");
         let whole = matches!(*code, "file::empty" | "state-space::missing");
         assert_eq!(mistakes[0].labels.is_empty(), whole, "{shown}\n{rendered}");
+    }
+}
+
+/// Full matrices with fractions, smaller and larger than what is eliminated exactly.
+#[test]
+fn the_rank_of_e_is_right() {
+    for n in [3usize, 10, 61, 90] {
+        let entry = |i: usize, j: usize| ((i * i + 3) * (j + 1) * (j + 7) + i * j * j * j) % 101;
+        let list = |last: &dyn Fn(usize) -> String| {
+            let rows: Vec<String> = (0..n)
+                .map(|i| {
+                    let cells: Vec<String> = (0..n)
+                        .map(|j| match i + 1 == n {
+                            true => last(j),
+                            false if i == j => format!("\"{}/7\"", 7000 + entry(i, j)),
+                            false => format!("\"-{}/7\"", entry(i, j)),
+                        })
+                        .collect();
+                    format!("[{}]", cells.join(","))
+                })
+                .collect();
+            format!("[{}]", rows.join(","))
+        };
+        let a = format!("[{}]", vec![format!("[{}]", vec!["0"; n].join(",")); n].join(","));
+        // The diagonal outweighs the mean of the rows.
+        let regular = list(&|j| if j + 1 == n { "7000".into() } else { "1".into() });
+        let sum = |j: usize| {
+            let others: i64 =
+                (0..n - 1).map(|i| if i == j { 7000 + entry(i, j) as i64 } else { -(entry(i, j) as i64) }).sum();
+            format!("\"{others}/7\"")
+        };
+        json(&format!("{{\"A\": {a}, \"E\": {regular}}}"));
+        let mistakes = bad(format!("{{\"A\": {a}, \"E\": {}}}", list(&sum)).as_bytes());
+        let expected = format!("rank {} of {n}", n - 1);
+        assert!(mistakes.len() == 1 && mistakes[0].message.contains(&expected), "{mistakes:?}");
     }
 }
 

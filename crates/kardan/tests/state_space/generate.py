@@ -27,3 +27,4 @@ savemat('shapes.mat',dict(A=A,B=np.zeros((3,1)),C=np.zeros((1,3)),D=np.zeros((2,
 savemat('huge.mat',dict(A=sp.csc_matrix((2001,2001))),do_compression=True)
 savemat('discrete.mat',dict(sys=dict(A=A,B=B,Ts=0.01)))
 savemat('cell.mat',dict(A=np.array(['a',A],dtype=object)))
+savemat('sparse-plain.mat',dict(A=sp.csc_matrix(A),B=sp.csc_matrix(B),C=sp.csc_matrix(C)))
