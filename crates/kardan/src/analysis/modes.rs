@@ -369,24 +369,33 @@ fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
         Mat::from_fn(n, kept.len(), |i, k| vectors[k].as_ref().map_or(0.0, |vector| of(&vector[i])))
     };
     let images = [&balanced * part(|x| x.re), &balanced * part(|x| x.im)];
-    let tolerance = 1e-14 * n as f64 * balanced.norm_max();
+    let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
     let mut out = Vec::new();
     for (k, vector) in vectors.into_iter().enumerate() {
         let value = eigen.S()[kept[k]];
         let solves = |vector: &Vec<c64>| {
             (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
         };
-        let vector = vector.filter(solves).or_else(|| null_vector(balanced.as_ref(), value))?;
+        let vector = vector.filter(solves).or_else(|| null_vector(balanced.as_ref(), value, tolerance))?;
         let vector: Vec<c64> = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
         out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
 }
 
-/// The eigenvector to a known eigenvalue, from the singular value decomposition.
-fn null_vector(a: MatRef<'_, f64>, value: c64) -> Option<Vec<c64>> {
+/// The eigenvector to a known eigenvalue: one step of inverse iteration, `(A − λ)x = b`, whose residual is `‖b‖/‖x‖`; if that
+/// is not small or x overflows, the singular value decomposition.
+fn null_vector(a: MatRef<'_, f64>, value: c64, tolerance: f64) -> Option<Vec<c64>> {
     let n = a.nrows();
+    let value = value + c64::new(f64::EPSILON * a.norm_l2(), 0.0);
     let shifted = Mat::from_fn(n, n, |i, j| c64::new(a[(i, j)], 0.0) - if i == j { value } else { c64::ZERO });
+    // No symmetry of the system is in the way of this right-hand side.
+    let right = Mat::from_fn(n, 1, |i, _| c64::new(1.0 / (1.0 + i as f64), 0.0));
+    let x: Vec<c64> = PartialPivLu::new(shifted.as_ref()).solve(&right).col(0).iter().copied().collect();
+    let size = largest(&x).norm();
+    if size.is_finite() && right.norm_l2() <= tolerance * size {
+        return normalised(&x);
+    }
     let null = null_vectors(shifted.as_ref(), 1)?;
     Some(null.vectors[0].iter().map(|(re, im)| c64::new(*re, *im)).collect())
 }
