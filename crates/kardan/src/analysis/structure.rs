@@ -214,7 +214,8 @@ impl Proof {
     fn count(&mut self, what: &str, m: usize, count: Option<&Count>) {
         match count {
             Some(_) if m == 1 => {
-                self.statements.push(format!("1 of {what} is enough: a witness with a non-vanishing minor; proven"));
+                let one = what.trim_end_matches('s');
+                self.statements.push(format!("1 {one} is enough: a witness with a non-vanishing minor; proven"));
             }
             Some(count) => self.statements.push(format!(
                 "{m} {what} are enough: a witness with a non-vanishing minor; fewer are impossible: {} exact rows on which \
