@@ -89,6 +89,12 @@ pub struct AnalyzeArgs {
     /// Outputs, separated by commas: signals such as `rack.phi`, or sensors; those of the model file if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
+    /// Prove every answer over the rationals; without it some are wrong with a tiny, stated probability.
+    #[arg(long)]
+    pub certify: bool,
+    /// Eliminate motions without inertia (massless shafts) instead of refusing them.
+    #[arg(long, conflicts_with = "state_space")]
+    pub eliminate_massless: bool,
 }
 
 /// How tables are written.

@@ -16,8 +16,13 @@ use crate::progress::Bars;
 use crate::render::{self, Failure, note};
 
 pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
-    let settings =
-        AnalyzeSettings { variant: args.variant.clone(), inputs: args.inputs.clone(), outputs: args.outputs.clone() };
+    let settings = AnalyzeSettings {
+        variant: args.variant.clone(),
+        inputs: args.inputs.clone(),
+        outputs: args.outputs.clone(),
+        certify: args.certify,
+        eliminate_massless: args.eliminate_massless,
+    };
     let (analysis, origin) = match &args.state_space {
         Some(path) => of_matrices(path, args, &settings, quiet)?,
         None => of_model(args, &settings, quiet)?,

@@ -139,6 +139,7 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
         min_inputs: m,
         min_outputs: m,
         kind: kind.name.into(),
+        construction: None,
         certificate,
     })
 }

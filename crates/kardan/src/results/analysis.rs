@@ -198,6 +198,8 @@ pub struct Structure {
     pub min_outputs: usize,
     /// Which theorem of chapter 5 applies: `general`, `pure damping`, `no damping`, `state space`.
     pub kind: String,
+    /// Inputs built eigenvalue by eigenvalue.
+    pub construction: Option<Construction>,
     /// The proof of the numbers above.
     pub certificate: Certificate,
 }
@@ -264,6 +266,32 @@ pub struct Zeros {
 
 /// An entry of a sparse matrix: row, column, and the value as a fraction.
 pub type Entry = (usize, usize, String);
+
+/// An input matrix with the least number of columns, built by the procedure of Theorem 5.2 \[diss. (5.7)\] as corrected.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Construction {
+    /// Names of the rows: coordinates (forces act on them), or states of a plain state space.
+    pub rows: Vec<String>,
+    /// The input matrix, fractions: one row per coordinate or state, `min_inputs` columns.
+    pub input: Vec<Vec<String>>,
+    /// What was added, in order.
+    pub steps: Vec<ConstructionStep>,
+}
+
+/// One step: the eigenvalues of one factor are reached by adding a multiple of a direction to a column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ConstructionStep {
+    /// The factor whose roots were not all reached.
+    pub factor: String,
+    /// Rank defect of `[λI - A, B]` at its roots before the step.
+    pub defect: usize,
+    /// Column of the input matrix that is changed.
+    pub column: usize,
+    /// The direction, by row; fractions.
+    pub direction: Vec<String>,
+    /// What it is multiplied by, chosen so that no eigenvalue reached before is lost.
+    pub multiplier: String,
+}
 
 /// What a short independent check needs to confirm the answers.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -154,6 +154,7 @@ pub fn two_bodies() -> Analysis {
             min_inputs: 2,
             min_outputs: 2,
             kind: "general".into(),
+            construction: None,
             certificate: Certificate {
                 proven: true,
                 failure_probability: 0.0,
@@ -339,6 +340,7 @@ pub fn train() -> Analysis {
             min_inputs: 1,
             min_outputs: 1,
             kind: "general".into(),
+            construction: None,
             certificate: Certificate {
                 proven: false,
                 failure_probability: 3.1e-17,

@@ -25,6 +25,10 @@ pub struct AnalyzeSettings {
     /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
     /// that the laws control, else the angles of all coordinates.
     pub outputs: Vec<String>,
+    /// Prove every answer over the rationals, however long it takes.
+    pub certify: bool,
+    /// Eliminate motions without inertia instead of refusing them.
+    pub eliminate_massless: bool,
 }
 
 /// Analyses a model file.
