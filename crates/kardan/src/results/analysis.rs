@@ -418,6 +418,10 @@ pub struct Sensitivity {
 pub struct LossSearch {
     /// The nearest loss found; `None` if there was none within ten tolerances.
     pub nearest: Option<Loss>,
+    /// Number of points that the search for it started from; 0 if there was no search.
+    pub starts: usize,
+    /// Number of tolerances within which it is proven that there is no loss; 0 if nothing is proven.
+    pub proven_distance: f64,
     /// Verdict over the whole box of parameters.
     pub box_verdict: BoxVerdict,
     /// How the verdict was reached.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::checks::signals_of;
+use super::sensitivity::{Subject, sensitivity};
 use super::{AnalysisSpec, PreparedVariant, Progress, prepare};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
@@ -43,11 +44,7 @@ pub struct AnalyzeSettings {
 ///
 /// # Errors
 /// All mistakes of the file, or why it cannot be analysed.
-pub fn analyze(
-    source: &str,
-    settings: &AnalyzeSettings,
-    _progress: &dyn Progress,
-) -> Result<Analysis, Vec<Diagnostic>> {
+pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
     let (prepared, diagnostics) = prepare(source);
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(diagnostics);
@@ -85,6 +82,22 @@ pub fn analyze(
         (Vec::new(), None)
     };
     let placement = placement(spec, &system, &basis, &linear, &structure);
+    let (document, _) = crate::model::read(source);
+    let settings = document.variant_settings();
+    let number = prepared.variants.iter().position(|other| std::ptr::eq(other, variant)).unwrap_or(0);
+    let subject = Subject {
+        document: &document,
+        settings: &settings[number].1,
+        variant,
+        position: &position,
+        stuck: &stuck,
+        inputs: &inputs,
+        outputs: &outputs,
+        structure: &structure,
+        modes: &modes,
+        coordinates: &coordinates,
+    };
+    let sensitivity = sensitivity(&subject, &mut notes, progress);
     notes.extend(diagnostics.into_iter().map(|warning| warning.message));
     Ok(Analysis {
         name: prepared.name.clone(),
@@ -96,8 +109,8 @@ pub fn analyze(
         modes,
         structure,
         placement,
+        sensitivity,
         notes,
-        ..Analysis::default()
     })
 }
 

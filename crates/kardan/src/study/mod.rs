@@ -9,6 +9,7 @@ mod equations;
 mod prepare;
 mod read;
 mod scenario;
+mod sensitivity;
 
 pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};

@@ -1,0 +1,285 @@
+//! How far away the next change of structure is.
+
+use std::collections::BTreeSet;
+
+use kardan::analysis::{
+    ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, loss_pencil, nearest_loss, sample,
+};
+use kardan::assemble::Along;
+use kardan::equations::Measured;
+use kardan::num::{Rational, echelon};
+use kardan::results::Pole;
+
+fn fraction(a: i64, b: u64) -> Rational {
+    Rational::from_parts(a.into(), b.into())
+}
+
+fn along<T>(element: &str, row: &[(usize, i64)], value: T) -> Along<T> {
+    Along { element: element.into(), row: row.iter().map(|&(i, x)| (i, Rational::from(x))).collect(), value }
+}
+
+/// Two equal bodies of appendix B over (J, s, d); the force acts on the second.
+fn two_bodies(p: &[Rational]) -> Option<ConstrainedSystem> {
+    let [j, s, d] = [&p[0], &p[1], &p[2]];
+    Some(ConstrainedSystem {
+        shafts: vec!["a".into(), "b".into()],
+        inertias: vec![along("a", &[(0, 1)], j.clone()), along("b", &[(1, 1)], j.clone())],
+        dampers: vec![
+            along("a", &[(0, 1)], d.clone()),
+            along("b", &[(1, 1)], d.clone()),
+            along("k", &[(0, 1), (1, -1)], d.clone()),
+        ],
+        springs: vec![along("k", &[(0, 1), (1, -1)], s.clone())],
+        constraints: vec![],
+        inputs: vec![along("m", &[(1, 1)], ())],
+    })
+}
+
+fn parameter(name: &str, nominal: Rational, lower: Rational, upper: Rational) -> Parameter {
+    Parameter { name: name.into(), nominal, lower, upper, unit: String::new(), confidence: None }
+}
+
+fn whole(x: i64) -> Rational {
+    Rational::from(x)
+}
+
+fn angle(shaft: &str) -> OutputSignal {
+    OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.into()) }
+}
+
+fn appendix_b_box() -> [Parameter; 3] {
+    [
+        parameter("J", whole(1), fraction(4, 5), fraction(6, 5)),
+        parameter("s", whole(2), fraction(8, 5), fraction(12, 5)),
+        parameter("d", fraction(1, 2), fraction(2, 5), fraction(3, 5)),
+    ]
+}
+
+const NOMINAL: [Pole; 4] = [(0.0, 0.0), (-0.5, 0.0), (-0.75, 1.854), (-0.75, -1.854)];
+
+/// Appendix B: controllability is lost on d² = sJ. From (1, 2, 1/2) with 20 % on each the nearest point moves all
+/// three by the same part x: (1 + x)/(1 − x) = √8, x = (√8 − 1)/(√8 + 1), 5 x tolerances.
+#[test]
+fn appendix_b_is_found() {
+    let p = appendix_b_box();
+    let names = ["a".to_string(), "b".to_string()];
+    let root = 8f64.sqrt();
+    let expected = 5.0 * (root - 1.0) / (root + 1.0);
+    for side in [Side::Inputs, Side::Outputs] {
+        let outputs = [angle("b")];
+        let family = Family::new(&p, &two_bodies, side, &outputs).unwrap();
+        let loss = nearest_loss(&family, &names, &NOMINAL, 32).unwrap();
+        assert!((loss.distance - expected).abs() < 1e-9, "{loss:?}");
+        let [j, s, d] = [0, 1, 2].map(|i| loss.at[i].1);
+        assert!((d * d - s * j).abs() < 1e-12, "{loss:?}");
+        // The mode that is lost moves the other body alone: λ = −s/d.
+        assert!((loss.eigenvalue.0 + s / d).abs() < 1e-9 && loss.eigenvalue.1 == 0.0);
+        assert_eq!(loss.shafts, [("a".to_string(), 1.0)]);
+        assert!(loss.residual < 1e-13);
+    }
+}
+
+/// Each parameter alone: J = d²/s, s = d²/J, d = √(sJ); and tolerances that differ on the two sides.
+#[test]
+fn one_parameter_at_a_time() {
+    let names = ["a".to_string(), "b".to_string()];
+    let nominal = [whole(1), whole(2), whole(1)];
+    for (k, at, lower, upper, distance) in [
+        (0, 0.5, fraction(9, 10), fraction(12, 10), 5.0),
+        (1, 1.0, fraction(15, 10), fraction(21, 10), 2.0),
+        (2, 2f64.sqrt(), fraction(9, 10), fraction(12, 10), (2f64.sqrt() - 1.0) / 0.2),
+    ] {
+        let p = [parameter("p", nominal[k].clone(), lower, upper)];
+        let build = |values: &[Rational]| {
+            let mut all = nominal.clone();
+            all[k] = values[0].clone();
+            two_bodies(&all)
+        };
+        let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+        let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 1.0), (-2.0, 0.0)], 32).unwrap();
+        assert!((loss.at[0].1 - at).abs() < 1e-10, "{loss:?}");
+        assert!((loss.distance - distance).abs() < 1e-9, "{loss:?}");
+    }
+}
+
+/// Without damping, a pendulum chain: a lost mode has imaginary λ. Bodies 1 and 3 hang on body 2 by springs s and t; a
+/// force on body 2 cannot reach the motion of 1 against 3 where s/J₁ = t/J₃.
+#[test]
+fn undamped_twins_are_found() {
+    let build = |p: &[Rational]| {
+        Some(ConstrainedSystem {
+            shafts: ["a", "b", "c"].map(String::from).to_vec(),
+            inertias: (0..3).map(|i| along("j", &[(i, 1)], if i == 0 { p[0].clone() } else { whole(1) })).collect(),
+            springs: vec![
+                along("s", &[(0, 1), (1, -1)], p[1].clone()),
+                along("t", &[(2, 1), (1, -1)], whole(3)),
+                along("g", &[(1, 1)], whole(1)),
+            ],
+            inputs: vec![along("m", &[(1, 1)], ())],
+            ..ConstrainedSystem::default()
+        })
+    };
+    let p = [
+        parameter("J", whole(1), fraction(9, 10), fraction(11, 10)),
+        parameter("s", whole(2), fraction(18, 10), fraction(22, 10)),
+    ];
+    let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+    let names = ["a", "b", "c"].map(String::from);
+    let loss = nearest_loss(&family, &names, &[(0.0, 0.44), (0.0, 1.5), (0.0, 2.6)], 48).unwrap();
+    // 2 (1 + x) = 3 (1 − x): x = 1/5, two tolerances.
+    assert!((loss.distance - 2.0).abs() < 1e-9, "{loss:?}");
+    assert!((loss.at[0].1 - 0.8).abs() < 1e-9 && (loss.at[1].1 - 2.4).abs() < 1e-9, "{loss:?}");
+    assert!(loss.eigenvalue.0.abs() < 1e-9 && (loss.eigenvalue.1 - 3f64.sqrt()).abs() < 1e-9, "{loss:?}");
+    let moving: Vec<&str> = loss.shafts.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(BTreeSet::from_iter(moving), BTreeSet::from(["a", "c"]));
+}
+
+/// The twins again, behind gears of ratio i and 2: the ratio stands in the constraints.
+#[test]
+fn ratios_in_constraints_are_parameters_too() {
+    // Shafts: m driven, g = i m behind a gear, a on a spring from g; h = 2 m, c on a spring from h.
+    // The motion with m = g = h = 0 is a and c alone; it is reached unless both have the same λ and their torques on m
+    // cancel: −i s a − 2 t c = 0 can always be met by a choice of a and c. So a loss needs s/Jₐ = t/J_c, for every i.
+    let build = |p: &[Rational]| {
+        let gear = |e: &str, k: usize, i: Rational| Along {
+            element: e.into(),
+            row: vec![(0, &Rational::ZERO - &i), (k, Rational::ONE)],
+            value: (),
+        };
+        Some(ConstrainedSystem {
+            shafts: ["m", "g", "a", "h", "c"].map(String::from).to_vec(),
+            inertias: [0, 2, 4].map(|k| along("j", &[(k, 1)], whole(1))).to_vec(),
+            springs: vec![along("s", &[(1, -1), (2, 1)], p[1].clone()), along("t", &[(3, -1), (4, 1)], whole(3))],
+            constraints: vec![gear("u", 1, p[0].clone()), gear("v", 3, whole(2))],
+            inputs: vec![along("f", &[(0, 1)], ())],
+            ..ConstrainedSystem::default()
+        })
+    };
+    let p = [
+        parameter("i", whole(5), fraction(9, 2), fraction(11, 2)),
+        parameter("s", whole(2), fraction(18, 10), fraction(22, 10)),
+    ];
+    let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+    assert!(family.exact().1.is_some(), "affine before reduction");
+    let names = ["m", "g", "a", "h", "c"].map(String::from);
+    let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (0.0, 7.0), (0.0, 1.6)], 48).unwrap();
+    assert!((loss.distance - 5.0).abs() < 1e-9 && (loss.at[1].1 - 3.0).abs() < 1e-9, "{loss:?}");
+    assert_eq!(loss.at[0].1, 5.0, "the ratio does not matter");
+}
+
+/// A family that is not affine (products of parameters) gives what the affine one in the product gives.
+#[test]
+fn products_of_parameters() {
+    let build = |p: &[Rational]| two_bodies(&[whole(1), &p[0] * &p[1], whole(1)]);
+    let p = [
+        parameter("x", whole(2), fraction(19, 10), fraction(21, 10)),
+        parameter("y", whole(1), fraction(19, 20), fraction(21, 20)),
+    ];
+    let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+    assert!(family.exact().1.is_none());
+    let names = ["a".to_string(), "b".to_string()];
+    let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 1.0), (-2.0, 0.0)], 32).unwrap();
+    // 2 (1 − x)² = 1, 20 x tolerances.
+    let x = 1.0 - 0.5f64.sqrt();
+    assert!((loss.distance - 20.0 * x).abs() < 1e-8, "{loss:?}");
+    assert!((loss.at[0].1 * loss.at[1].1 - 1.0).abs() < 1e-11);
+}
+
+/// With a force on each body nothing can be lost; with no parameters there is nothing to search.
+#[test]
+fn nothing_to_find() {
+    let p = appendix_b_box();
+    let build = |p: &[Rational]| {
+        let mut system = two_bodies(p)?;
+        system.inputs.push(along("n", &[(0, 1)], ()));
+        Some(system)
+    };
+    let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+    let names = ["a".to_string(), "b".to_string()];
+    assert_eq!(nearest_loss(&family, &names, &NOMINAL, 32), None);
+    let fixed = |_: &[Rational]| two_bodies(&[whole(1), whole(2), fraction(1, 2)]);
+    let family = Family::new(&[], &fixed, Side::Inputs, &[]).unwrap();
+    assert_eq!(nearest_loss(&family, &names, &NOMINAL, 8), None);
+    let none = |_: &[Rational]| None;
+    assert!(Family::new(&p, &none, Side::Inputs, &[]).is_none());
+}
+
+/// The loss pencil loses rank where, and as often as, the exact structure says.
+#[test]
+fn loss_pencil_and_structure_agree() {
+    for (s, d, defect) in [(1, 1, 1), (2, 1, 0), (4, 2, 1)] {
+        let system = two_bodies(&[whole(1), whole(s), whole(d)]).unwrap();
+        for side in [Side::Inputs, Side::Outputs] {
+            let pencil = loss_pencil(&system, side, &[angle("b")]);
+            let lambda = fraction(-s, d as u64);
+            let at = pencil[0].plus(&pencil[1].scale(&lambda)).plus(&pencil[2].scale(&(&lambda * &lambda)));
+            let rank = echelon(&at, &[0, 1]).rank();
+            assert_eq!(rank, 2 - defect, "s = {s}, d = {d}");
+        }
+    }
+}
+
+/// A free body of inertia J under a force: W(1) = [1/3, 1/2; 1/2, 1]/J², whose smallest eigenvalue is μ/J² with
+/// μ = (4 − √13)/6. With J uniform in [1, 3], `P(μ/J² < c) = (3 − √(μ/c))/2`.
+#[test]
+fn samples_follow_the_distribution() {
+    let build = |p: &[Rational]| {
+        Some(ConstrainedSystem {
+            shafts: vec!["a".into()],
+            inertias: vec![along("a", &[(0, 1)], p[0].clone())],
+            inputs: vec![along("m", &[(0, 1)], ())],
+            ..ConstrainedSystem::default()
+        })
+    };
+    let smallest = (4.0 - 13f64.sqrt()) / 6.0;
+    let plan = SamplingPlan { samples: 4000, seed: 7, horizon: 1.0, threshold: Some(smallest / 4.0) };
+    let mut p = [parameter("J", whole(2), whole(1), whole(3))];
+    let run = |p: &[Parameter], plan: &SamplingPlan| {
+        let family = Family::new(p, &build, Side::Inputs, &[]).unwrap();
+        sample(&family, Side::Inputs, 1, &[0], plan, "x").unwrap()
+    };
+    let found = run(&p, &plan);
+    assert!(found.interval.0 < 0.5 && 0.5 < found.interval.1, "{found:?}");
+    assert!(found.interval.1 - found.interval.0 < 0.04);
+    assert!(found.quantiles.0 >= smallest / 9.0 * (1.0 - 1e-12) && found.quantiles.2 <= smallest * (1.0 + 1e-12));
+    assert_eq!(found, run(&p, &plan), "the seed decides");
+    // An interval of 90 % confidence is left on either side by 5 % of a normal distribution: P(J > 3) = 0.05.
+    p[0].confidence = Some(0.9);
+    let found = run(&p, &SamplingPlan { threshold: Some(smallest / 9.0), ..plan });
+    assert!(found.interval.0 < 0.05 && 0.05 < found.interval.1, "{found:?}");
+    // Without a threshold, a tenth of the nominal value.
+    let found = run(&p, &SamplingPlan { threshold: None, ..plan });
+    assert!((found.threshold - smallest / 40.0).abs() < 1e-12);
+}
+
+/// Sampled observability sees multipliers too: the torque of the rigid coupling of two bodies is that on the second one,
+/// J₂ q̈ = J₂/(J₁ + J₂) times the damping torque of the first; the angle itself stays unseen.
+#[test]
+fn sampled_observability_of_a_constraint_torque() {
+    let build = |p: &[Rational]| {
+        Some(ConstrainedSystem {
+            shafts: vec!["a".into(), "b".into()],
+            inertias: vec![along("a", &[(0, 1)], p[0].clone()), along("b", &[(1, 1)], whole(1))],
+            springs: vec![along("s", &[(0, 1)], whole(4))],
+            constraints: vec![along("c", &[(0, 1), (1, -1)], ())],
+            ..ConstrainedSystem::default()
+        })
+    };
+    let p = [parameter("J", whole(1), fraction(1, 2), fraction(3, 2))];
+    let outputs =
+        [OutputSignal { name: "torque".into(), measured: Measured::ConstraintTorque("c".into(), "b".into()) }];
+    let family = Family::new(&p, &build, Side::Outputs, &outputs).unwrap();
+    let plan = SamplingPlan { samples: 50, seed: 1, horizon: 1.0, threshold: Some(0.0) };
+    let found = sample(&family, Side::Outputs, 2, &[0], &plan, "").unwrap();
+    // y = ∓J₂ q̈ = ±4 q/(1 + J): W = (4/(1+J))² ∫ (cos ωt, sin ωt/ω)ᵀ(…) dt with ω² = 4/(1+J); speeds over the horizon.
+    let smallest = |j: f64| {
+        let w = (4.0 / (1.0 + j)).sqrt();
+        let factor = (4.0 / (1.0 + j)).powi(2);
+        let a = 0.5 + (2.0 * w).sin() / (4.0 * w);
+        let b = w.sin().powi(2) / (2.0 * w * w);
+        let c = (0.5 - (2.0 * w).sin() / (4.0 * w)) / (w * w);
+        factor * (0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt())
+    };
+    assert!(found.quantiles.0 >= smallest(1.5) * (1.0 - 1e-9) && found.quantiles.2 <= smallest(0.5) * (1.0 + 1e-9));
+    assert!(found.quantiles.0 < smallest(1.3) && found.quantiles.2 > smallest(0.7), "{found:?}");
+}
