@@ -90,7 +90,9 @@ pub type SystemAt<'a> = dyn Fn(&[Rational]) -> Option<ConstrainedSystem> + Sync 
 /// Deviations y are measured in half widths: parameter i is `nominal + yᵢ (upper − lower)/2`.
 pub struct Family<'a> {
     parameters: &'a [Parameter],
-    build: Box<dyn Fn(&[Rational]) -> Option<Pencil> + Sync + 'a>,
+    at: &'a SystemAt<'a>,
+    side: Side,
+    outputs: &'a [OutputSignal],
     base: Pencil,
     affine: Option<Vec<Pencil>>,
     floating: [Mat<f64>; 3],
@@ -109,13 +111,13 @@ impl<'a> Family<'a> {
         side: Side,
         outputs: &'a [OutputSignal],
     ) -> Option<Self> {
-        let build = Box::new(move |values: &[Rational]| Some(loss_pencil(&at(values)?, side, outputs)));
+        let build = |values: &[Rational]| Some(loss_pencil(&at(values)?, side, outputs));
         let nominal: Vec<Rational> = parameters.iter().map(|p| p.nominal.clone()).collect();
         let base = build(&nominal)?;
         let affine = slopes(parameters, &nominal, &base, &build);
         let floating = [0, 1, 2].map(|k| to_mat(&base[k]));
         let slopes = affine.iter().flatten().map(|slope| [0, 1, 2].map(|k| to_mat(&slope[k]))).collect();
-        Some(Self { parameters, build, base, affine, floating, slopes })
+        Some(Self { parameters, at, side, outputs, base, affine, floating, slopes })
     }
 
     /// The parameters.
@@ -138,7 +140,7 @@ impl<'a> Family<'a> {
     pub fn at(&self, y: &[f64]) -> Option<[Mat<f64>; 3]> {
         if self.affine.is_none() {
             let values: Option<Vec<Rational>> = self.parameters.iter().zip(y).map(|(p, &y)| value(p, y)).collect();
-            let pencil = (self.build)(&values?)?;
+            let pencil = loss_pencil(&(self.at)(&values?)?, self.side, self.outputs);
             // A constraint that depends on others here and not there changes the size.
             let same = pencil[0].rows() == self.base[0].rows() && pencil[0].columns() == self.base[0].columns();
             return same.then(|| [0, 1, 2].map(|k| to_mat(&pencil[k])));

@@ -96,6 +96,8 @@ pub fn two_bodies() -> Analysis {
             residual: 1e-16,
             shafts: named(&[(shaft, 1.0)]),
         }),
+        starts: 0,
+        proven_distance: 0.0,
         box_verdict: BoxVerdict::Lost,
         method: "the nominal model itself is on the border".into(),
         sampling: None,
@@ -401,6 +403,8 @@ pub fn train() -> Analysis {
                     residual: 4e-13,
                     shafts: named(&[("rack", 1.0), ("wheel", 0.4)]),
                 }),
+                starts: 96,
+                proven_distance: 0.0,
                 box_verdict: BoxVerdict::NotCertified,
                 method: "interval bounds on 512 parts of the box; 3 remain open".into(),
                 sampling: Some(Sampling {
@@ -415,6 +419,8 @@ pub fn train() -> Analysis {
             }),
             observability: Some(LossSearch {
                 nearest: None,
+                starts: 96,
+                proven_distance: 4.0,
                 box_verdict: BoxVerdict::Certified,
                 method: "interval bounds on 16 parts of the box".into(),
                 sampling: None,
