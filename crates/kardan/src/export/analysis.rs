@@ -31,7 +31,7 @@ use crate::results::{
 /// | `invariant_factors` | of sI − A, each dividing the next |
 /// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost` |
 /// | `placement_search` | `inputs`, `outputs`, each `method`, `exhaustive`, `gap`, `tried`, `candidates` (`place`, `cost`), `measure`, `unit`, `larger_is_better`, `none_because` |
-/// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
+/// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `starts` of the search, `proven_distance_tolerances`, `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
 /// | `bases` | `name`, `basis`, `inertia`, `damping`, `stiffness`, `input` (matrices: `title`, `unit`, `rows`, `columns`, `values`), `orthogonality`, `bounds` (`matrix`, `unit`, `eigenvalues`, `centres`, `radii`) |
 /// | `constraint_forces` | `projector`, `rank`, `idempotence_residual`, `input_to_torque`, `input_to_multiplier` |
 /// | `certificate` | `proven`, `failure_probability`, `primes`, `statements`; `pencil`: E, A, B, C, D of `E x' = A x + B u`, `y = C x + D u`, each a list of `[row, column, "value"]`; `inputs`, `outputs`: `number`, `witness`, `minor`, `common_factor` (coefficients of 1, s, s², …), `rows`; `unreached`, `unseen`: `rows` Y and `action` M with `Y A = M Y E`, `Y B = 0`; `reached`, `seen`: `prime`, `columns` (`[input, power]`), `rows`, `value`. Those for outputs are about the transposed pencil. Whole numbers may exceed 2⁵³. |
@@ -218,6 +218,8 @@ fn loss_search(search: &LossSearch) -> Value {
             "residual": loss.residual,
             "shafts": shares(&loss.shafts, "name"),
         })),
+        "starts": search.starts,
+        "proven_distance_tolerances": search.proven_distance,
         "box": match search.box_verdict {
             BoxVerdict::Certified => "certified",
             BoxVerdict::Lost => "lost",

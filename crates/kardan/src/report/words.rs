@@ -257,7 +257,8 @@ pub fn search(search: &PlacementSearch) -> String {
 pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
     let mut sentences = Vec::new();
     sentences.push(match &search.nearest {
-        None => format!("No loss of {what} was found within ten tolerances of the parameters."),
+        None if search.starts == 0 => format!("No loss of {what} was searched for."),
+        None => format!("No loss of {what} was found within ten tolerances of the parameters, from {} starts.", search.starts),
         Some(loss) => {
             let at: Vec<String> =
                 loss.at.iter().map(|(name, value, unit)| format!("{name} = {} {unit}", figures(*value))).collect();
@@ -287,6 +288,10 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
             format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}.")
         }
     });
+    if search.proven_distance > 0.0 && search.proven_distance != 1.0 {
+        let reach = figures(search.proven_distance);
+        sentences.push(format!("It is proven that there is no loss of {what} within {reach} tolerances."));
+    }
     sentences.extend(search.sampling.as_ref().map(|s| sampling(s, figures)));
     sentences
 }

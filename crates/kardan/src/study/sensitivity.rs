@@ -6,7 +6,7 @@ use super::{PreparedVariant, Progress};
 use crate::analysis::{ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, nearest_loss, sample};
 use crate::assemble::assemble;
 use crate::model::{Document, Setting};
-use crate::num::{Rational, rational_to_f64};
+use crate::num::{Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
 use crate::results::{BoxVerdict, Loss, LossSearch, Mode, Sensitivity, Structure};
 use crate::units::Exact;
@@ -135,12 +135,97 @@ impl Subject<'_> {
         out
     }
 
-    /// The verdict over the box.
+    /// The verdict over the box, and how far a proof reaches.
     fn judge(&self, family: &Family<'_>, out: &mut LossSearch) {
-        if out.nearest.as_ref().is_some_and(|loss| loss.distance <= 1.0) {
+        let nearest = out.nearest.as_ref().map_or(FARTHEST, |loss| loss.distance);
+        if nearest <= 1.0 {
             out.box_verdict = BoxVerdict::Lost;
             out.method = "a loss was found in it".into();
         }
-        let _ = family;
+        let Some(proof) = Proof::of(family) else {
+            if nearest > 1.0 {
+                out.method = "no proof: some parameters enter otherwise than linearly, such as in products".into();
+            }
+            return;
+        };
+        let mut first = None;
+        if nearest > 1.0 {
+            let found = proof.run(1.0, 1);
+            match found {
+                BoxProof::Proven { cells } => {
+                    out.box_verdict = BoxVerdict::Certified;
+                    out.proven_distance = 1.0;
+                    out.method = format!("rigorous bounds on {cells} cells of eigenvalues and parameters");
+                }
+                BoxProof::Undecided { cells, at, .. } => {
+                    let near = if at.1 == 0.0 { format!("{:.4}", at.0) } else { format!("{:.4} ± {:.4} j", at.0, at.1) };
+                    out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
+                }
+            }
+            first = Some(out.box_verdict == BoxVerdict::Certified);
+        }
+        // How far the proof reaches: bisection between what is proven and the loss that was found.
+        let (mut low, mut high) = match first {
+            Some(true) => (1.0, nearest),
+            Some(false) => (0.0, 1.0),
+            None => (0.0, nearest),
+        };
+        for _ in 0..5 {
+            let middle = if low == 0.0 { 0.7 * high } else { (low * high).sqrt() };
+            if high < 1.02 * low || middle < 1e-3 {
+                break;
+            }
+            match proof.run(middle, 4) {
+                BoxProof::Proven { .. } => low = middle,
+                BoxProof::Undecided { .. } => high = middle,
+            }
+        }
+        out.proven_distance = low;
+    }
+}
+
+/// A family that proofs can be tried on.
+struct Proof<'a> {
+    parameters: &'a [Parameter],
+    base: &'a Pencil,
+    slopes: &'a [Pencil],
+    budget: usize,
+}
+
+impl<'a> Proof<'a> {
+    /// `None` if the family is not affine in the parameters.
+    fn of(family: &'a Family<'a>) -> Option<Self> {
+        let (base, slopes) = family.exact();
+        let (rows, columns) = (base[0].rows(), base[0].columns());
+        let work = (rows * rows * (rows + 4 * columns)).max(1);
+        let budget = (400_000_000 / work).clamp(100, 20_000);
+        Some(Self { parameters: family.parameters(), base, slopes: slopes?, budget })
+    }
+
+    /// Tries a proof over this many tolerances, with a part of the budget. Values do not pass through zero.
+    fn run(&self, tolerances: f64, part: usize) -> BoxProof {
+        let reach = rational_from_f64(tolerances).expect("a finite number");
+        let mut base = self.base.clone();
+        let mut slopes = Vec::new();
+        for (parameter, slope) in self.parameters.iter().zip(self.slopes) {
+            let Parameter { nominal, lower, upper, .. } = parameter;
+            let half = (upper - lower) / Rational::from(2);
+            let (mut low, mut high) = (nominal - &reach * (nominal - lower), nominal + &reach * (upper - nominal));
+            if *lower >= Rational::ZERO && *nominal > Rational::ZERO {
+                low = low.max(Rational::ZERO);
+            }
+            if *upper <= Rational::ZERO && *nominal < Rational::ZERO {
+                high = high.min(Rational::ZERO);
+            }
+            // In half widths of the tolerance: the middle and the half width of what is covered.
+            let two = Rational::from(2);
+            let (middle, width) = ((&low + &high) / &two - nominal, (&high - &low) / &two);
+            let (middle, width) = (middle / &half, width / &half);
+            if !middle.is_zero() {
+                base = [0, 1, 2].map(|k| base[k].plus(&slope[k].scale(&middle)));
+            }
+            slopes.push([0, 1, 2].map(|k| slope[k].scale(&width)));
+        }
+        prove_box(&base, &slopes, self.budget / part, &mut |_| {})
     }
 }
