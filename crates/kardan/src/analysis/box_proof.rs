@@ -126,9 +126,7 @@ fn is_constant(parts: &Parts, row: usize, column: usize) -> bool {
 /// The degree of each column in λ.
 fn column_degrees(parts: &Parts) -> Vec<usize> {
     let (m, n) = (parts[0][0].rows(), parts[0][0].columns());
-    (0..n)
-        .map(|j| (0..3).rev().find(|&k| (0..m).any(|i| occurs(parts, k, i, j))).unwrap_or(0))
-        .collect()
+    (0..n).map(|j| (0..3).rev().find(|&k| (0..m).any(|i| occurs(parts, k, i, j))).unwrap_or(0)).collect()
 }
 
 /// For each row the largest power of λ less the degree of its column, at most zero; −2 for a row of zeros.
@@ -159,8 +157,7 @@ fn kernel(matrix: &Matrix<Rational>, order: &[usize]) -> (Matrix<Rational>, usiz
 /// Columns of low degree are expressed by those of high degree, so that degrees do not grow.
 fn without_constant_rows(parts: Parts) -> Parts {
     let (m, n) = (parts[0][0].rows(), parts[0][0].columns());
-    let (fixed, kept): (Vec<usize>, Vec<usize>) =
-        (0..m).partition(|&i| (0..n).all(|j| is_constant(&parts, i, j)));
+    let (fixed, kept): (Vec<usize>, Vec<usize>) = (0..m).partition(|&i| (0..n).all(|j| is_constant(&parts, i, j)));
     let degrees = column_degrees(&parts);
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|&j| degrees[j]);
@@ -176,8 +173,7 @@ fn without_constant_rows(parts: Parts) -> Parts {
 /// With B of full column rank, `[A, B]` has it if and only if `N A` has it.
 fn without_constant_columns(parts: Parts) -> Option<Parts> {
     let (m, n) = (parts[0][0].rows(), parts[0][0].columns());
-    let (fixed, kept): (Vec<usize>, Vec<usize>) =
-        (0..n).partition(|&j| (0..m).all(|i| is_constant(&parts, i, j)));
+    let (fixed, kept): (Vec<usize>, Vec<usize>) = (0..n).partition(|&j| (0..m).all(|i| is_constant(&parts, i, j)));
     let degrees = row_degrees(&parts, &column_degrees(&parts));
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by_key(|&i| degrees[i]);
