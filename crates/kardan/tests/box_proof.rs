@@ -1,0 +1,403 @@
+//! Proofs over boxes of parameters against known losses, random losses and a scan.
+
+use faer::{Mat, c64};
+use kardan::analysis::{BoxProof, Family, prove_box};
+use kardan::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
+
+fn ratio(a: i64, b: i64) -> Rational {
+    Rational::from_parts_signed(a.into(), b.into())
+}
+
+fn prove(family: &Family, budget: usize) -> BoxProof {
+    prove_box(family, budget, &mut |_| {})
+}
+
+#[track_caller]
+fn proven(family: &Family, budget: usize) -> usize {
+    match prove(family, budget) {
+        BoxProof::Proven { cells } => cells,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[track_caller]
+fn undecided(family: &Family, budget: usize) -> (usize, (f64, f64)) {
+    match prove(family, budget) {
+        BoxProof::Undecided { cells, at, .. } => (cells, at),
+        proven => panic!("{proven:?} in spite of a loss"),
+    }
+}
+
+/// Bounds of a parameter.
+type Range = (Rational, Rational);
+
+fn around(value: Rational, tolerance: &Rational) -> Range {
+    let change = value.times(tolerance);
+    (value.minus(&change), value.plus(&change))
+}
+
+/// `[λ²H + λD + S, Cᵀ; C, 0; Fᵀ, 0]`, term by term.
+struct System {
+    shafts: usize,
+    columns: usize,
+    family: Family,
+}
+
+const SPRING: usize = 0;
+const DAMPER: usize = 1;
+const INERTIA: usize = 2;
+
+impl System {
+    fn new(shafts: usize, constraints: usize, inputs: usize, parameters: usize) -> Self {
+        let (rows, columns) = (shafts + constraints + inputs, shafts + constraints);
+        let zeros = || [0; 3].map(|_| Matrix::zeros(rows, columns));
+        let slopes = (0..parameters).map(|_| zeros()).collect();
+        Self { shafts, columns, family: Family { coefficients: zeros(), slopes } }
+    }
+
+    /// Adds `p · left rightᵀ` at a power of λ, where p is number `parameter` within `range`.
+    fn outer(
+        &mut self,
+        power: usize,
+        range: &Range,
+        parameter: Option<usize>,
+        left: &[(usize, i64)],
+        right: &[(usize, i64)],
+    ) {
+        let half = ratio(1, 2);
+        let (middle, width) = (range.0.plus(&range.1).times(&half), range.1.minus(&range.0).times(&half));
+        let coefficients = &mut self.family.coefficients[power];
+        let mut slope = parameter.map(|parameter| &mut self.family.slopes[parameter][power]);
+        for &(i, a) in left {
+            for &(j, b) in right {
+                let share = Rational::from(a * b);
+                coefficients[(i, j)] = coefficients[(i, j)].plus(&middle.times(&share));
+                if let Some(slope) = &mut slope {
+                    slope[(i, j)] = slope[(i, j)].plus(&width.times(&share));
+                }
+            }
+        }
+    }
+
+    fn term(&mut self, power: usize, range: &Range, parameter: Option<usize>, along: &[(usize, i64)]) {
+        self.outer(power, range, parameter, along, along);
+    }
+
+    /// `q_a = γ q_b` as constraint number `index`.
+    fn gear(&mut self, index: usize, a: usize, b: usize, range: &Range, parameter: Option<usize>) {
+        let row = [(self.shafts + index, 1)];
+        let one = (Rational::one(), Rational::one());
+        for (left, right) in [(&row, &[(a, 1)]), (&[(a, 1)], &row)] {
+            self.outer(0, &one, None, left, right);
+        }
+        for (left, right) in [(&row, &[(b, -1)]), (&[(b, -1)], &row)] {
+            self.outer(0, range, parameter, left, right);
+        }
+    }
+
+    fn input(&mut self, index: usize, shaft: usize) {
+        self.family.coefficients[0][(self.columns + index, shaft)] = Rational::one();
+    }
+}
+
+/// Two equal bodies of appendix B: a loss exactly where `d² = sJ` or `s = 0`.
+fn two_bodies(j: Range, s: Range, d: Range) -> Family {
+    let mut system = System::new(2, 0, 1, 3);
+    system.term(INERTIA, &j, Some(0), &[(0, 1)]);
+    system.term(INERTIA, &j, Some(0), &[(1, 1)]);
+    system.term(SPRING, &s, Some(1), &[(0, 1), (1, -1)]);
+    system.term(DAMPER, &d, Some(2), &[(0, 1), (1, -1)]);
+    system.term(DAMPER, &d, Some(2), &[(0, 1)]);
+    system.term(DAMPER, &d, Some(2), &[(1, 1)]);
+    system.input(0, 1);
+    system.family
+}
+
+/// The same with a third body of inertia k geared to the first, `q₁ = γ q₃`: a loss where `d² = s (J + k/γ²)`.
+fn geared_bodies(j: Range, s: Range, d: Range, k: Range, gamma: Range) -> Family {
+    let mut system = System::new(3, 1, 1, 5);
+    system.term(INERTIA, &j, Some(0), &[(0, 1)]);
+    system.term(INERTIA, &j, Some(0), &[(1, 1)]);
+    system.term(SPRING, &s, Some(1), &[(0, 1), (1, -1)]);
+    system.term(DAMPER, &d, Some(2), &[(0, 1), (1, -1)]);
+    system.term(DAMPER, &d, Some(2), &[(0, 1)]);
+    system.term(DAMPER, &d, Some(2), &[(1, 1)]);
+    system.term(INERTIA, &k, Some(3), &[(2, 1)]);
+    system.gear(0, 0, 2, &gamma, Some(4));
+    system.input(0, 1);
+    system.family
+}
+
+fn range(a: (i64, i64), b: (i64, i64)) -> Range {
+    (ratio(a.0, a.1), ratio(b.0, b.1))
+}
+
+#[test]
+fn two_equal_bodies() {
+    let tolerance = ratio(1, 5);
+    let box_around = |j, s, d| two_bodies(around(j, &tolerance), around(s, &tolerance), around(d, &tolerance));
+    let cells = proven(&box_around(ratio(1, 1), ratio(2, 1), ratio(1, 2)), 10_000);
+    println!("two equal bodies: {cells} cells");
+    // The surface crosses the box.
+    let (cells, at) = undecided(&box_around(ratio(1, 1), ratio(1, 1), ratio(1, 1)), 100_000);
+    println!("crossed: {cells} cells, at {at:?}");
+    let (cells, _) = undecided(&box_around(ratio(1, 1), ratio(1, 1), ratio(5, 4)), 100_000);
+    println!("crossed: {cells} cells");
+    // It touches a corner only, at numbers that are exact in binary and at others.
+    for (a, b) in [(1, 1), (2, 3), (7, 5), (1, 1000), (12345, 7)] {
+        let corner =
+            two_bodies(range((1, 1), (3, 1)), range((a * a, b * b), (4 * a * a, b * b)), range((a, 3 * b), (a, b)));
+        let (cells, at) = undecided(&corner, 100_000);
+        println!("corner {a}/{b}: {cells} cells, at {at:?}");
+        // The loss is at λ = −s/d.
+        assert!((at.0 + a as f64 / b as f64).abs() < 1e-3 * a as f64 / b as f64 && at.1 < 1e-3 * a as f64 / b as f64);
+    }
+    // From the other side, and along an edge.
+    undecided(&two_bodies(range((1, 2), (1, 1)), range((1, 4), (1, 1)), range((1, 1), (3, 2))), 100_000);
+    undecided(&two_bodies(range((1, 1), (1, 1)), range((1, 1), (1, 1)), range((1, 2), (3, 2))), 100_000);
+    // s = 0.
+    undecided(&two_bodies(range((1, 1), (2, 1)), range((0, 1), (1, 1)), range((2, 1), (3, 1))), 100_000);
+}
+
+#[test]
+fn boxes_close_to_the_surface_are_proven() {
+    // The corner d² = sJ (1 − gap)².
+    for gap in [10i64, 100, 1000, 10_000, 100_000, 1_000_000] {
+        let family = two_bodies(
+            range((1, 1), (11, 10)),
+            range((1, 1), (11, 10)),
+            (ratio(9, 10), Rational::one().minus(&ratio(1, gap))),
+        );
+        let cells = proven(&family, 100_000);
+        println!("gap 1/{gap}: {cells} cells");
+    }
+}
+
+#[test]
+fn a_gear_ratio_with_a_tolerance() {
+    let one = || range((1, 1), (3, 2));
+    // J + k/γ² from 1 + 1/4 to 3/2 + 3/2; s J from 5/4.
+    let family = |d: Range| geared_bodies(one(), one(), d, one(), range((1, 1), (2, 1)));
+    let cells = proven(&family(range((1, 2), (1, 1))), 100_000);
+    println!("geared bodies: {cells} cells");
+    // Above 3/2 · 3.
+    println!("geared bodies: {} cells", proven(&family(range((9, 4), (3, 1))), 100_000));
+    undecided(&family(range((1, 2), (3, 2))), 100_000);
+    undecided(&family(range((1, 2), (3, 1))), 100_000);
+    // Corners: J = k = 1, γ = 2, s = 5, d = 5/2; J = k = 3/2, γ = 1, s = 3, d = 3.
+    let corner = |s: Range, d: Range| geared_bodies(one(), s, d, one(), range((1, 1), (2, 1)));
+    let (cells, at) = undecided(&corner(range((5, 1), (6, 1)), range((1, 1), (5, 2))), 300_000);
+    println!("corner: {cells} cells at {at:?}");
+    let (cells, at) = undecided(&corner(range((2, 1), (3, 1)), range((3, 1), (4, 1))), 300_000);
+    println!("corner: {cells} cells at {at:?}");
+    println!("at the corner: {}", proven(&corner(range((5, 1), (6, 1)), range((1, 1), (249, 100))), 100_000));
+}
+
+/// Numbers with real and imaginary part.
+type Complex = (Rational, Rational);
+
+fn times(a: &Complex, b: &Complex) -> Complex {
+    (a.0.times(&b.0).minus(&a.1.times(&b.1)), a.0.times(&b.1).plus(&a.1.times(&b.0)))
+}
+
+fn part(random: &mut Random, density: u64) -> i64 {
+    if random.below(100) < density { random.below(19) as i64 - 9 } else { 0 }
+}
+
+/// A family with `L(λ₀, x₀) v = 0`, exactly.
+fn with_loss(random: &mut Random, lambda: &Complex, at: &[Rational], width: &Rational) -> Family {
+    let n = 1 + random.below(5) as usize;
+    let m = n + random.below(4) as usize;
+    let (dense, sparse) = (40 + random.below(60), 10 + random.below(60));
+    let mut coefficients =
+        [0; 3].map(|_| Matrix::from_fn(m, n, |_, _| ratio(part(random, dense), 1 + random.below(4) as i64)));
+    let slopes: Vec<[Matrix<Rational>; 3]> = at
+        .iter()
+        .map(|_| {
+            let only = random.below(4) as usize;
+            std::array::from_fn(|k| {
+                let rank_one = random.below(2) == 0;
+                let left: Vec<i64> = (0..m).map(|_| part(random, sparse)).collect();
+                let right: Vec<i64> = (0..n).map(|_| part(random, sparse)).collect();
+                Matrix::from_fn(m, n, |i, j| {
+                    let x = if rank_one { left[i] * right[j] } else { part(random, sparse) };
+                    if only < 3 && only != k { Rational::zero() } else { ratio(x, 3).times(width) }
+                })
+            })
+        })
+        .collect();
+    let chosen = random.below(n as u64) as usize;
+    let real = lambda.1.is_zero();
+    let vector: Vec<Complex> = (0..n)
+        .map(|j| {
+            let mut entry = || ratio(part(random, 70), 1 + random.below(5) as i64);
+            let (re, im) = (entry(), entry());
+            if j == chosen {
+                (Rational::one(), Rational::zero())
+            } else if real {
+                (re, Rational::zero())
+            } else {
+                (re, im)
+            }
+        })
+        .collect();
+    let mut power = (Rational::one(), Rational::zero());
+    let mut image = vec![(Rational::zero(), Rational::zero()); m];
+    for k in 0..3 {
+        let mut level = coefficients[k].clone();
+        for (slope, x) in slopes.iter().zip(at) {
+            level = level.plus(&slope[k].scale(x));
+        }
+        for i in 0..m {
+            for j in 0..n {
+                let term = times(&times(&power, &vector[j]), &(level[(i, j)].clone(), Rational::zero()));
+                image[i] = (image[i].0.plus(&term.0), image[i].1.plus(&term.1));
+            }
+        }
+        power = times(&power, lambda);
+    }
+    for i in 0..m {
+        let slope = if real { Rational::zero() } else { image[i].1.over(&lambda.1) };
+        let constant = image[i].0.minus(&lambda.0.times(&slope));
+        coefficients[0][(i, chosen)] = coefficients[0][(i, chosen)].minus(&constant);
+        coefficients[1][(i, chosen)] = coefficients[1][(i, chosen)].minus(&slope);
+    }
+    Family { coefficients, slopes }
+}
+
+#[test]
+fn a_loss_in_the_box_is_never_overlooked() {
+    let (mut most, mut total) = (0, 0);
+    for seed in 0..2000 {
+        let random = &mut Random::new(seed);
+        let q = random.below(4) as usize;
+        let at: Vec<Rational> = (0..q)
+            .map(|_| match random.below(4) {
+                0 => Rational::from(1),
+                1 => Rational::from(-1),
+                2 => ratio(random.below(17) as i64 - 8, 8),
+                _ => ratio(random.below(201) as i64 - 100, 100),
+            })
+            .collect();
+        let fraction = |random: &mut Random| ratio(random.below(201) as i64 - 100, 1 + random.below(60) as i64);
+        let lambda = match random.below(8) {
+            0 => (Rational::zero(), Rational::zero()),
+            1 | 2 => (fraction(random), Rational::zero()),
+            3 => (ratio(random.below(17) as i64 - 8, 8), ratio(1, 4)),
+            4 => (Rational::from(1_000_000_000_000_i64), fraction(random)),
+            _ => (fraction(random), fraction(random)),
+        };
+        let width = [ratio(1, 100), ratio(1, 10), ratio(1, 1)][random.below(3) as usize].clone();
+        let family = with_loss(random, &lambda, &at, &width);
+        let (cells, _) = undecided(&family, 3000);
+        most = most.max(cells);
+        total += cells;
+    }
+    println!("losses: {total} cells, at most {most}");
+}
+
+/// Bodies in a row, springs and dampers between neighbours and further apart, all with tolerances.
+fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, random: &mut Random) -> Family {
+    let mut system = System::new(n, 0, inputs.len(), parameters);
+    let mut terms = Vec::new();
+    for i in 0..n {
+        terms.push((INERTIA, ratio(10 + random.below(20) as i64, 10), vec![(i, 1)]));
+        if i + 1 < n {
+            terms.push((SPRING, ratio(10 + random.below(40) as i64, 1), vec![(i, 1), (i + 1, -1)]));
+            terms.push((DAMPER, ratio(1 + random.below(10) as i64, 10), vec![(i, 1), (i + 1, -1)]));
+        }
+    }
+    terms.push((DAMPER, ratio(1, 5), vec![(0, 1)]));
+    // Which of them have tolerances.
+    for k in 0..terms.len() {
+        let other = k + random.below((terms.len() - k) as u64) as usize;
+        terms.swap(k, other);
+    }
+    for (k, (power, value, along)) in terms.into_iter().enumerate() {
+        let range = around(value, tolerance);
+        if k < parameters {
+            system.term(power, &range, Some(k), &along);
+        } else {
+            let middle = range.0.plus(&range.1).times(&ratio(1, 2));
+            system.term(power, &(middle.clone(), middle), None, &along);
+        }
+    }
+    for (k, &shaft) in inputs.iter().enumerate() {
+        system.input(k, shaft);
+    }
+    system.family
+}
+
+/// L at λ and x in floating point.
+fn level(family: &Family, lambda: c64, x: &[f64]) -> Mat<c64> {
+    let of = &family.coefficients[0];
+    Mat::from_fn(of.rows(), of.columns(), |i, j| {
+        let mut sum = c64::new(0.0, 0.0);
+        for k in (0..3).rev() {
+            let slopes = family.slopes.iter().zip(x).map(|(slope, x)| x * rational_to_f64(&slope[k][(i, j)]));
+            sum = sum * lambda + rational_to_f64(&family.coefficients[k][(i, j)]) + slopes.sum::<f64>();
+        }
+        sum
+    })
+}
+
+/// Smallest singular value of L at the poles of its upper square block, `[λ²H + λD + S; Fᵀ]`, least over samples of x.
+fn scan(family: &Family, samples: usize, random: &mut Random) -> f64 {
+    let n = family.coefficients[0].columns();
+    let mut least = f64::INFINITY;
+    for _ in 0..samples {
+        let x: Vec<f64> = family
+            .slopes
+            .iter()
+            .map(|_| [-1.0, 1.0, random.below(2001) as f64 / 1000.0 - 1.0][random.below(3) as usize])
+            .collect();
+        let real = |k: usize| {
+            let at = |k: usize, i: usize, j: usize| {
+                let slopes = family.slopes.iter().zip(&x).map(|(slope, x)| x * rational_to_f64(&slope[k][(i, j)]));
+                rational_to_f64(&family.coefficients[k][(i, j)]) + slopes.sum::<f64>()
+            };
+            Matrix::from_fn(n, n, |i, j| at(k, i, j))
+        };
+        let (h, d, s) = (real(2), real(1), real(0));
+        let (a, b) = (h.solve(&s).unwrap(), h.solve(&d).unwrap());
+        let state = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => 0.0,
+            (true, false) => f64::from(u8::from(j - n == i)),
+            (false, true) => -a[(i - n, j)],
+            (false, false) => -b[(i - n, j - n)],
+        });
+        for (re, im) in kardan::num::eigenvalues(&state).unwrap() {
+            let level = level(family, c64::new(re, im), &x);
+            least = least.min(*level.singular_values().unwrap().last().unwrap());
+        }
+    }
+    least
+}
+
+#[test]
+fn chains_are_proven_and_a_scan_agrees() {
+    let random = &mut Random::new(5);
+    let mut total = 0;
+    for (n, inputs, parameters, tolerance) in [
+        (2, vec![0], 3, (1, 10)),
+        (3, vec![2], 5, (1, 10)),
+        (5, vec![0], 6, (1, 10)),
+        (5, vec![0], 14, (1, 10)),
+        (5, vec![1, 3], 6, (1, 10)),
+        (5, vec![0, 4], 14, (1, 10)),
+        (5, vec![0, 2, 4], 6, (1, 4)),
+        (7, vec![0, 3], 10, (1, 20)),
+    ] {
+        for _ in 0..3 {
+            let family = chain(n, &inputs, parameters, &ratio(tolerance.0, tolerance.1), random);
+            let start = std::time::Instant::now();
+            let p = prove(&family, 200_000);
+            let least = scan(&family, 20, random);
+            println!("chain {n} {inputs:?} {parameters} {tolerance:?}: {p:?} {:?} scan {least:.2e}", start.elapsed());
+            let cells = proven(&family, 200_000);
+            assert!(least > 1e-6, "{least:e} in spite of a proof");
+            total += cells;
+        }
+    }
+    println!("chains: {total} cells");
+}
