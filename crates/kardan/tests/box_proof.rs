@@ -1,19 +1,19 @@
 //! Proofs over boxes of parameters against known losses, random losses and a scan.
 
 use faer::{Mat, c64};
-use kardan::analysis::{BoxProof, Family, prove_box};
+use kardan::analysis::{BoxProof, PencilBox, prove_box};
 use kardan::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
 
 fn ratio(a: i64, b: i64) -> Rational {
     Rational::from_parts_signed(a.into(), b.into())
 }
 
-fn prove(family: &Family, budget: usize) -> BoxProof {
+fn prove(family: &PencilBox, budget: usize) -> BoxProof {
     prove_box(family, budget, &mut |_| {})
 }
 
 #[track_caller]
-fn proven(family: &Family, budget: usize) -> usize {
+fn proven(family: &PencilBox, budget: usize) -> usize {
     match prove(family, budget) {
         BoxProof::Proven { cells } => cells,
         other => panic!("{other:?}"),
@@ -21,7 +21,7 @@ fn proven(family: &Family, budget: usize) -> usize {
 }
 
 #[track_caller]
-fn undecided(family: &Family, budget: usize) -> (usize, (f64, f64)) {
+fn undecided(family: &PencilBox, budget: usize) -> (usize, (f64, f64)) {
     match prove(family, budget) {
         BoxProof::Undecided { cells, at, .. } => (cells, at),
         proven => panic!("{proven:?} in spite of a loss"),
@@ -40,7 +40,7 @@ fn around(value: Rational, tolerance: &Rational) -> Range {
 struct System {
     shafts: usize,
     columns: usize,
-    family: Family,
+    family: PencilBox,
 }
 
 const SPRING: usize = 0;
@@ -52,7 +52,7 @@ impl System {
         let (rows, columns) = (shafts + constraints + inputs, shafts + constraints);
         let zeros = || [0; 3].map(|_| Matrix::zeros(rows, columns));
         let slopes = (0..parameters).map(|_| zeros()).collect();
-        Self { shafts, columns, family: Family { coefficients: zeros(), slopes } }
+        Self { shafts, columns, family: PencilBox { coefficients: zeros(), slopes } }
     }
 
     /// Adds `p · left rightᵀ` at a power of λ, where p is number `parameter` within `range`.
@@ -101,7 +101,7 @@ impl System {
 }
 
 /// Two equal bodies of appendix B: a loss exactly where `d² = sJ` or `s = 0`.
-fn two_bodies(j: Range, s: Range, d: Range) -> Family {
+fn two_bodies(j: Range, s: Range, d: Range) -> PencilBox {
     let mut system = System::new(2, 0, 1, 3);
     system.term(INERTIA, &j, Some(0), &[(0, 1)]);
     system.term(INERTIA, &j, Some(0), &[(1, 1)]);
@@ -114,7 +114,7 @@ fn two_bodies(j: Range, s: Range, d: Range) -> Family {
 }
 
 /// The same with a third body of inertia k geared to the first, `q₁ = γ q₃`: a loss where `d² = s (J + k/γ²)`.
-fn geared_bodies(j: Range, s: Range, d: Range, k: Range, gamma: Range) -> Family {
+fn geared_bodies(j: Range, s: Range, d: Range, k: Range, gamma: Range) -> PencilBox {
     let mut system = System::new(3, 1, 1, 5);
     system.term(INERTIA, &j, Some(0), &[(0, 1)]);
     system.term(INERTIA, &j, Some(0), &[(1, 1)]);
@@ -205,7 +205,7 @@ fn part(random: &mut Random, density: u64) -> i64 {
 }
 
 /// A family with `L(λ₀, x₀) v = 0`, exactly.
-fn with_loss(random: &mut Random, lambda: &Complex, at: &[Rational], width: &Rational) -> Family {
+fn with_loss(random: &mut Random, lambda: &Complex, at: &[Rational], width: &Rational) -> PencilBox {
     let n = 1 + random.below(5) as usize;
     let m = n + random.below(4) as usize;
     let (dense, sparse) = (40 + random.below(60), 10 + random.below(60));
@@ -262,7 +262,7 @@ fn with_loss(random: &mut Random, lambda: &Complex, at: &[Rational], width: &Rat
         coefficients[0][(i, chosen)] = coefficients[0][(i, chosen)].minus(&constant);
         coefficients[1][(i, chosen)] = coefficients[1][(i, chosen)].minus(&slope);
     }
-    Family { coefficients, slopes }
+    PencilBox { coefficients, slopes }
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn a_loss_in_the_box_is_never_overlooked() {
 }
 
 /// Bodies in a row, springs and dampers between neighbours and further apart, all with tolerances.
-fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, random: &mut Random) -> Family {
+fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, random: &mut Random) -> PencilBox {
     let mut system = System::new(n, 0, inputs.len(), parameters);
     let mut terms = Vec::new();
     for i in 0..n {
@@ -329,7 +329,7 @@ fn chain(n: usize, inputs: &[usize], parameters: usize, tolerance: &Rational, ra
 }
 
 /// L at λ and x in floating point.
-fn level(family: &Family, lambda: c64, x: &[f64]) -> Mat<c64> {
+fn level(family: &PencilBox, lambda: c64, x: &[f64]) -> Mat<c64> {
     let of = &family.coefficients[0];
     Mat::from_fn(of.rows(), of.columns(), |i, j| {
         let mut sum = c64::new(0.0, 0.0);
@@ -342,7 +342,7 @@ fn level(family: &Family, lambda: c64, x: &[f64]) -> Mat<c64> {
 }
 
 /// Smallest singular value of L at the poles of its upper square block, `[λ²H + λD + S; Fᵀ]`, least over samples of x.
-fn scan(family: &Family, samples: usize, random: &mut Random) -> f64 {
+fn scan(family: &PencilBox, samples: usize, random: &mut Random) -> f64 {
     let n = family.coefficients[0].columns();
     let mut least = f64::INFINITY;
     for _ in 0..samples {

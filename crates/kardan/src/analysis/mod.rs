@@ -19,7 +19,7 @@ mod structure;
 mod system;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
-pub use box_proof::{BoxProof, Family, prove_box};
+pub use box_proof::{BoxProof, Family as PencilBox, prove_box};
 pub use class::class;
 pub use constraint_forces::constraint_forces;
 pub use failing::{Mechanics, failing_modes};

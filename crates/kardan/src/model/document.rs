@@ -123,12 +123,14 @@ pub const ANALYSIS: &[Field] = &[
     Field::optional(
         "threshold",
         Kind::Number(Sign::Positive),
-        "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: chosen from the model.",
+        "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: a tenth of that of the nominal \
+         values.",
     ),
     Field::optional(
         "samples",
         Kind::Number(Sign::Positive),
-        "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000.",
+        "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000, or fewer \
+         for a large model.",
     ),
     Field::optional("actuator", Kind::Tables(ACTUATOR), "Where motors may sit: `[[analysis.actuator]]`."),
     Field::optional("sensor", Kind::Tables(PLACED_SENSOR), "Where sensors may sit: `[[analysis.sensor]]`."),

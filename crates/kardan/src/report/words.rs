@@ -258,7 +258,10 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
     let mut sentences = Vec::new();
     sentences.push(match &search.nearest {
         None if search.starts == 0 => format!("No loss of {what} was searched for."),
-        None => format!("No loss of {what} was found within ten tolerances of the parameters, from {} starts.", search.starts),
+        None => format!(
+            "No loss of {what} was found within ten tolerances of the parameters, from {} starts.",
+            search.starts
+        ),
         Some(loss) => {
             let at: Vec<String> =
                 loss.at.iter().map(|(name, value, unit)| format!("{name} = {} {unit}", figures(*value))).collect();

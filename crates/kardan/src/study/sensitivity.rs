@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::{PreparedVariant, Progress};
-use crate::analysis::{ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, nearest_loss, sample};
+use crate::analysis::{
+    BoxProof, ConstrainedSystem, FARTHEST, Family, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan, Side,
+    nearest_loss, prove_box, sample,
+};
 use crate::assemble::assemble;
 use crate::model::{Document, Setting};
 use crate::num::{Rational, Scalar, rational_from_f64, rational_to_f64};
@@ -158,7 +161,8 @@ impl Subject<'_> {
                     out.method = format!("rigorous bounds on {cells} cells of eigenvalues and parameters");
                 }
                 BoxProof::Undecided { cells, at, .. } => {
-                    let near = if at.1 == 0.0 { format!("{:.4}", at.0) } else { format!("{:.4} ± {:.4} j", at.0, at.1) };
+                    let near =
+                        if at.1 == 0.0 { format!("{:.4}", at.0) } else { format!("{:.4} ± {:.4} j", at.0, at.1) };
                     out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
                 }
             }
@@ -211,10 +215,10 @@ impl<'a> Proof<'a> {
             let Parameter { nominal, lower, upper, .. } = parameter;
             let half = (upper - lower) / Rational::from(2);
             let (mut low, mut high) = (nominal - &reach * (nominal - lower), nominal + &reach * (upper - nominal));
-            if *lower >= Rational::ZERO && *nominal > Rational::ZERO {
+            if lower >= &Rational::ZERO && nominal > &Rational::ZERO {
                 low = low.max(Rational::ZERO);
             }
-            if *upper <= Rational::ZERO && *nominal < Rational::ZERO {
+            if upper <= &Rational::ZERO && nominal < &Rational::ZERO {
                 high = high.min(Rational::ZERO);
             }
             // In half widths of the tolerance: the middle and the half width of what is covered.
@@ -226,6 +230,6 @@ impl<'a> Proof<'a> {
             }
             slopes.push([0, 1, 2].map(|k| slope[k].scale(&width)));
         }
-        prove_box(&base, &slopes, self.budget / part, &mut |_| {})
+        prove_box(&PencilBox { coefficients: base, slopes }, self.budget / part, &mut |_| {})
     }
 }
