@@ -8,7 +8,7 @@ use kardan::analysis::{
 use kardan::assemble::Along;
 use kardan::equations::Measured;
 use kardan::num::{Rational, echelon};
-use kardan::results::Pole;
+use kardan::results::{BoxVerdict, LossSearch, Pole};
 
 fn fraction(a: i64, b: u64) -> Rational {
     Rational::from_parts(a.into(), b.into())
@@ -282,4 +282,81 @@ fn sampled_observability_of_a_constraint_torque() {
     };
     assert!(found.quantiles.0 >= smallest(1.5) * (1.0 - 1e-9) && found.quantiles.2 <= smallest(0.5) * (1.0 + 1e-9));
     assert!(found.quantiles.0 < smallest(1.3) && found.quantiles.2 > smallest(0.7), "{found:?}");
+}
+
+fn analysis(source: &str) -> kardan::results::Analysis {
+    kardan::study::analyze(source, &Default::default(), &kardan::study::Silent).unwrap()
+}
+
+fn both(analysis: &kardan::results::Analysis) -> [&LossSearch; 2] {
+    let sensitivity = analysis.sensitivity.as_ref().expect("the model has tolerances");
+    [sensitivity.controllability.as_ref().unwrap(), sensitivity.observability.as_ref().unwrap()]
+}
+
+/// The distance lies between what is proven and what is found.
+#[test]
+fn built_in_models_are_certified() {
+    let two = analysis(kardan::model::builtin("two-bodies").unwrap().source);
+    let root = 8f64.sqrt();
+    let distance = 5.0 * (root - 1.0) / (root + 1.0);
+    for search in both(&two) {
+        let nearest = search.nearest.as_ref().unwrap();
+        assert!((nearest.distance - distance).abs() < 1e-9);
+        assert_eq!(search.box_verdict, BoxVerdict::Certified);
+        // What is proven never reaches what is found, and comes close to it.
+        assert!(search.proven_distance < distance && search.proven_distance > 0.95 * distance, "{search:?}");
+        assert_eq!(search.sampling.as_ref().unwrap().probability, 0.0);
+    }
+    for search in both(&analysis(kardan::model::builtin("sia-steering").unwrap().source)) {
+        assert_eq!(search.box_verdict, BoxVerdict::Certified);
+        assert!(search.nearest.as_ref().is_none_or(|loss| loss.distance > search.proven_distance));
+    }
+}
+
+#[test]
+fn a_loss_within_the_tolerances_is_reported_and_never_certified() {
+    let source = kardan::model::builtin("two-bodies").unwrap().source.replace("± 20 %", "± 60 %");
+    for search in both(&analysis(&source)) {
+        let nearest = search.nearest.as_ref().unwrap();
+        let [j, s, d] = ["J", "s", "d"].map(|name| nearest.at.iter().find(|at| at.0 == name).unwrap().1);
+        assert!((d * d - s * j).abs() < 1e-12 && nearest.distance < 1.0);
+        assert_eq!(search.box_verdict, BoxVerdict::Lost);
+        assert!(search.proven_distance < nearest.distance && search.proven_distance > 0.9 * nearest.distance);
+    }
+    // The nominal model itself: J = s = d = 1.
+    let source = source.replace("\"2 N m/rad", "\"1 N m/rad").replace("\"0.5 N m s", "\"1 N m s");
+    let controllability = analysis(&source).sensitivity.unwrap().controllability.unwrap();
+    let nearest = controllability.nearest.unwrap();
+    assert_eq!((nearest.distance, nearest.eigenvalue), (0.0, (-1.0, 0.0)));
+    assert_eq!(controllability.box_verdict, BoxVerdict::Lost);
+}
+
+/// In an irregular chain, modes at the far end hardly reach the motor: to rounding they are lost everywhere, in truth only
+/// where a spring and its damper vanish. So nothing may be found but that.
+#[test]
+fn what_only_rounding_loses_is_not_lost() {
+    let mut source = "[model]\nname = \"chain\"\n".to_string();
+    for i in 0..24 {
+        source += &format!("[shaft.b{i}]\ninertia = \"{} g m^2 ± 2 %\"\n", 1 + i * 37 % 11);
+    }
+    for i in 0..23 {
+        let stiffness = 90 + i * 53 % 17;
+        let ends = format!("shaft_1 = \"b{i}\"\nshaft_2 = \"b{}\"", i + 1);
+        source += &format!("[spring_damper.k{i}]\n{ends}\nstiffness = \"{stiffness} N m/rad\"\n");
+    }
+    source += "[motor.m]\nshaft = \"b0\"\n";
+    let controllability = analysis(&source).sensitivity.unwrap().controllability.unwrap();
+    assert_eq!(controllability.nearest, None);
+    assert_ne!(controllability.box_verdict, BoxVerdict::Lost);
+}
+
+#[test]
+fn tolerances_that_do_not_matter_are_named() {
+    let source = kardan::model::builtin("two-bodies")
+        .unwrap()
+        .source
+        .replace("[shaft.body_1]\n", "[shaft.body_1]\nfriction = \"0.1 N m ± 10 %\"\n");
+    let found = analysis(&source);
+    let note = "these tolerances do not enter the linear model: body_1.friction";
+    assert!(found.notes.iter().any(|n| n == note), "{:?}", found.notes);
 }

@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use rayon::prelude::*;
 
 use super::Family;
 use crate::num::{Random, rational_to_f64};
@@ -10,6 +11,12 @@ pub const FARTHEST: f64 = 10.0;
 
 /// Iterations from one start.
 const MOST_STEPS: usize = 50;
+
+/// Rounding error of an equation, relative to its terms.
+const NOISE: f64 = 1e-14;
+
+/// Tolerances by which rounding errors may shift a loss for it to count as one.
+const DOUBT: f64 = 1e-3;
 
 /// Residual below which the equations count as solved, relative.
 const SOLVED: f64 = 1e-13;
@@ -23,6 +30,9 @@ const SOLVED: f64 = 1e-13;
 /// tolerance on its side. Nothing is assumed on how a loss comes about. Starts: the eigenvalues given, and real numbers of
 /// their sizes, at the nominal parameters and at random ones up to `FARTHEST` tolerances away.
 ///
+/// A point counts only if rounding errors cannot have made it: shifted by them, it must stay within 1/1000 tolerance. Losses
+/// where a parameter vanishes are often degenerate in this sense and better tested exactly.
+///
 /// `shafts` are the names of the leading columns. Parameters do not pass through zero. `None` if no start led to a loss
 /// within `FARTHEST` tolerances; a search from points proves nothing, see [`prove_box`](super::prove_box) for that.
 pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole], starts: usize) -> Option<Loss> {
@@ -31,9 +41,8 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
     if k == 0 {
         return None;
     }
-    let mut random = Random::new(11);
-    let mut best: Option<Found> = None;
-    for number in 0..starts {
+    let from = |number: usize, bound: f64| {
+        let mut random = Random::new(11 + number as u64);
         let reach = match number / 8 % 4 {
             _ if number < starts / 4 => 0.0,
             0 => 1.0,
@@ -46,10 +55,14 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
                 limits.clamp(i, reach * side * if side < 0.0 { limits.lower[i] } else { limits.upper[i] })
             })
             .collect();
-        let lambda = start(eigenvalues, number, &mut random);
-        if let Some(found) = descend(family, &limits, lambda, y, best.as_ref().map_or(FARTHEST, |b| b.gauge)) {
-            best = Some(found);
-        }
+        descend(family, &limits, start(eigenvalues, number, &mut random), y, bound)
+    };
+    // Each batch is bounded by the one before it, whatever the order of its members.
+    let mut best: Option<Found> = None;
+    for batch in [0..starts / 4, starts / 4..starts] {
+        let bound = best.as_ref().map_or(FARTHEST, |found| found.gauge);
+        let found: Vec<Found> = batch.into_par_iter().filter_map(|number| from(number, bound)).collect();
+        best = best.into_iter().chain(found).min_by(|a, b| a.gauge.total_cmp(&b.gauge));
     }
     let found = tidied(family, &limits, best?);
     let at = family.parameters().iter().zip(&found.y).enumerate().map(|(i, (p, &y))| {
@@ -204,14 +217,9 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         let gauge = limits.gauge(&y);
         let better =
             |b: &Found| gauge < b.gauge * (1.0 - 1e-9) || gauge <= b.gauge * (1.0 + 1e-9) && relative < b.residual;
-        if relative < SOLVED && gauge < bound && best.as_ref().is_none_or(better) {
-            let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
-            best = Some(Found { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
-        }
+        let candidate = relative < SOLVED && gauge < bound && best.as_ref().is_none_or(better);
         let settled = if gauge < bound { 1e-12 } else { 1e-3 };
-        if relative < SOLVED && (last_gauge - gauge).abs() <= settled * gauge {
-            break;
-        }
+        let done = relative < SOLVED && (last_gauge - gauge).abs() <= settled * gauge;
         last_gauge = if relative < SOLVED { gauge } else { f64::INFINITY };
         // [L, L'v; vᴴ, 0] [δv; δλ] = −[L v + Σ ∂ᵢL v δyᵢ; 0]
         let slope = value([number(0.0), number(1.0), lambda * 2.0]) * &v;
@@ -250,7 +258,15 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
                 (0..y.len()).fold(-part(of_residual[q / 2]), |sum, i| sum + g[(q, i)] * y[i])
             })
             .collect();
-        let target = least_gauge(&g, &right, limits)?;
+        let (target, steepness) = least_gauge(&g, &right, limits)?;
+        // Rounding must not be able to make or unmake the loss: where the equations hardly depend on the parameters, it could.
+        if candidate && size * NOISE < DOUBT * steepness {
+            let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
+            best = Some(Found { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
+        }
+        if done {
+            break;
+        }
         let change: Vec<f64> = target.iter().zip(&y).map(|(t, y)| t - y).collect();
         let stretch = limits.gauge(&change).max(limits.gauge(&change.iter().map(|x| -x).collect::<Vec<_>>()));
         let most = 0.5 + 0.3 * gauge;
@@ -331,15 +347,17 @@ fn max_norm(m: &Mat<c64>) -> f64 {
 /// `min γ(y)` subject to `G y = b` (in the least-squares sense where it cannot be met).
 ///
 /// The dual is to minimise a weighted sum of absolute values `|Vᵀa|`, done by reweighted least squares with a vanishing
-/// floor: `y = Ω V (VᵀΩV)⁻¹ c` with `Ωᵢ = 1/|aᵢ|`. Parameters without influence stay at zero.
-fn least_gauge(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<Vec<f64>> {
+/// floor: `y = Ω V (VᵀΩV)⁻¹ c` with `Ωᵢ = 1/|aᵢ|`. Parameters without influence stay at zero. Also the smallest singular value
+/// of G that counts.
+fn least_gauge(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<(Vec<f64>, f64)> {
     let k = g.ncols();
     let svd = g.thin_svd().ok()?;
     let largest = svd.S()[0];
     let rank = (0..svd.S().dim()).take_while(|&j| svd.S()[j] > 1e-8 * largest && svd.S()[j] > 0.0).count();
     if rank == 0 {
-        return Some(vec![0.0; k]);
+        return Some((vec![0.0; k], 0.0));
     }
+    let steepness = svd.S()[rank - 1];
     // Orthonormal equations Vᵀ y = c.
     let c: Vec<f64> =
         (0..rank).map(|q| (0..b.len()).map(|i| svd.U()[(i, q)] * b[i]).sum::<f64>() / svd.S()[q]).collect();
@@ -366,5 +384,5 @@ fn least_gauge(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<Vec<f64>> {
         }
         floor = (floor * 0.7).max(1e-9);
     }
-    y.iter().all(|x| x.is_finite()).then_some(y)
+    y.iter().all(|x| x.is_finite()).then_some((y, steepness))
 }

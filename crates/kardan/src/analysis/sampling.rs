@@ -27,7 +27,8 @@ pub struct SamplingPlan {
 /// depends on the seed alone.
 ///
 /// `family` is a loss pencil of n shafts and its constraints, `coordinates` are the columns of the reduced coordinates. A
-/// sample without a Gramian (singular inertia, overflow) counts as zero. `None` if there is none at the nominal values.
+/// sample without a Gramian (singular inertia, overflow) counts as zero. `None` if there is none at the nominal
+/// values, or the threshold is left open and the nominal eigenvalue is lost in rounding.
 pub fn sample(
     family: &Family<'_>,
     side: Side,
@@ -39,7 +40,7 @@ pub fn sample(
     let k = family.parameters().len();
     let measure = |y: &[f64]| smallest(&family.at(y)?, side, shafts, coordinates, plan.horizon);
     let nominal = measure(&vec![0.0; k])?;
-    let threshold = plan.threshold.unwrap_or(0.1 * nominal);
+    let threshold = plan.threshold.or((nominal > 0.0).then_some(0.1 * nominal))?;
     let mut found: Vec<f64> = (0..plan.samples)
         .into_par_iter()
         .map(|number| {

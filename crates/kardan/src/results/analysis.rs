@@ -435,7 +435,7 @@ pub struct LossSearch {
 pub struct Loss {
     /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
     pub distance: f64,
-    /// `(parameter, value, unit)`.
+    /// `(parameter, value, unit)` of the parameters that differ from their nominal values; at distance 0 of all.
     pub at: Vec<(String, f64, String)>,
     /// Eigenvalue that is lost there, 1/s.
     pub eigenvalue: Pole,

@@ -4,18 +4,21 @@ use std::collections::BTreeSet;
 
 use super::{PreparedVariant, Progress};
 use crate::analysis::{
-    BoxProof, ConstrainedSystem, FARTHEST, Family, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan, Side,
-    nearest_loss, prove_box, sample,
+    BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan,
+    Side, controllable_rank, failing_modes, linear_system, nearest_loss, prove_box, sample, structure,
 };
 use crate::assemble::assemble;
 use crate::model::{Document, Setting};
 use crate::num::{Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
-use crate::results::{BoxVerdict, Loss, LossSearch, Mode, Sensitivity, Structure};
+use crate::results::{BoxVerdict, Loss, LossSearch, Mode, Pole, Sensitivity, Structure};
 use crate::units::Exact;
 
 /// Samples if the file names no number.
 const SAMPLES: usize = 1000;
+
+/// Most columns of a pencil that the nearest loss is searched for.
+const MOST_COLUMNS: usize = 120;
 
 /// The seed of all samples.
 const SEED: u64 = 1;
@@ -117,16 +120,30 @@ impl Subject<'_> {
             out.method = "the nominal model itself; exact".into();
         } else {
             // A start costs some 40 decompositions of the pencil.
-            out.starts = (20_000_000 / columns.pow(3)).clamp(8, 96);
-            let eigenvalues: Vec<_> = self.modes.iter().map(|mode| mode.eigenvalue).collect();
-            out.nearest = nearest_loss(family, shafts, &eigenvalues, out.starts);
+            if columns <= MOST_COLUMNS {
+                out.starts = (1_000_000 / columns.pow(3)).clamp(4, 96);
+                let eigenvalues: Vec<_> = self.modes.iter().map(|mode| mode.eigenvalue).collect();
+                out.nearest = nearest_loss(family, shafts, &eigenvalues, out.starts);
+            }
+            let vanishing = self.vanishing(family.parameters(), side);
+            // Exact ones before those that only come close to the same.
+            let mut all: Vec<Loss> = vanishing.into_iter().chain(out.nearest.take()).collect();
+            all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            let least = all.first().map_or(0.0, |loss| loss.distance);
+            let close = all.iter().position(|loss| loss.residual == 0.0 && loss.distance <= least * (1.0 + 1e-6));
+            out.nearest = (!all.is_empty()).then(|| all.swap_remove(close.unwrap_or(0)));
+            if let Some(loss) = &mut out.nearest {
+                let moved = family.parameters().iter().map(|p| rational_to_f64(&p.nominal)).collect::<Vec<_>>();
+                let mut nominal = moved.iter();
+                loss.at.retain(|(_, value, _)| nominal.next() != Some(value));
+            }
             self.judge(family, &mut out);
         }
         let spec = &self.variant.analysis;
         if failing.is_empty() || spec.threshold.is_some() {
             let plan = SamplingPlan {
                 // Gramians cost the cube of the number of states.
-                samples: spec.samples.unwrap_or_else(|| (SAMPLES * 8000 / columns.pow(3)).clamp(20, SAMPLES)),
+                samples: spec.samples.unwrap_or_else(|| (SAMPLES * 4000 / columns.pow(3)).clamp(20, SAMPLES)),
                 seed: SEED,
                 horizon: spec.horizon.to_f64(),
                 threshold: spec.threshold,
@@ -136,6 +153,43 @@ impl Subject<'_> {
         }
         progress.advance(0, "sensitivity", 1.0);
         out
+    }
+
+    /// The nearest loss where one parameter vanishes, decided exactly.
+    fn vanishing(&self, parameters: &[Parameter], side: Side) -> Option<Loss> {
+        let distance = |p: &Parameter| {
+            let width = if p.nominal > Rational::ZERO { &p.nominal - &p.lower } else { &p.upper - &p.nominal };
+            let apart = !p.nominal.is_zero() && !width.is_zero();
+            apart.then(|| rational_to_f64(&(&p.nominal / width)).abs()).filter(|distance| *distance <= FARTHEST)
+        };
+        let mut order: Vec<(f64, usize)> =
+            parameters.iter().enumerate().filter_map(|(i, p)| Some((distance(p)?, i))).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.into_iter().find_map(|(distance, i)| {
+            let mut values: Vec<Rational> = parameters.iter().map(|p| p.nominal.clone()).collect();
+            values[i] = Rational::ZERO;
+            let (eigenvalue, shafts) = self.lost_at(parameters, &values, side)?;
+            let at = parameters.iter().zip(&values).map(|(p, x)| (p.name.clone(), rational_to_f64(x), p.unit.clone()));
+            Some(Loss { distance, at: at.collect(), eigenvalue, residual: 0.0, shafts })
+        })
+    }
+
+    /// The first mode lost at these values, exact; `None` if there is none.
+    fn lost_at(&self, parameters: &[Parameter], values: &[Rational], side: Side) -> Option<(Pole, Vec<(String, f64)>)> {
+        let system = self.system(parameters, values)?;
+        let (coordinates, basis) = system.explicit_basis(&self.variant.reduced.coordinates);
+        if coordinates != self.coordinates {
+            return None;
+        }
+        let linear = linear_system(&system, &coordinates, &basis, self.outputs);
+        let (inputs, dual) = (side == Side::Inputs, linear.transpose());
+        if controllable_rank(if inputs { &linear } else { &dual })? == linear.states.len() {
+            return None;
+        }
+        let mut found = structure(&linear).ok()?;
+        failing_modes(&mut found, &mut [], &linear, Some(Mechanics { system: &system, basis: &basis }));
+        let mode = if inputs { found.uncontrollable } else { found.unobservable }.into_iter().next()?;
+        Some((mode.eigenvalue, mode.shafts))
     }
 
     /// The verdict over the box, and how far a proof reaches.
@@ -151,29 +205,29 @@ impl Subject<'_> {
             }
             return;
         };
-        let mut first = None;
+        let (mut low, mut high) = (0.0, nearest);
         if nearest > 1.0 {
-            let found = proof.run(1.0, 1);
-            match found {
+            match proof.run(1.0, 1) {
                 BoxProof::Proven { cells } => {
+                    low = 1.0;
                     out.box_verdict = BoxVerdict::Certified;
-                    out.proven_distance = 1.0;
-                    out.method = format!("rigorous bounds on {cells} cells of eigenvalues and parameters");
+                    out.method = match cells {
+                        0 => "no tolerance touches what decides it".into(),
+                        _ => format!("rigorous bounds on {cells} cells of eigenvalues and parameters"),
+                    };
+                    if out.nearest.is_none() && matches!(proof.run(FARTHEST, 4), BoxProof::Proven { .. }) {
+                        low = FARTHEST;
+                    }
                 }
                 BoxProof::Undecided { cells, at, .. } => {
+                    high = 1.0;
                     let near =
                         if at.1 == 0.0 { format!("{:.4}", at.0) } else { format!("{:.4} ± {:.4} j", at.0, at.1) };
                     out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
                 }
             }
-            first = Some(out.box_verdict == BoxVerdict::Certified);
         }
         // How far the proof reaches: bisection between what is proven and the loss that was found.
-        let (mut low, mut high) = match first {
-            Some(true) => (1.0, nearest),
-            Some(false) => (0.0, 1.0),
-            None => (0.0, nearest),
-        };
         for _ in 0..5 {
             let middle = if low == 0.0 { 0.7 * high } else { (low * high).sqrt() };
             if high < 1.02 * low || middle < 1e-3 {
@@ -202,7 +256,7 @@ impl<'a> Proof<'a> {
         let (base, slopes) = family.exact();
         let (rows, columns) = (base[0].rows(), base[0].columns());
         let work = (rows * rows * (rows + 4 * columns)).max(1);
-        let budget = (400_000_000 / work).clamp(100, 20_000);
+        let budget = (150_000_000 / work).clamp(50, 20_000);
         Some(Self { parameters: family.parameters(), base, slopes: slopes?, budget })
     }
 
