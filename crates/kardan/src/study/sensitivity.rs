@@ -9,7 +9,7 @@ use crate::analysis::{
 };
 use crate::assemble::assemble;
 use crate::model::{Document, Setting};
-use crate::num::{Rational, Scalar, rational_from_f64, rational_to_f64};
+use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
 use crate::results::{BoxVerdict, Loss, LossSearch, Mode, Pole, Sensitivity, Structure};
 use crate::units::Exact;
