@@ -34,6 +34,10 @@ pub fn text(analysis: &Analysis, origin: &str) -> String {
     if let Some(forces) = &analysis.constraint_forces {
         constraint_forces(&mut out, forces);
     }
+    if let Some(found) = &analysis.elimination {
+        heading(&mut out, "Motions without inertia");
+        words::elimination(found, &analysis.structure).iter().for_each(|text| sentence(&mut out, text));
+    }
     modes(&mut out, &analysis.modes);
     structure(&mut out, &analysis.structure);
     least_numbers(&mut out, &analysis.structure);

@@ -19,7 +19,7 @@ pub use class::class;
 pub use constraint_forces::constraint_forces;
 pub use failing::{Mechanics, failing_modes};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
-pub use massless::{Eliminated, MasslessError, eliminate_massless, massless_direction};
+pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction};
 pub use modes::{modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, Side, place, with_candidates};

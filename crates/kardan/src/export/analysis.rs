@@ -3,9 +3,9 @@
 use serde_json::{Value, json as object};
 
 use crate::results::{
-    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Count, EnergyKind, Factor, FailingMode,
-    Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole, Sensitivity,
-    Structure,
+    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Count, Elimination, EnergyKind, Factor,
+    FailingMode, Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole,
+    Sensitivity, Structure,
 };
 
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
@@ -18,6 +18,7 @@ use crate::results::{
 /// | `name`, `description` | the model |
 /// | `class` | `constant_linear`; `assumptions`: `statement`, `holds`, `breaches` (`element`, `why`); `constraints`: `element`, `equation`, `equality`, `holonomic`, `scleronomic`, `linear`; `operating_point`: `angles` (`shaft`, `angle_rad`), `friction` (`element`, `coulomb_torque_N_m`, `stuck`) |
 /// | `coordinates` | names of the reduced coordinates |
+/// | `elimination` | motions without inertia, `null` if there was none to eliminate: `motions`, `direction`, `removed` (states that are none any more), `definitions` (`state`, `is`) |
 /// | `modes` | `eigenvalue_per_s`, `frequency_Hz`, `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex, relative to the largest), `stored` (`element`, `energy`: `kinetic` or `potential`, `share`), `dissipated` (`element`, `share`), `factor`, `controllable`, `observable` |
 /// | `controllable`, `observable`, `minimal` | booleans |
 /// | `uncontrollable`, `unobservable` | modes: `eigenvalue_per_s`, `factor`, `defect`, `shafts` (`name`, `share` of the largest), `elements` (`name`, `share` of the stored energy) |
@@ -43,6 +44,7 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "description": analysis.description,
         "class": analysis.class.as_ref().map(class),
         "coordinates": analysis.coordinates,
+        "elimination": analysis.elimination.as_ref().map(elimination),
         "modes": list(&analysis.modes, mode),
         "controllable": structure.controllable(),
         "observable": structure.observable(),
@@ -115,6 +117,15 @@ fn class(class: &Class) -> Value {
                 "element": element, "coulomb_torque_N_m": torque, "stuck": stuck,
             })),
         },
+    })
+}
+
+fn elimination(elimination: &Elimination) -> Value {
+    object!({
+        "motions": elimination.motions,
+        "direction": elimination.direction,
+        "removed": elimination.removed,
+        "definitions": list(&elimination.definitions, |(state, is)| object!({ "state": state, "is": is })),
     })
 }
 

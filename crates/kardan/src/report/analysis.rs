@@ -42,6 +42,7 @@ fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
     let structure = &analysis.structure;
     let all = [
         ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+        ("elimination", "Motions without inertia", elimination(analysis)),
         ("modes", "Modes", modes(analysis)),
         ("structure", "Controllability and observability", ranks(structure)),
         ("transfer", "Relative degrees and zeros", transfer(structure)),
@@ -145,6 +146,11 @@ fn class(class: &Class) -> String {
 
 fn titled(title: &str, body: &str) -> String {
     if body.is_empty() { String::new() } else { format!("<h3>{title}</h3>\n{body}") }
+}
+
+fn elimination(analysis: &Analysis) -> String {
+    let sentences = analysis.elimination.as_ref().map(|found| words::elimination(found, &analysis.structure));
+    items(&sentences.unwrap_or_default())
 }
 
 fn modes(analysis: &Analysis) -> String {

@@ -3,8 +3,8 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, FailingMode, LossSearch, Mode, PlacementSearch, Pole,
-    Sampling, Structure,
+    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, Elimination, FailingMode, LossSearch, Mode,
+    PlacementSearch, Pole, Sampling, Structure,
 };
 
 /// How a number is written.
@@ -104,6 +104,29 @@ pub fn constraint_kind(constraint: &crate::results::ConstraintClass) -> String {
         (constraint.linear, "linear", "nonlinear"),
     ];
     words.map(|(holds, yes, no)| if holds { yes } else { no }).join(", ")
+}
+
+/// What was eliminated because it has no inertia, and what stands for it: one sentence each.
+pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<String> {
+    let Elimination { motions, direction, removed, definitions } = elimination;
+    let states = structure.states.len();
+    let before = states + removed.len() - definitions.len();
+    let motion = match motions {
+        1 => format!("The motion along {direction} has no inertia and is eliminated"),
+        _ => {
+            format!("{motions} independent motions, one of them along {direction}, have no inertia and are eliminated")
+        }
+    };
+    let mut sentences = vec![format!("{motion}: of {before} states {states} remain.")];
+    if !removed.is_empty() {
+        let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
+        sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
+    }
+    let defined: Vec<String> = definitions.iter().map(|(name, what)| format!("{name} = {what}")).collect();
+    if !defined.is_empty() {
+        sentences.push(format!("New states: {}.", list(&defined, 12)));
+    }
+    sentences
 }
 
 /// The interval of all discs: `-1 … 3`.

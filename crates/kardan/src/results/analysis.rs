@@ -18,6 +18,8 @@ pub struct Analysis {
     pub bases: Vec<Basis>,
     /// The projector of the constraint forces.
     pub constraint_forces: Option<ConstraintForces>,
+    /// What was eliminated because no mass moves with it.
+    pub elimination: Option<Elimination>,
     /// The modes, by size of their eigenvalue.
     pub modes: Vec<Mode>,
     /// Exact answers on controllability, observability, zeros and the least numbers of inputs and outputs.
@@ -28,6 +30,19 @@ pub struct Analysis {
     pub sensitivity: Option<Sensitivity>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
+}
+
+/// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Elimination {
+    /// Number of independent motions without inertia.
+    pub motions: usize,
+    /// One of them, over the coordinates: `a - 2 b`.
+    pub direction: String,
+    /// States that are none any more: they follow from the others and the inputs at once.
+    pub removed: Vec<String>,
+    /// States that are combinations of the original ones: `(z1, a.w + b.w)`.
+    pub definitions: Vec<(String, String)>,
 }
 
 /// Definition 4.4, judged.

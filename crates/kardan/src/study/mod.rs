@@ -6,6 +6,7 @@ mod asked;
 mod checks;
 mod circuit;
 mod equations;
+mod massless;
 mod prepare;
 mod read;
 mod scenario;
