@@ -138,10 +138,11 @@ fn class(out: &mut String, class: &Class) {
     sentence(out, &words::class(class));
     for assumption in class.assumptions.iter().filter(|assumption| !assumption.holds) {
         sentence(out, &format!("broken: {}", assumption.statement));
-        for (element, why) in assumption.breaches.iter().take(ROWS) {
-            sentence(out, &format!("  by {element}: {why}"));
+        let breaches = words::breaches(assumption);
+        for (elements, why) in breaches.iter().take(ROWS) {
+            sentence(out, &format!("  by {}: {why}", words::list(elements, 2 * NAMES)));
         }
-        more(out, assumption.breaches.len(), ROWS);
+        more(out, breaches.len(), ROWS);
     }
     let constraints: Vec<Vec<String>> = class
         .constraints
@@ -182,7 +183,8 @@ fn reduction(out: &mut String, analysis: &Analysis) {
     }
     heading(out, "Reduction");
     let count = analysis.coordinates.len();
-    sentence(out, &format!("{count} coordinates: {}", words::list(&analysis.coordinates, NAMES)));
+    let plural = if count == 1 { "" } else { "s" };
+    sentence(out, &format!("{count} coordinate{plural}: {}", words::list(&analysis.coordinates, NAMES)));
     let rows: Vec<Vec<String>> = analysis.bases.iter().flat_map(bounds).collect();
     if !rows.is_empty() {
         table(out, &["basis", "#not orthogonal by", "matrix", "eigenvalues", "within discs", "unit"], &rows, ROWS);

@@ -82,6 +82,26 @@ pub fn analysis_json(analysis: &Analysis) -> String {
     .to_string()
 }
 
+/// What a run says of the structure of its model; keys and values are those of [`analysis_json`].
+pub(super) fn analysis_in_short(analysis: &Analysis) -> Value {
+    let structure = &analysis.structure;
+    let poles = |mode: &Mode| pole(&mode.eigenvalue);
+    object!({
+        "inputs": structure.inputs,
+        "outputs": structure.outputs,
+        "states": structure.states.len(),
+        "controllable": structure.controllable(),
+        "observable": structure.observable(),
+        "controllable_rank": structure.controllable_rank,
+        "observable_rank": structure.observable_rank,
+        "min_inputs": structure.min_inputs,
+        "min_outputs": structure.min_outputs,
+        "eigenvalues_per_s": list(&analysis.modes, poles),
+        "zeros": list(&structure.zeros.values, pole),
+        "notes": analysis.notes,
+    })
+}
+
 fn list<T>(items: &[T], one: impl Fn(&T) -> Value) -> Vec<Value> {
     items.iter().map(one).collect()
 }

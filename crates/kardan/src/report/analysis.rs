@@ -56,7 +56,7 @@ fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
             analysis.constraint_forces.as_ref().map(constraint_forces).unwrap_or_default(),
         ),
         ("certificate", "Certificate", certificate(analysis)),
-        ("analysis-notes", "Notes of the analysis", items(&analysis.notes)),
+        ("remarks", "Notes of the analysis", items(&analysis.notes)),
     ];
     all.into_iter().filter(|(_, _, body)| !body.is_empty()).collect()
 }
@@ -66,14 +66,20 @@ pub(super) fn sections(analysis: &Analysis) -> Vec<String> {
     parts(analysis).iter().map(|(anchor, title, body)| framed(anchor, title, body)).collect()
 }
 
-/// One section of the report on runs.
-pub(super) fn section(analysis: &Analysis) -> String {
+/// One section of the report on runs; `of` says whose analysis it is.
+pub(super) fn section(analysis: &Analysis, of: &str) -> String {
     let verdict = verdict(analysis)
         .map(|(good, text)| format!("<p class=\"{}\">{}</p>\n", if good { "good" } else { "bad" }, escape(&text)));
     let lower = |body: &str| body.replace("<h3>", "<h4>").replace("</h3>", "</h4>");
     let parts = parts(analysis);
-    let bodies = parts.iter().map(|(_, title, body)| format!("<h3>{title}</h3>\n{}", lower(body)));
-    framed("analysis", "Structure analysis", &(verdict.unwrap_or_default() + &bodies.collect::<String>()))
+    let links = parts.iter().map(|(anchor, title, _)| format!("<a href=\"#analysis-{anchor}\">{title}</a>\n"));
+    let links = format!("<nav>\n{}</nav>\n", links.collect::<String>());
+    let bodies = parts
+        .iter()
+        .map(|(anchor, title, body)| format!("<h3 id=\"analysis-{anchor}\">{title}</h3>\n{}", lower(body)))
+        .collect::<String>();
+    let body = format!("{}<p class=\"hint\">{}</p>\n{links}{bodies}", verdict.unwrap_or_default(), escape(of));
+    framed("analysis", "Structure analysis", &body)
 }
 
 fn paragraph(text: &str) -> String {
@@ -104,9 +110,12 @@ fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> String {
 
 fn class(class: &Class) -> String {
     let assumption = |assumption: &crate::results::Assumption| {
-        let breaches = assumption.breaches.iter().take(ROWS);
-        let breaches: Vec<String> =
-            breaches.map(|(element, why)| format!("<code>{}</code>: {}", escape(element), escape(why))).collect();
+        let breach = |(elements, why): &(Vec<&str>, &str)| {
+            let elements: Vec<String> =
+                elements.iter().take(ROWS).map(|name| format!("<code>{}</code>", escape(name))).collect();
+            format!("{}: {}", elements.join(", "), escape(why))
+        };
+        let breaches: Vec<String> = words::breaches(assumption).iter().take(ROWS).map(breach).collect();
         vec![
             Cell::text(assumption.statement.clone()),
             mark(assumption.holds, if assumption.holds { "holds" } else { "broken" }),
@@ -171,13 +180,10 @@ fn modes(analysis: &Analysis) -> String {
             Cell::Number(words::pair(mode.eigenvalue, number)),
             mark(mode.controllable, if mode.controllable { "yes" } else { "no" }),
             mark(mode.observable, if mode.observable { "yes" } else { "no" }),
-            Cell::text(words::shape(mode, |value| figure(value, 3))),
+            Cell::text(together(&words::shape(mode, |value| figure(value, 3)))),
         ];
         if has_energy {
-            // A number and its sign stay together.
-            row.extend(
-                [words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(text.replace(" %", "\u{a0}%"))),
-            );
+            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(together(&text))));
         }
         row
     };
@@ -186,6 +192,15 @@ fn modes(analysis: &Analysis) -> String {
         + &pictures::plane(&analysis.modes, &analysis.structure.zeros)
         + &pictures::shapes(&analysis.modes)
         + &pictures::energies(&analysis.modes)
+}
+
+/// A list whose lines break between its entries only.
+fn together(list: &str) -> String {
+    let entry = |entry: &str| match entry.split_once(" and ") {
+        Some((entry, more)) => format!("{} and {more}", entry.replace(' ', "\u{a0}")),
+        None => entry.replace(' ', "\u{a0}"),
+    };
+    list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
 }
 
 fn ranks(structure: &Structure) -> String {
@@ -223,7 +238,7 @@ fn ranks(structure: &Structure) -> String {
     let factor = |factor: &Factor| {
         vec![
             Cell::Head(powers(&factor.polynomial), 1),
-            Cell::Number(words::pairs(&factor.roots, number).join(", ")),
+            Cell::text(together(&words::pairs(&factor.roots, number).join(", "))),
             Cell::Number(factor.algebraic.to_string()),
             Cell::Number(factor.geometric.to_string()),
             Cell::Number(factor.input_defect.to_string()),
@@ -232,7 +247,7 @@ fn ranks(structure: &Structure) -> String {
     };
     let headers = [
         "factor of the characteristic polynomial",
-        "#roots [1/s]",
+        "roots [1/s]",
         "#multiplicity",
         "#eigenvectors",
         "#not reached",

@@ -27,7 +27,7 @@ pub(super) fn summary(model: &ModelSummary) -> String {
     }
     for law in &model.laws {
         body += &format!("<h3>Law {} <span class=\"hint\">({})</span></h3>\n", escape(&law.name), escape(&law.law));
-        let notes: String = law.notes.iter().map(|note| format!("<li>{}</li>\n", escape(note))).collect();
+        let notes: String = law.notes.iter().map(|note| format!("<li>{}</li>\n", escape(&unit(note)))).collect();
         if !notes.is_empty() {
             body += &format!("<ul>\n{notes}</ul>\n");
         }

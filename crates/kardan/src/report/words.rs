@@ -3,7 +3,7 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, Elimination, FailingMode, LossSearch, Mode,
+    Assumption, BoxVerdict, Certificate, Class, Count, EigenvalueBounds, Elimination, FailingMode, LossSearch, Mode,
     PlacementSearch, Pole, Sampling, Structure,
 };
 
@@ -88,11 +88,31 @@ pub fn class(class: &Class) -> String {
         (true, ..) => "A constant linear constrained mechanical system: all assumptions hold.".into(),
         (false, 0, _) => "Not a constant linear constrained mechanical system; linearised for this analysis.".into(),
         (false, broken, all) => format!(
-            "Not a constant linear constrained mechanical system: {broken} of {all} assumptions {} not hold. The \
-             analysis is that of the linearised model.",
-            if broken == 1 { "does" } else { "do" }
+            "Not a constant linear constrained mechanical system: {broken} of {all} assumptions {} not hold.{}",
+            if broken == 1 { "does" } else { "do" },
+            // Shafts without inertia leave a model linear.
+            match class
+                .assumptions
+                .iter()
+                .any(|assumption| !assumption.holds && !assumption.statement.ends_with("(4.27)"))
+            {
+                true => " The analysis is that of the linearised model.",
+                false => "",
+            }
         ),
     }
+}
+
+/// What breaks an assumption, elements with the same reason together.
+pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
+    let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
+    for (element, why) in &assumption.breaches {
+        match out.iter_mut().find(|(_, known)| known == why) {
+            Some((elements, _)) => elements.push(element),
+            None => out.push((vec![element], why)),
+        }
+    }
+    out
 }
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
@@ -117,7 +137,8 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
             format!("{motions} independent motions, one of them along {direction}, have no inertia and are eliminated")
         }
     };
-    let mut sentences = vec![format!("{motion}: of {before} states {states} remain.")];
+    let remain = if states == 1 { "remains" } else { "remain" };
+    let mut sentences = vec![format!("{motion}: of {before} states {states} {remain}.")];
     if !removed.is_empty() {
         let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
         sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));

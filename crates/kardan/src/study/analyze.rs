@@ -17,7 +17,7 @@ use crate::equations::{Domain, InputKind};
 use crate::model::read_state_space;
 use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, Placement, Structure};
+use crate::results::{Analysis, Mode, Placement, Structure};
 use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
@@ -112,6 +112,9 @@ pub(super) fn analyze_variant(
     let mut structure =
         structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
     let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
+    if !regular {
+        zero_exactly(&mut modes, &structure);
+    }
     failing_modes(&mut structure, &mut modes, &linear, mechanics);
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
@@ -142,6 +145,27 @@ pub(super) fn analyze_variant(
         notes,
         ..Analysis::default()
     })
+}
+
+/// Multiple roots at zero spread by rounding; how many there are is known exactly.
+fn zero_exactly(modes: &mut Vec<Mode>, structure: &Structure) {
+    let zeros = structure.factors.iter().filter(|factor| factor.polynomial == "s");
+    let mut left: usize = zeros.map(|factor| factor.algebraic).sum();
+    let mut k = 0;
+    while left > 0 && k < modes.len() {
+        // Of a pair that stands for two roots the second becomes a mode of its own.
+        if modes[k].eigenvalue.1 != 0.0 {
+            let twin = modes[k].clone();
+            modes.insert(k + 1, twin);
+        }
+        let mode = &mut modes[k];
+        (mode.eigenvalue, mode.natural_frequency, mode.damping_ratio) = ((0.0, 0.0), 0.0, 1.0);
+        for (_, _, imaginary) in &mut mode.shape {
+            *imaginary = 0.0;
+        }
+        left -= 1;
+        k += 1;
+    }
 }
 
 /// Coordinates that are charges of a circuit, not angles.
@@ -187,6 +211,7 @@ pub fn analyze_state_space(
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
+    zero_exactly(&mut modes, &structure);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
 }

@@ -153,25 +153,35 @@ pub(super) fn check_connected(purpose: Purpose, document: &Document, model: &Mod
         let inputs = (control.law.inputs)(&control.values);
         join(inputs.iter().filter_map(|input| shafts_of_input.get(input.as_str())).flatten().copied().collect());
     }
-    let first = part.first().copied();
-    let away: Vec<&String> =
-        all.iter().zip(&part).filter(|(_, p)| Some(**p) != first).map(|(shaft, _)| *shaft).collect();
-    if let Some(shaft) = away.first() {
-        let names = quoted(away.iter().map(|name| name.as_str()));
-        let message = format!("the model falls apart: nothing connects {names} with `{}`", all[0]);
-        let (told, help) = match purpose {
-            Purpose::Run => (
-                Diagnostic::error("model::disconnected", message),
-                "connect the parts by a gear, a spring_damper or a common controller, or make two models",
-            ),
-            Purpose::Analysis => (
-                Diagnostic::warning("model::disconnected", message),
-                "the parts are analysed side by side, each needs inputs and outputs of its own; connect them by a gear or a \
-                 spring_damper if that is not meant",
-            ),
-        };
-        out.push(told.at(span_of(document, shaft), "not connected").help(help));
+    let mut parts: Vec<(usize, Vec<&str>)> = Vec::new();
+    for (name, number) in all.iter().zip(&part) {
+        match parts.iter_mut().find(|(other, _)| other == number) {
+            Some((_, names)) => names.push(name),
+            None => parts.push((*number, vec![name])),
+        }
     }
+    let Some((_, away)) = parts.get(1) else { return };
+    let told = match purpose {
+        Purpose::Run => {
+            let away = quoted(parts[1..].iter().flat_map(|(_, names)| names.iter().copied()));
+            let message = format!("the model falls apart: nothing connects {away} with `{}`", all[0]);
+            Diagnostic::error("model::disconnected", message)
+                .help("connect the parts by a gear, a spring_damper or a common controller, or make two models")
+        }
+        Purpose::Analysis => {
+            let shown: Vec<String> =
+                parts.iter().take(MOST_LABELS).map(|(_, names)| quoted(names.iter().copied())).collect();
+            let more = if parts.len() > shown.len() { "; and others" } else { "" };
+            let message = format!(
+                "the model consists of {} parts that nothing connects: {}{more}",
+                parts.len(),
+                shown.join("; ")
+            );
+            Diagnostic::warning("model::disconnected", message)
+                .help("each part needs inputs and outputs of its own; connect them if that is not meant")
+        }
+    };
+    out.push(told.at(span_of(document, away[0]), "not connected"));
 }
 
 pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {
