@@ -113,13 +113,9 @@ fn more(out: &mut String, all: usize, shown: usize) {
     }
 }
 
-/// The lines of a cell; a number and its percent sign stay together.
+/// The lines of a cell; hard spaces do not break, and become plain ones.
 fn lines(cell: &str, width: usize) -> Vec<String> {
-    if cell.chars().count() <= width {
-        return vec![cell.to_owned()];
-    }
-    let joined = cell.replace(" %", "\u{a0}%");
-    textwrap::wrap(&joined, width).iter().map(|line| line.replace('\u{a0}', " ")).collect()
+    textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
 }
 
 fn cut(text: &str, width: usize) -> String {
@@ -253,10 +249,10 @@ fn modes(out: &mut String, modes: &[Mode]) {
             words::pair(mode.eigenvalue, number),
             yes(mode.controllable),
             yes(mode.observable),
-            words::shape(mode, number),
+            words::together(&words::shape(mode, number)),
         ];
         if has_energy {
-            row.push(words::stored(mode));
+            row.push(words::together(&words::stored(mode)));
         }
         row
     };
@@ -357,9 +353,15 @@ fn sets(out: &mut String, what: &str, property: &str, search: &PlacementSearch) 
         .sets
         .iter()
         .enumerate()
-        .map(|(k, set)| vec![(k + 1).to_string(), set.places.join(", "), number(set.score), number(set.cost)])
+        .map(|(k, set)| {
+            let mark = if set.efficient { "*" } else { "" };
+            vec![(k + 1).to_string(), set.places.join(", "), number(set.score), number(set.cost), mark.into()]
+        })
         .collect();
-    table(out, &["##", "places", &score, "#cost"], &rows, SETS);
+    table(out, &["##", "places", &score, "#cost", ""], &rows, SETS);
+    if search.sets.iter().take(SETS).any(|set| set.efficient) {
+        sentence(out, words::EFFICIENT);
+    }
 }
 
 fn sensitivity(out: &mut String, sensitivity: &Sensitivity) {

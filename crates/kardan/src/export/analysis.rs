@@ -30,7 +30,7 @@ use crate::results::{
 /// | `min_inputs`, `min_outputs` | whole numbers |
 /// | `factors` | of the characteristic polynomial: `polynomial`, `roots_per_s`, `algebraic`, `geometric`, `input_defect`, `output_defect` |
 /// | `invariant_factors` | of sI − A, each dividing the next |
-/// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost` |
+/// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost`, `efficient` (whether every better set costs more) |
 /// | `placement_search` | `inputs`, `outputs`, each `method`, `exhaustive`, `gap`, `tried`, `candidates` (`place`, `cost`), `measure`, `unit`, `larger_is_better`, `none_because` |
 /// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
 /// | `bases` | `name`, `basis`, `inertia`, `damping`, `stiffness`, `input` (matrices: `title`, `unit`, `rows`, `columns`, `values`), `orthogonality`, `bounds` (`matrix`, `unit`, `eigenvalues`, `centres`, `radii`) |
@@ -207,7 +207,7 @@ fn placements(placement: &Placement) -> Vec<Value> {
         let sets = search.flat_map(|search| search.sets.iter().map(move |set| (set, &search.unit)));
         let one = |(set, unit)| {
             let set: &PlacedSet = set;
-            object!({ key: set.places, "score": set.score, "unit": unit, "cost": set.cost })
+            object!({ key: set.places, "score": set.score, "unit": unit, "cost": set.cost, "efficient": set.efficient })
         };
         sets.map(one).collect::<Vec<Value>>()
     };

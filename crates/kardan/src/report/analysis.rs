@@ -180,10 +180,10 @@ fn modes(analysis: &Analysis) -> String {
             Cell::Number(words::pair(mode.eigenvalue, number)),
             mark(mode.controllable, if mode.controllable { "yes" } else { "no" }),
             mark(mode.observable, if mode.observable { "yes" } else { "no" }),
-            Cell::text(together(&words::shape(mode, |value| figure(value, 3)))),
+            Cell::text(words::together(&words::shape(mode, |value| figure(value, 3)))),
         ];
         if has_energy {
-            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(together(&text))));
+            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(words::together(&text))));
         }
         row
     };
@@ -192,15 +192,6 @@ fn modes(analysis: &Analysis) -> String {
         + &pictures::plane(&analysis.modes, &analysis.structure.zeros)
         + &pictures::shapes(&analysis.modes)
         + &pictures::energies(&analysis.modes)
-}
-
-/// A list whose lines break between its entries only.
-fn together(list: &str) -> String {
-    let entry = |entry: &str| match entry.split_once(" and ") {
-        Some((entry, more)) => format!("{} and {more}", entry.replace(' ', "\u{a0}")),
-        None => entry.replace(' ', "\u{a0}"),
-    };
-    list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
 }
 
 fn ranks(structure: &Structure) -> String {
@@ -238,7 +229,7 @@ fn ranks(structure: &Structure) -> String {
     let factor = |factor: &Factor| {
         vec![
             Cell::Head(powers(&factor.polynomial), 1),
-            Cell::text(together(&words::pairs(&factor.roots, number).join(", "))),
+            Cell::text(words::together(&words::pairs(&factor.roots, number).join(", "))),
             Cell::Number(factor.algebraic.to_string()),
             Cell::Number(factor.geometric.to_string()),
             Cell::Number(factor.input_defect.to_string()),
@@ -338,16 +329,18 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
                 Cell::text(set.places.join(", ")),
                 Cell::figure(set.score),
                 Cell::figure(set.cost),
+                Cell::text(if set.efficient { "●" } else { "" }),
             ]
         })
         .collect();
     let plural = if rows.len() == 1 { "set" } else { "sets" };
     let title = format!("Table of {} {plural}", rows.len());
-    let listed = rows_of(&["##", "places", &score, "#cost"], rows);
+    let listed = rows_of(&["##", "places", &score, "#cost", ""], rows);
     if listed.is_empty() {
         return body;
     }
-    body + &format!("<details><summary>{title}</summary>\n{listed}</details>\n")
+    let mark = if search.sets.iter().any(|set| set.efficient) { words::EFFICIENT } else { "" };
+    body + &format!("<details><summary>{title}</summary>\n{listed}<p class=\"hint\">{mark}</p>\n</details>\n")
 }
 
 fn sensitivity(sensitivity: &Sensitivity) -> String {

@@ -192,7 +192,11 @@ pub fn dissipated(mode: &Mode) -> String {
 }
 
 fn percents(mut shares: Vec<(&str, f64)>) -> String {
+    let all = shares.iter().filter(|(_, share)| *share > 0.0).count();
     shares.retain(|(_, share)| *share >= SMALL_SHARE);
+    if shares.is_empty() && all > 0 {
+        return format!("spread over {all}");
+    }
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let texts: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))).collect();
     list(&texts, NAMED)
@@ -270,6 +274,7 @@ pub fn normal_rank(structure: &Structure) -> String {
     let (rank, full) = (structure.zeros.normal_rank, inputs.min(outputs));
     let meaning = match () {
         () if rank >= full => String::new(),
+        () if rank == 0 => ": the inputs do nothing to the outputs".into(),
         () if inputs <= outputs => ": some combination of the inputs does nothing to the outputs".into(),
         () => ": some combination of the outputs never moves".into(),
     };
@@ -285,23 +290,27 @@ pub fn search(search: &PlacementSearch) -> String {
     } else {
         "; how much a cheaper set could save is not known".into()
     };
-    let tried = format!("{} sets tried", search.tried);
-    let tried = if search.tried == 1 { "1 set tried".into() } else { tried };
+    let tried = if search.exhaustive { String::new() } else { format!(" ({} sets tried)", search.tried) };
     let better = if search.larger_is_better { "larger" } else { "smaller" };
     let score = if search.measure.is_empty() {
         String::new()
     } else {
         format!(" Score: {}; {better} is better.", search.measure)
     };
-    format!("{} ({tried}){gap}.{score}", capital(&search.method))
+    format!("{}{tried}{gap}.{score}", capital(&search.method))
 }
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
 pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
+    if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
+        return vec![format!("A loss of {what} within the tolerances was not searched for.")];
+    }
     let mut sentences = Vec::new();
+    let searched = !search.method.is_empty();
     sentences.push(match &search.nearest {
-        None => format!("No loss of {what} was found within ten tolerances of the parameters."),
+        None if !searched => format!("The nearest loss of {what} was not searched for; only samples were taken."),
+        None => format!("A search for the nearest loss of {what} found none within ten tolerances of the parameters."),
         Some(loss) => {
             let at: Vec<String> =
                 loss.at.iter().map(|(name, value, unit)| format!("{name} = {} {unit}", figures(*value))).collect();
@@ -323,12 +332,13 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
             )
         }
     });
-    let method = if search.method.is_empty() { String::new() } else { format!(" ({})", search.method) };
-    sentences.push(match search.box_verdict {
-        BoxVerdict::Certified => format!("Proven: {what} is nowhere lost in the box of tolerances{method}."),
-        BoxVerdict::Lost => format!("{} is lost inside the box of tolerances{method}.", capital(what)),
+    let method = if searched { format!(" ({})", search.method) } else { String::new() };
+    sentences.extend(match search.box_verdict {
+        BoxVerdict::NotCertified if !searched => None,
+        BoxVerdict::Certified => Some(format!("Proven: {what} is nowhere lost in the box of tolerances{method}.")),
+        BoxVerdict::Lost => Some(format!("{} is lost inside the box of tolerances{method}.", capital(what))),
         BoxVerdict::NotCertified => {
-            format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}.")
+            Some(format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}."))
         }
     });
     sentences.extend(search.sampling.as_ref().map(|s| sampling(s, figures)));
@@ -367,6 +377,18 @@ pub fn certificate(certificate: &Certificate, figures: Figures) -> String {
     }
 }
 
+/// A list whose lines break between its entries only.
+pub fn together(list: &str) -> String {
+    let entry = |entry: &str| match entry.split_once(" and ") {
+        Some((entry, more)) => format!("{} and {more}", entry.replace(' ', "\u{a0}")),
+        None => entry.replace(' ', "\u{a0}"),
+    };
+    list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
+}
+
+/// Why some sets of places are marked.
+pub const EFFICIENT: &str = "Marked sets are efficient: every better set costs more.";
+
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
@@ -394,6 +416,22 @@ mod tests {
         let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)];
         assert_eq!(pairs(&values, FIGURES), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
         assert_eq!(list(&["a", "b", "c"], 2), "a, b and 1 more");
+    }
+
+    #[test]
+    fn what_was_not_searched_is_not_called_safe() {
+        let said = |search: &LossSearch| loss("observability", search, FIGURES).join(" ");
+        let nothing = said(&LossSearch::default());
+        assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
+        let searched = LossSearch { method: "800 starts".into(), ..LossSearch::default() };
+        let searched = said(&searched);
+        assert!(searched.contains("found none within ten tolerances") && searched.contains("800 starts"), "{searched}");
+        assert!(!searched.contains("not searched"), "{searched}");
+    }
+
+    #[test]
+    fn lines_break_between_entries() {
+        assert_eq!(together("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
     }
 
     #[test]

@@ -386,7 +386,7 @@ pub struct Placement {
 pub struct PlacementSearch {
     /// The candidates: `(place, cost)`.
     pub candidates: Vec<(String, f64)>,
-    /// `every set of 2 of 5 places was tried` or `bounded search`.
+    /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
     pub exhaustive: bool,
@@ -415,6 +415,8 @@ pub struct PlacedSet {
     pub cost: f64,
     /// The physical measure.
     pub score: f64,
+    /// Whether every set with a better score costs more, and every set as good costs no less.
+    pub efficient: bool,
 }
 
 /// How far away the next change of structure is.
@@ -431,11 +433,11 @@ pub struct Sensitivity {
 /// The search for the nearest loss of controllability or observability.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LossSearch {
-    /// The nearest loss found; `None` if there was none within ten tolerances.
+    /// The nearest loss found; `None` if there was none within ten tolerances, or none was looked for (`method` is empty).
     pub nearest: Option<Loss>,
     /// Verdict over the whole box of parameters.
     pub box_verdict: BoxVerdict,
-    /// How the verdict was reached.
+    /// How the verdict was reached; empty: nothing was searched.
     pub method: String,
     /// Sampling of the box.
     pub sampling: Option<Sampling>,

@@ -82,7 +82,7 @@ pub fn two_bodies() -> Analysis {
         exhaustive: true,
         gap: 0.0,
         tried: 1,
-        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123 }],
+        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123, efficient: true }],
         measure: measure.into(),
         unit: "rad^2".into(),
         larger_is_better: true,
@@ -260,7 +260,12 @@ pub fn train() -> Analysis {
         elements: named(&[("tyre", 0.5), ("wheel", 0.5)]),
     };
     let base = two_bodies();
-    let set = |places: &[&str], cost: f64, score: f64| PlacedSet { places: texts(places), cost, score };
+    let set = |places: &[&str], cost: f64, score: f64| PlacedSet {
+        places: texts(places),
+        cost,
+        score,
+        efficient: cost < 3.0,
+    };
     Analysis {
         name: "train".into(),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
@@ -475,7 +480,7 @@ pub fn hostile(bad: &str) -> Analysis {
         search.unit = bad();
         search.none_because = Some(bad());
         search.sets = [f64::NAN, -1.0, 0.0, f64::INFINITY]
-            .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score })
+            .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score, efficient: false })
             .to_vec();
     }
     if let Some(sensitivity) = &mut analysis.sensitivity {

@@ -247,7 +247,11 @@ pub(super) fn output(
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there are {}", quoted(names())),
     };
-    Err(Some((format!("there is no angle, speed or sensor `{shown}`"), help)))
+    let what = match (0..equations.shafts.len()).all(|k| equations.domain(k) == Domain::Charge) {
+        true => "charge, current or sensor",
+        false => "angle, speed or sensor",
+    };
+    Err(Some((format!("there is no {what} `{shown}`"), help)))
 }
 
 fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Option<usize> {
