@@ -348,18 +348,19 @@ fn sets(out: &mut String, what: &str, property: &str, search: &PlacementSearch) 
     if search.sets.is_empty() {
         return;
     }
+    let several = search.sets.len() > 1;
     let score = if search.unit.is_empty() { "#score".to_owned() } else { format!("#score {}", search.unit) };
     let rows: Vec<Vec<String>> = search
         .sets
         .iter()
         .enumerate()
         .map(|(k, set)| {
-            let mark = if set.efficient { "*" } else { "" };
+            let mark = if set.efficient && several { "*" } else { "" };
             vec![(k + 1).to_string(), set.places.join(", "), number(set.score), number(set.cost), mark.into()]
         })
         .collect();
     table(out, &["##", "places", &score, "#cost", ""], &rows, SETS);
-    if search.sets.iter().take(SETS).any(|set| set.efficient) {
+    if several && search.sets.iter().take(SETS).any(|set| set.efficient) {
         sentence(out, words::EFFICIENT);
     }
 }
@@ -439,6 +440,8 @@ mod tests {
             "Some zeros lie in the right half-plane",
             "at most 3.1e-17",
             "nonlinear",
+            "The motion along joint - 2 rack has no inertia",
+            "z1 = 2 joint.w + rack.w",
         ] {
             assert!(shown.contains(part), "{part} missing in\n{shown}");
         }

@@ -110,7 +110,11 @@ pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     let folder = folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let written = if is_special(path) {
-        OpenOptions::new().write(true).open(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.flush()))
+        OpenOptions::new()
+            .write(true)
+            .truncate(true)
+            .open(path)
+            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.flush()))
     } else {
         temporary(folder, &name, bytes).and_then(|part| {
             fs::rename(&part, path).inspect_err(|_| {

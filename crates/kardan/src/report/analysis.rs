@@ -329,7 +329,7 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
                 Cell::text(set.places.join(", ")),
                 Cell::figure(set.score),
                 Cell::figure(set.cost),
-                Cell::text(if set.efficient { "●" } else { "" }),
+                Cell::text(if set.efficient && search.sets.len() > 1 { "●" } else { "" }),
             ]
         })
         .collect();
@@ -339,7 +339,7 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
     if listed.is_empty() {
         return body;
     }
-    let mark = if search.sets.iter().any(|set| set.efficient) { words::EFFICIENT } else { "" };
+    let mark = if search.sets.len() > 1 && search.sets.iter().any(|set| set.efficient) { words::EFFICIENT } else { "" };
     body + &format!("<details><summary>{title}</summary>\n{listed}<p class=\"hint\">{mark}</p>\n</details>\n")
 }
 

@@ -130,7 +130,7 @@ pub fn constraint_kind(constraint: &crate::results::ConstraintClass) -> String {
 pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<String> {
     let Elimination { motions, direction, removed, definitions } = elimination;
     let states = structure.states.len();
-    let before = states + removed.len() - definitions.len();
+    let before = (states + removed.len()).saturating_sub(definitions.len());
     let motion = match motions {
         1 => format!("The motion along {direction} has no inertia and is eliminated"),
         _ => {
