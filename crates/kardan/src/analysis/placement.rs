@@ -153,6 +153,11 @@ fn exhausted(found: usize, size: usize, places: usize) -> String {
         (1, 1) => "the only place is enough".into(),
         (1, _) => format!("each of the {places} places was tried alone: {found} {enough} enough"),
         (_, _) if size == places => format!("only all {places} places together are enough"),
+        _ if found == binomial(places, size) => {
+            format!(
+                "all {found} sets of {size} of the {places} places were tried: each is enough, and no smaller set is"
+            )
+        }
         _ => format!(
             "all {} sets of {size} of the {places} places were tried: {found} {enough} enough, and no smaller set is",
             binomial(places, size)

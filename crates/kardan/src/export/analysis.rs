@@ -349,11 +349,12 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 30] = [
+    const KEYS: [&str; 31] = [
         "name",
         "description",
         "class",
         "coordinates",
+        "elimination",
         "modes",
         "controllable",
         "observable",
