@@ -34,6 +34,10 @@ pub fn text(analysis: &Analysis, origin: &str) -> String {
     if let Some(forces) = &analysis.constraint_forces {
         constraint_forces(&mut out, forces);
     }
+    if let Some(found) = &analysis.elimination {
+        heading(&mut out, "Motions without inertia");
+        words::elimination(found, &analysis.structure).iter().for_each(|text| sentence(&mut out, text));
+    }
     modes(&mut out, &analysis.modes);
     structure(&mut out, &analysis.structure);
     least_numbers(&mut out, &analysis.structure);
@@ -109,13 +113,9 @@ fn more(out: &mut String, all: usize, shown: usize) {
     }
 }
 
-/// The lines of a cell; a number and its percent sign stay together.
+/// The lines of a cell; hard spaces do not break, and become plain ones.
 fn lines(cell: &str, width: usize) -> Vec<String> {
-    if cell.chars().count() <= width {
-        return vec![cell.to_owned()];
-    }
-    let joined = cell.replace(" %", "\u{a0}%");
-    textwrap::wrap(&joined, width).iter().map(|line| line.replace('\u{a0}', " ")).collect()
+    textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
 }
 
 fn cut(text: &str, width: usize) -> String {
@@ -134,10 +134,11 @@ fn class(out: &mut String, class: &Class) {
     sentence(out, &words::class(class));
     for assumption in class.assumptions.iter().filter(|assumption| !assumption.holds) {
         sentence(out, &format!("broken: {}", assumption.statement));
-        for (element, why) in assumption.breaches.iter().take(ROWS) {
-            sentence(out, &format!("  by {element}: {why}"));
+        let breaches = words::breaches(assumption);
+        for (elements, why) in breaches.iter().take(ROWS) {
+            sentence(out, &format!("  by {}: {why}", words::list(elements, 2 * NAMES)));
         }
-        more(out, assumption.breaches.len(), ROWS);
+        more(out, breaches.len(), ROWS);
     }
     let constraints: Vec<Vec<String>> = class
         .constraints
@@ -178,7 +179,8 @@ fn reduction(out: &mut String, analysis: &Analysis) {
     }
     heading(out, "Reduction");
     let count = analysis.coordinates.len();
-    sentence(out, &format!("{count} coordinates: {}", words::list(&analysis.coordinates, NAMES)));
+    let plural = if count == 1 { "" } else { "s" };
+    sentence(out, &format!("{count} coordinate{plural}: {}", words::list(&analysis.coordinates, NAMES)));
     let rows: Vec<Vec<String>> = analysis.bases.iter().flat_map(bounds).collect();
     if !rows.is_empty() {
         table(out, &["basis", "#not orthogonal by", "matrix", "eigenvalues", "within discs", "unit"], &rows, ROWS);
@@ -247,10 +249,10 @@ fn modes(out: &mut String, modes: &[Mode]) {
             words::pair(mode.eigenvalue, number),
             yes(mode.controllable),
             yes(mode.observable),
-            words::shape(mode, number),
+            words::together(&words::shape(mode, number)),
         ];
         if has_energy {
-            row.push(words::stored(mode));
+            row.push(words::together(&words::stored(mode)));
         }
         row
     };
@@ -346,14 +348,21 @@ fn sets(out: &mut String, what: &str, property: &str, search: &PlacementSearch) 
     if search.sets.is_empty() {
         return;
     }
+    let several = search.sets.len() > 1;
     let score = if search.unit.is_empty() { "#score".to_owned() } else { format!("#score {}", search.unit) };
     let rows: Vec<Vec<String>> = search
         .sets
         .iter()
         .enumerate()
-        .map(|(k, set)| vec![(k + 1).to_string(), set.places.join(", "), number(set.score), number(set.cost)])
+        .map(|(k, set)| {
+            let mark = if set.efficient && several { "*" } else { "" };
+            vec![(k + 1).to_string(), set.places.join(", "), number(set.score), number(set.cost), mark.into()]
+        })
         .collect();
-    table(out, &["##", "places", &score, "#cost"], &rows, SETS);
+    table(out, &["##", "places", &score, "#cost", ""], &rows, SETS);
+    if several && search.sets.iter().take(SETS).any(|set| set.efficient) {
+        sentence(out, words::EFFICIENT);
+    }
 }
 
 fn sensitivity(out: &mut String, sensitivity: &Sensitivity) {
@@ -431,6 +440,8 @@ mod tests {
             "Some zeros lie in the right half-plane",
             "at most 3.1e-17",
             "nonlinear",
+            "The motion along joint - 2 rack has no inertia",
+            "z1 = 2 joint.w + rack.w",
         ] {
             assert!(shown.contains(part), "{part} missing in\n{shown}");
         }

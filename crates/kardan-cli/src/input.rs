@@ -72,8 +72,10 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
         (name, bytes)
     } else {
         let name = path.display().to_string();
-        let bytes =
-            file(path, &name, &|name| Diagnostic::error("file::not-found", format!("there is no file `{name}`")))?;
+        let bytes = file(path, &name, &|name| {
+            Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
+                .help("name a JSON or MAT file with the matrices, or `-` for standard input")
+        })?;
         (name, bytes)
     };
     if bytes.is_empty() {

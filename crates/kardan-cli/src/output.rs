@@ -90,6 +90,9 @@ pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
         return Err(Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()))
             .help("name the file itself, such as analysis.html"));
     }
+    if is_special(path) {
+        return Ok(());
+    }
     Folder::prepare(folder_of(path)).map(|_| ()).map_err(|problem| problem.help("nothing was computed yet"))
 }
 
@@ -97,15 +100,28 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Writes a file that appears whole or not at all; one that exists is replaced.
+/// Whether something other than a plain file is there: a device, a pipe, a link.
+fn is_special(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|there| !there.is_file())
+}
+
+/// Writes a file that appears whole or not at all; one that exists is replaced, what is no plain file is written to.
 pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     let folder = folder_of(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let written = temporary(folder, &name, bytes).and_then(|part| {
-        fs::rename(&part, path).inspect_err(|_| {
-            let _ = fs::remove_file(&part);
+    let written = if is_special(path) {
+        OpenOptions::new()
+            .write(true)
+            .truncate(true)
+            .open(path)
+            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.flush()))
+    } else {
+        temporary(folder, &name, bytes).and_then(|part| {
+            fs::rename(&part, path).inspect_err(|_| {
+                let _ = fs::remove_file(&part);
+            })
         })
-    });
+    };
     written.map_err(|error| {
         Diagnostic::error("file::unwritable", format!("cannot write `{}`: {}", path.display(), reason(&error)))
     })

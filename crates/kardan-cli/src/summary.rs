@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use kardan::export::{Files, extremes};
-use kardan::results::{Outcome, Run, Signal, Study};
+use kardan::report::words;
+use kardan::results::{Outcome, Run, Signal, Structure, Study};
 
 use crate::render::visible;
 
@@ -22,12 +23,28 @@ pub fn summary(study: &Study, files: &Files, origin: &str) -> String {
     for path in files.report.iter().chain(&files.plots) {
         let _ = writeln!(out, "wrote {path}");
     }
+    if let Some(analysis) = &study.analysis {
+        structure(&mut out, &analysis.structure);
+    }
     let requirements: Vec<bool> = study.runs.iter().flat_map(|run| &run.requirements).map(|r| r.passed).collect();
     if !requirements.is_empty() {
         let passed = requirements.iter().filter(|&&passed| passed).count();
         let _ = writeln!(out, "{passed} of {} requirements hold", requirements.len());
     }
     visible(&out)
+}
+
+/// One line on what the inputs reach and the outputs show.
+fn structure(out: &mut String, structure: &Structure) {
+    let states = structure.states.len();
+    let part = |holds: bool, what: &str, rank: usize, names: &[String]| {
+        let names = if names.is_empty() { "nothing".into() } else { words::list(names, 4) };
+        if holds { format!("{what} {names}") } else { format!("NOT {what} {names} (rank {rank} of {states})") }
+    };
+    let controllable =
+        part(structure.controllable(), "controllable by", structure.controllable_rank, &structure.inputs);
+    let observable = part(structure.observable(), "observable from", structure.observable_rank, &structure.outputs);
+    let _ = writeln!(out, "structure: {controllable}; {observable}");
 }
 
 /// The signals that some plot shows for this run; all signals if there are no plots.

@@ -303,3 +303,70 @@ fn matrices_are_read_or_refused_kindly() {
     assert_eq!(both.status.code(), Some(2));
     assert!(text(&both.stderr).contains("cannot be used with"));
 }
+
+#[test]
+fn massless_models_are_refused_with_a_way_out_and_analysed_with_it() {
+    let at = folder("massless");
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
+                 stiffness = \"1 N m/rad\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"b\"\n";
+    fs::write(at.join("light.toml"), model).unwrap();
+    let refused = output(&at, &["analyze", "light.toml", "--json"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let object: Value = serde_json::from_slice(&refused.stdout).unwrap();
+    assert_eq!(object["error"]["diagnostics"][0]["code"], "model::massless");
+    assert!(words(&refused.stderr).contains("`b` can move while no mass does"));
+    assert!(words(&refused.stderr).contains("--eliminate-massless"));
+
+    let got = output(&at, &["analyze", "light.toml", "--eliminate-massless", "--json"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    assert_eq!(object["elimination"]["removed"], serde_json::json!(["b.w"]));
+    assert_eq!(object["state_names"], serde_json::json!(["a.phi", "b.phi", "a.w"]));
+    let shown = text(&output(&at, &["analyze", "light.toml", "--eliminate-massless"]).stdout);
+    assert!(shown.contains("Motions without inertia\n") && shown.contains("of 4 states 3 remain"), "{shown}");
+    assert_eq!(output(&at, &["run", "light.toml"]).status.code(), Some(2));
+}
+
+/// Names as hostile as a file may have them reach the page and the terminal harmlessly.
+#[test]
+fn markup_in_names_stays_text() {
+    let at = folder("markup");
+    let model = "[model]\nname = \"<script>alert('x')</script>\"\ndescription = \"\\\"quoted\\\" & <b>bold</b>\"\n\
+                 [shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n";
+    fs::write(at.join("m.toml"), model).unwrap();
+    let got = output(&at, &["analyze", "m.toml", "--report", "m.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let page = fs::read_to_string(at.join("m.html")).unwrap();
+    assert!(!page.contains("<script>alert") && !page.contains("<b>bold") && page.contains("&lt;script&gt;alert"));
+    fs::write(at.join("m.json"), r#"{"A": [[-1]], "B": [1], "inputs": ["<b>\"u\""], "states": ["it's & <i>"]}"#)
+        .unwrap();
+    let got = output(&at, &["analyze", "--state-space", "m.json", "--report", "s.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let page = fs::read_to_string(at.join("s.html")).unwrap();
+    assert!(!page.contains("<i>\"") && !page.contains("& <i>") && page.contains("it&#39;s &amp; &lt;i&gt;"));
+}
+
+/// A device is written to, never replaced.
+#[cfg(unix)]
+#[test]
+fn a_report_may_go_where_no_plain_file_is() {
+    let at = folder("special");
+    fs::write(at.join("target.html"), "old").unwrap();
+    std::os::unix::fs::symlink("target.html", at.join("link.html")).unwrap();
+    let got = output(&at, &["analyze", "two-bodies", "--report", "link.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(fs::symlink_metadata(at.join("link.html")).unwrap().is_symlink());
+    let page = fs::read_to_string(at.join("target.html")).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"));
+}
+
+#[test]
+fn a_run_says_what_its_inputs_reach() {
+    let at = folder("run_structure");
+    let got = output(&at, &["run", "two-bodies", "--json"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    assert_eq!((&object["analysis"]["controllable"], &object["analysis"]["states"]), (&true.into(), &4.into()));
+    let shown = text(&output(&at, &["run", "two-bodies"]).stdout);
+    assert!(shown.contains("structure: controllable by motor_1"), "{shown}");
+}

@@ -335,7 +335,7 @@ impl Search<'_> {
         let scale = match cells.decide(at, half, scale) {
             Verdict::Proven => {
                 self.done += share;
-                if self.cells % 64 == 0 {
+                if self.cells.is_multiple_of(64) {
                     (self.progress)(self.done);
                 }
                 return Ok(());

@@ -1,6 +1,7 @@
 use std::collections::BTreeSet;
 
 use crate::assemble::Equations;
+use crate::equations::Domain;
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::{Assumption, Class, ConstraintClass, OperatingPoint};
@@ -79,7 +80,10 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         assumptions,
         constraints,
         operating_point: OperatingPoint {
-            angles: shafts.iter().cloned().zip(kinematics.angles.iter().copied()).collect(),
+            angles: (0..shafts.len())
+                .filter(|&k| equations.domain(k) == Domain::Rotation)
+                .map(|k| (shafts[k].clone(), kinematics.angles[k]))
+                .collect(),
             friction: equations
                 .frictions
                 .iter()
@@ -101,8 +105,11 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
             let with: BTreeSet<usize> =
                 equations.inertias.iter().flat_map(|term| term.row.iter().map(|(shaft, _)| *shaft)).collect();
             let without = (0..equations.shafts.len()).filter(|shaft| !with.contains(shaft));
-            let mut out: Vec<_> =
-                without.map(|shaft| (equations.shafts[shaft].clone(), "it has no inertia of its own".into())).collect();
+            let what = |shaft| match equations.domain(shaft) {
+                Domain::Rotation => "it has no inertia of its own",
+                Domain::Charge => "it has no inductance of its own",
+            };
+            let mut out: Vec<_> = without.map(|shaft| (equations.shafts[shaft].clone(), what(shaft).into())).collect();
             if out.is_empty() {
                 out.push(("(all)".into(), "a motion of the shafts has no kinetic energy".into()));
             }

@@ -52,7 +52,8 @@ pub enum MasslessError {
     Static,
 }
 
-fn combination(terms: &[(String, Rational)]) -> String {
+/// `` `a` − 2·`b` `` for a message.
+pub fn combination(terms: &[(String, Rational)]) -> String {
     let mut out = String::new();
     for (i, (name, factor)) in terms.iter().enumerate() {
         let negative = *factor < Rational::ZERO;

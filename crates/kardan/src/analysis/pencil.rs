@@ -1,6 +1,6 @@
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
-use crate::num::{Matrix, Rational, Scalar};
+use crate::num::{Matrix, Rational, Scalar, echelon};
 
 /// An output of a linear system: a signal with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +17,11 @@ pub struct OutputSignal {
 /// `coordinates` and `basis` are those of [`ConstrainedSystem::explicit_basis`]. A spring torque is `s` times the twist; a
 /// constraint torque follows from the balance `Cᵀλ = Hq̈ + Dq̇ + Sq − Fτ` and may respond to inputs at once.
 ///
+/// With a singular H_r (positive semidefinite, as sums of inertias are) E is singular too; see
+/// [`eliminate_massless`](super::eliminate_massless).
+///
 /// # Panics
-/// If an output names a shaft or an element that is not there, or a constraint torque is asked for and H_r is singular.
+/// If an output names a shaft or an element that is not there.
 pub fn linear_system(
     system: &ConstrainedSystem,
     coordinates: &[usize],
@@ -103,7 +106,7 @@ fn constraint_torque(
     let direction = weights.multiply(&multiplier);
     let on = |m: &Matrix<Rational>| direction.multiply(m).multiply(basis);
     let acceleration = on(&system.inertia_matrix());
-    let per_inertia = inertia.transpose().solve(&acceleration.transpose()).expect("the reduced inertia is regular");
+    let per_inertia = any_solution(&inertia.transpose(), &acceleration.transpose());
     let through = |m: &Matrix<Rational>| per_inertia.transpose().multiply(m);
     let difference = |a: Matrix<Rational>, b: Matrix<Rational>| {
         (0..a.columns()).map(|j| a[(0, j)].minus(&b[(0, j)])).collect::<Vec<_>>()
@@ -111,4 +114,18 @@ fn constraint_torque(
     let mut on_states = difference(on(&system.stiffness_matrix()), through(stiffness));
     on_states.extend(difference(on(&system.damping_matrix()), through(damping)));
     (on_states, difference(through(input), direction.multiply(&system.input_matrix())))
+}
+
+/// One solution of M x = y. There is one: a motion v without inertia (`H_r v = 0`) has `H K v = 0`, hence takes no torque.
+fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
+    let n = matrix.columns();
+    let both =
+        Matrix::from_fn(matrix.rows(), n + 1, |i, j| if j < n { &matrix[(i, j)] } else { &right[(i, 0)] }.clone());
+    let e = echelon(&both, &(0..=n).collect::<Vec<_>>());
+    assert!(!e.pivots.contains(&n), "the inertia is positive semidefinite");
+    let mut out = Matrix::<Rational>::zeros(n, 1);
+    for (row, &pivot) in e.pivots.iter().enumerate() {
+        out[(pivot, 0)] = e.form[(row, n)].clone();
+    }
+    out
 }

@@ -103,7 +103,7 @@ pub fn place(
             }
         }
         if !found.is_empty() {
-            out.method = format!("every set of {size} of {} places was tried; fewer are not enough", candidates.len());
+            out.method = exhausted(found.len(), size, candidates.len());
             break;
         }
     }
@@ -124,10 +124,12 @@ pub fn place(
             places: set.iter().map(|&k| candidates[k].name.clone()).collect(),
             cost: cost(set),
             score: score(set),
+            efficient: false,
         })
         .collect();
     let sign = if out.larger_is_better { -1.0 } else { 1.0 };
     out.sets.sort_by(|a, b| (sign * a.score).total_cmp(&(sign * b.score)).then(a.cost.total_cmp(&b.cost)));
+    mark_efficient(&mut out.sets);
     if !out.exhaustive {
         let mut costs: Vec<f64> = candidates.iter().map(|candidate| candidate.cost).collect();
         costs.sort_by(f64::total_cmp);
@@ -142,6 +144,37 @@ pub fn place(
     }
     out.sets.truncate(MOST_LISTED);
     Some(out)
+}
+
+/// What a search through all sets says.
+fn exhausted(found: usize, size: usize, places: usize) -> String {
+    let enough = if found == 1 { "is" } else { "are" };
+    match (size, places) {
+        (1, 1) => "the only place is enough".into(),
+        (1, _) => format!("each of the {places} places was tried alone: {found} {enough} enough"),
+        (_, _) if size == places => format!("only all {places} places together are enough"),
+        _ if found == binomial(places, size) => {
+            format!(
+                "all {found} sets of {size} of the {places} places were tried: each is enough, and no smaller set is"
+            )
+        }
+        _ => format!(
+            "all {} sets of {size} of the {places} places were tried: {found} {enough} enough, and no smaller set is",
+            binomial(places, size)
+        ),
+    }
+}
+
+/// Marks the sets that no other set surpasses in score without costing more; the sets are sorted by score, then by cost.
+fn mark_efficient(sets: &mut [PlacedSet]) {
+    let mut cheapest: Option<(f64, f64)> = None;
+    for set in sets.iter_mut().filter(|set| !set.score.is_nan()) {
+        set.efficient =
+            cheapest.is_none_or(|(cost, score)| set.cost < cost || (set.cost == cost && set.score == score));
+        if set.efficient {
+            cheapest = Some((set.cost, set.score));
+        }
+    }
 }
 
 /// A system whose inputs are the candidates; for sensors, the dual system.
@@ -234,6 +267,7 @@ mod tests {
         assert_eq!(sets.len(), 2);
         assert!(sets.contains(&"first+others".to_string()) && sets.contains(&"first+weak".to_string()));
         assert!(found.exhaustive && found.sets[0].score >= found.sets[1].score && found.sets[1].score > 0.0);
+        assert_eq!(found.method, "all 3 sets of 2 of the 3 places were tried: 2 are enough, and no smaller set is");
     }
 
     #[test]
@@ -249,6 +283,26 @@ mod tests {
         .unwrap();
         assert!(found.sets.is_empty());
         assert!(place(&chain(), Side::Outputs, &[], 1, 1.0, &Measure::Energy(vec![0.0; 3])).unwrap().sets.is_empty());
+    }
+
+    /// A set is efficient if every set with a better score costs more, by definition.
+    #[test]
+    fn efficient_sets_are_those_that_nothing_surpasses() {
+        for seed in 0u64..200 {
+            let number = |k: u64, of: u64| ((seed * 7919 + k * 104_729) / 13 % of) as f64;
+            let mut sets: Vec<PlacedSet> = (0..8)
+                .map(|k| PlacedSet { score: number(k, 5), cost: number(k + 11, 4), ..PlacedSet::default() })
+                .collect();
+            sets.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.cost.total_cmp(&b.cost)));
+            mark_efficient(&mut sets);
+            for set in &sets {
+                let surpassed = sets.iter().any(|other| {
+                    (other.score >= set.score && other.cost < set.cost)
+                        || (other.score > set.score && other.cost <= set.cost)
+                });
+                assert_eq!(set.efficient, !surpassed, "{set:?} of {sets:?}");
+            }
+        }
     }
 
     /// A scalar integrator: W = T, so the energy to reach 2 in T = 4 is 4/4.

@@ -3,9 +3,9 @@
 use serde_json::{Value, json as object};
 
 use crate::results::{
-    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Count, EnergyKind, Factor, FailingMode,
-    Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole, Sensitivity,
-    Structure,
+    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Count, Elimination, EnergyKind, Factor,
+    FailingMode, Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole,
+    Sensitivity, Structure,
 };
 
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
@@ -18,6 +18,7 @@ use crate::results::{
 /// | `name`, `description` | the model |
 /// | `class` | `constant_linear`; `assumptions`: `statement`, `holds`, `breaches` (`element`, `why`); `constraints`: `element`, `equation`, `equality`, `holonomic`, `scleronomic`, `linear`; `operating_point`: `angles` (`shaft`, `angle_rad`), `friction` (`element`, `coulomb_torque_N_m`, `stuck`) |
 /// | `coordinates` | names of the reduced coordinates |
+/// | `elimination` | motions without inertia, `null` if there was none to eliminate: `motions`, `direction`, `removed` (states that are none any more), `definitions` (`state`, `is`) |
 /// | `modes` | `eigenvalue_per_s`, `frequency_Hz`, `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex, relative to the largest), `stored` (`element`, `energy`: `kinetic` or `potential`, `share`), `dissipated` (`element`, `share`), `factor`, `controllable`, `observable` |
 /// | `controllable`, `observable`, `minimal` | booleans |
 /// | `uncontrollable`, `unobservable` | modes: `eigenvalue_per_s`, `factor`, `defect`, `shafts` (`name`, `share` of the largest), `elements` (`name`, `share` of the stored energy) |
@@ -29,7 +30,7 @@ use crate::results::{
 /// | `min_inputs`, `min_outputs` | whole numbers |
 /// | `factors` | of the characteristic polynomial: `polynomial`, `roots_per_s`, `algebraic`, `geometric`, `input_defect`, `output_defect` |
 /// | `invariant_factors` | of sI − A, each dividing the next |
-/// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost` |
+/// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost`, `efficient` (whether every better set costs more) |
 /// | `placement_search` | `inputs`, `outputs`, each `method`, `exhaustive`, `gap`, `tried`, `candidates` (`place`, `cost`), `measure`, `unit`, `larger_is_better`, `none_because` |
 /// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `starts` of the search, `proven_distance_tolerances`, `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
 /// | `bases` | `name`, `basis`, `inertia`, `damping`, `stiffness`, `input` (matrices: `title`, `unit`, `rows`, `columns`, `values`), `orthogonality`, `bounds` (`matrix`, `unit`, `eigenvalues`, `centres`, `radii`) |
@@ -43,6 +44,7 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "description": analysis.description,
         "class": analysis.class.as_ref().map(class),
         "coordinates": analysis.coordinates,
+        "elimination": analysis.elimination.as_ref().map(elimination),
         "modes": list(&analysis.modes, mode),
         "controllable": structure.controllable(),
         "observable": structure.observable(),
@@ -80,6 +82,26 @@ pub fn analysis_json(analysis: &Analysis) -> String {
     .to_string()
 }
 
+/// What a run says of the structure of its model; keys and values are those of [`analysis_json`].
+pub(super) fn analysis_in_short(analysis: &Analysis) -> Value {
+    let structure = &analysis.structure;
+    let poles = |mode: &Mode| pole(&mode.eigenvalue);
+    object!({
+        "inputs": structure.inputs,
+        "outputs": structure.outputs,
+        "states": structure.states.len(),
+        "controllable": structure.controllable(),
+        "observable": structure.observable(),
+        "controllable_rank": structure.controllable_rank,
+        "observable_rank": structure.observable_rank,
+        "min_inputs": structure.min_inputs,
+        "min_outputs": structure.min_outputs,
+        "eigenvalues_per_s": list(&analysis.modes, poles),
+        "zeros": list(&structure.zeros.values, pole),
+        "notes": analysis.notes,
+    })
+}
+
 fn list<T>(items: &[T], one: impl Fn(&T) -> Value) -> Vec<Value> {
     items.iter().map(one).collect()
 }
@@ -115,6 +137,15 @@ fn class(class: &Class) -> Value {
                 "element": element, "coulomb_torque_N_m": torque, "stuck": stuck,
             })),
         },
+    })
+}
+
+fn elimination(elimination: &Elimination) -> Value {
+    object!({
+        "motions": elimination.motions,
+        "direction": elimination.direction,
+        "removed": elimination.removed,
+        "definitions": list(&elimination.definitions, |(state, is)| object!({ "state": state, "is": is })),
     })
 }
 
@@ -176,7 +207,7 @@ fn placements(placement: &Placement) -> Vec<Value> {
         let sets = search.flat_map(|search| search.sets.iter().map(move |set| (set, &search.unit)));
         let one = |(set, unit)| {
             let set: &PlacedSet = set;
-            object!({ key: set.places, "score": set.score, "unit": unit, "cost": set.cost })
+            object!({ key: set.places, "score": set.score, "unit": unit, "cost": set.cost, "efficient": set.efficient })
         };
         sets.map(one).collect::<Vec<Value>>()
     };
@@ -320,11 +351,12 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 30] = [
+    const KEYS: [&str; 31] = [
         "name",
         "description",
         "class",
         "coordinates",
+        "elimination",
         "modes",
         "controllable",
         "observable",

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json as object};
 
+use super::analysis::analysis_in_short;
 use super::extremes::extremes;
 use crate::diagnostics::{Diagnostic, Severity, line_column};
 use crate::results::{Outcome, Run, Study};
@@ -22,8 +23,9 @@ pub struct Files {
 /// Gives the study and its files as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
 /// Keys: `model`, `variants` (`name`, `outcome`, `parameters`, `signals`, `energy`, `requirements`, `events`, `notes`,
-/// `effort`, `files`), `report`, `plots`, `warnings`; and `error` as in [`json_error`] if a file could not be written.
-/// `signals` is an object from the signal's name to `min`, `max`, `final`, `t_min`, `t_max`, `unit`.
+/// `effort`, `files`), `report`, `plots`, `warnings`, `analysis`; and `error` as in [`json_error`] if a file could not be
+/// written. `analysis` has the key results of the structure of the first variant, under the names of
+/// [`analysis_json`](super::analysis_json), or is `null`. `signals` is an object from the signal's name to `min`, `max`, `final`, `t_min`, `t_max`, `unit`.
 pub fn json(study: &Study, files: &Files) -> String {
     let none = Vec::new();
     let variants: Vec<Value> =
@@ -34,6 +36,7 @@ pub fn json(study: &Study, files: &Files) -> String {
         "report": files.report,
         "plots": files.plots,
         "warnings": study.warnings,
+        "analysis": study.analysis.as_ref().map(analysis_in_short),
     });
     if !files.unwritten.is_empty() {
         root["error"] = object!({ "message": files.unwritten.join("; "), "diagnostics": [] });

@@ -42,6 +42,7 @@ fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
     let structure = &analysis.structure;
     let all = [
         ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+        ("elimination", "Motions without inertia", elimination(analysis)),
         ("modes", "Modes", modes(analysis)),
         ("structure", "Controllability and observability", ranks(structure)),
         ("transfer", "Relative degrees and zeros", transfer(structure)),
@@ -55,7 +56,7 @@ fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
             analysis.constraint_forces.as_ref().map(constraint_forces).unwrap_or_default(),
         ),
         ("certificate", "Certificate", certificate(analysis)),
-        ("analysis-notes", "Notes of the analysis", items(&analysis.notes)),
+        ("remarks", "Notes of the analysis", items(&analysis.notes)),
     ];
     all.into_iter().filter(|(_, _, body)| !body.is_empty()).collect()
 }
@@ -65,14 +66,20 @@ pub(super) fn sections(analysis: &Analysis) -> Vec<String> {
     parts(analysis).iter().map(|(anchor, title, body)| framed(anchor, title, body)).collect()
 }
 
-/// One section of the report on runs.
-pub(super) fn section(analysis: &Analysis) -> String {
+/// One section of the report on runs; `of` says whose analysis it is.
+pub(super) fn section(analysis: &Analysis, of: &str) -> String {
     let verdict = verdict(analysis)
         .map(|(good, text)| format!("<p class=\"{}\">{}</p>\n", if good { "good" } else { "bad" }, escape(&text)));
     let lower = |body: &str| body.replace("<h3>", "<h4>").replace("</h3>", "</h4>");
     let parts = parts(analysis);
-    let bodies = parts.iter().map(|(_, title, body)| format!("<h3>{title}</h3>\n{}", lower(body)));
-    framed("analysis", "Structure analysis", &(verdict.unwrap_or_default() + &bodies.collect::<String>()))
+    let links = parts.iter().map(|(anchor, title, _)| format!("<a href=\"#analysis-{anchor}\">{title}</a>\n"));
+    let links = format!("<nav>\n{}</nav>\n", links.collect::<String>());
+    let bodies = parts
+        .iter()
+        .map(|(anchor, title, body)| format!("<h3 id=\"analysis-{anchor}\">{title}</h3>\n{}", lower(body)))
+        .collect::<String>();
+    let body = format!("{}<p class=\"hint\">{}</p>\n{links}{bodies}", verdict.unwrap_or_default(), escape(of));
+    framed("analysis", "Structure analysis", &body)
 }
 
 fn paragraph(text: &str) -> String {
@@ -103,9 +110,12 @@ fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> String {
 
 fn class(class: &Class) -> String {
     let assumption = |assumption: &crate::results::Assumption| {
-        let breaches = assumption.breaches.iter().take(ROWS);
-        let breaches: Vec<String> =
-            breaches.map(|(element, why)| format!("<code>{}</code>: {}", escape(element), escape(why))).collect();
+        let breach = |(elements, why): &(Vec<&str>, &str)| {
+            let elements: Vec<String> =
+                elements.iter().take(ROWS).map(|name| format!("<code>{}</code>", escape(name))).collect();
+            format!("{}: {}", elements.join(", "), escape(why))
+        };
+        let breaches: Vec<String> = words::breaches(assumption).iter().take(ROWS).map(breach).collect();
         vec![
             Cell::text(assumption.statement.clone()),
             mark(assumption.holds, if assumption.holds { "holds" } else { "broken" }),
@@ -147,6 +157,11 @@ fn titled(title: &str, body: &str) -> String {
     if body.is_empty() { String::new() } else { format!("<h3>{title}</h3>\n{body}") }
 }
 
+fn elimination(analysis: &Analysis) -> String {
+    let sentences = analysis.elimination.as_ref().map(|found| words::elimination(found, &analysis.structure));
+    items(&sentences.unwrap_or_default())
+}
+
 fn modes(analysis: &Analysis) -> String {
     if analysis.modes.is_empty() {
         return String::new();
@@ -165,13 +180,10 @@ fn modes(analysis: &Analysis) -> String {
             Cell::Number(words::pair(mode.eigenvalue, number)),
             mark(mode.controllable, if mode.controllable { "yes" } else { "no" }),
             mark(mode.observable, if mode.observable { "yes" } else { "no" }),
-            Cell::text(words::shape(mode, |value| figure(value, 3))),
+            Cell::text(words::together(&words::shape(mode, |value| figure(value, 3)))),
         ];
         if has_energy {
-            // A number and its sign stay together.
-            row.extend(
-                [words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(text.replace(" %", "\u{a0}%"))),
-            );
+            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(words::together(&text))));
         }
         row
     };
@@ -217,7 +229,7 @@ fn ranks(structure: &Structure) -> String {
     let factor = |factor: &Factor| {
         vec![
             Cell::Head(powers(&factor.polynomial), 1),
-            Cell::Number(words::pairs(&factor.roots, number).join(", ")),
+            Cell::text(words::together(&words::pairs(&factor.roots, number).join(", "))),
             Cell::Number(factor.algebraic.to_string()),
             Cell::Number(factor.geometric.to_string()),
             Cell::Number(factor.input_defect.to_string()),
@@ -226,7 +238,7 @@ fn ranks(structure: &Structure) -> String {
     };
     let headers = [
         "factor of the characteristic polynomial",
-        "#roots [1/s]",
+        "roots [1/s]",
         "#multiplicity",
         "#eigenvectors",
         "#not reached",
@@ -317,16 +329,18 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
                 Cell::text(set.places.join(", ")),
                 Cell::figure(set.score),
                 Cell::figure(set.cost),
+                Cell::text(if set.efficient && search.sets.len() > 1 { "●" } else { "" }),
             ]
         })
         .collect();
     let plural = if rows.len() == 1 { "set" } else { "sets" };
     let title = format!("Table of {} {plural}", rows.len());
-    let listed = rows_of(&["##", "places", &score, "#cost"], rows);
+    let listed = rows_of(&["##", "places", &score, "#cost", ""], rows);
     if listed.is_empty() {
         return body;
     }
-    body + &format!("<details><summary>{title}</summary>\n{listed}</details>\n")
+    let mark = if search.sets.len() > 1 && search.sets.iter().any(|set| set.efficient) { words::EFFICIENT } else { "" };
+    body + &format!("<details><summary>{title}</summary>\n{listed}<p class=\"hint\">{mark}</p>\n</details>\n")
 }
 
 fn sensitivity(sensitivity: &Sensitivity) -> String {

@@ -139,7 +139,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
     let sizes: Vec<f64> = all().flat_map(|point| [point.at.1, -point.at.1]).collect();
     let flat = sizes.iter().all(|size| *size == 0.0);
     let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
-    let (left, top, width, height) = (72.0, 12.0, 600.0, if flat { 110.0 } else { 380.0 });
+    let (left, top, width, height) = (84.0, 12.0, 600.0, if flat { 110.0 } else { 380.0 });
     let x = |value: f64| left + width * real.place(value);
     let y = |value: f64| top + height * (1.0 - imaginary.place(value));
     let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "eigenvalues here grow");
@@ -245,7 +245,6 @@ pub(super) fn shapes(modes: &[Mode]) -> String {
             let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
             body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
             body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
-            body += &line((centre, top - 4.0), (centre, height), "axis");
             for (name, re, im) in &mode.shape {
                 let Some(i) = rows.iter().position(|row| row == name) else { continue };
                 let middle = top + row * (i as f64 + 0.5);
@@ -258,6 +257,7 @@ pub(super) fn shapes(modes: &[Mode]) -> String {
                     }
                 }
             }
+            body += &line((centre, top - 4.0), (centre, height), "axis");
         }
         let label = "mode shapes, one row for each shaft";
         out += &drawing(left + column * chunk.len() as f64 + 8.0, height + 6.0, label, &body);

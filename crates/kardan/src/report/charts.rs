@@ -46,14 +46,21 @@ fn figure(index: usize, plot: &Plot, picture: &PlotFile) -> String {
 }
 
 /// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",
-/// "dash", "t", "v"}]}]}`.
+/// "dash", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
 pub(super) fn data(study: &Study) -> String {
     let plots = study.plots.iter().map(|plot| {
         let curves = curves::curves(study, plot);
         let label = json_string(&curves::axis_label(plot, &curves));
         format!("{{\"y\":{label},\"curves\":{}}}", json_array(curves.iter().map(curve)))
     });
-    format!("{{\"marks\":{},\"plots\":{}}}", json_array(marks(study).into_iter().map(json_number)), json_array(plots))
+    let clock = curves::clock(study);
+    format!(
+        "{{\"marks\":{},\"plots\":{},\"clock\":{{\"per_second\":{},\"unit\":{}}}}}",
+        json_array(marks(study).into_iter().map(json_number)),
+        json_array(plots),
+        json_number(clock.per_second),
+        json_string(clock.unit)
+    )
 }
 
 fn curve(curve: &Curve) -> String {
@@ -75,7 +82,8 @@ fn marks(study: &Study) -> Vec<f64> {
     let commanded = events.filter(|event| event.what.contains("steps to") || event.what.contains("ramps to"));
     let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
     marks.sort_by(f64::total_cmp);
-    marks.dedup_by(|next, kept| *next - *kept < 1e-6);
+    let resolution = 1e-6 / curves::clock(study).per_second;
+    marks.dedup_by(|next, kept| *next - *kept < resolution);
     marks.truncate(MARKS);
     marks
 }

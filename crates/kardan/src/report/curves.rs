@@ -1,5 +1,6 @@
 //! What a plot shows: which signals of which runs, under which name, in which style.
 
+use super::text::Clock;
 use crate::results::{Physical, Plot, Run, Signal, Study};
 
 /// The colours of curves on white: Okabe and Ito's, chosen to stay apart for colour-blind readers.
@@ -10,6 +11,12 @@ pub(super) const ON_DARK: [&str; 7] = ["#4da6e0", "#ff8a3d", "#2cc79a", "#e59ac4
 const DASHES: [&[f64]; 4] = [&[], &[1.5, 2.5], &[9.0, 3.0, 1.5, 3.0], &[14.0, 4.0]];
 /// The dash pattern (px) of references.
 const REFERENCE_DASH: &[f64] = &[6.0, 4.0];
+
+/// The unit of time of all plots and tables.
+pub(super) fn clock(study: &Study) -> Clock {
+    let ends = study.runs.iter().filter_map(|run| run.series.time.last());
+    Clock::until(ends.copied().filter(|end| end.is_finite()).fold(0.0, f64::max))
+}
 
 /// One curve of a plot.
 pub(super) struct Curve<'a> {

@@ -5,6 +5,8 @@
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const minus = (text) => text.replace(/-/g, "−");
   const sync = uPlot.sync("kardan");
+  const clock = data.clock;
+  const shown = (time) => time * clock.per_second;
   let charts = [];
 
   // A value with five significant digits.
@@ -51,7 +53,7 @@
 
   function draw(element, plot) {
     const joined = plot.curves.length
-      ? uPlot.join(plot.curves.map((curve) => [curve.t, curve.v]))
+      ? uPlot.join(plot.curves.map((curve) => [curve.t.map(shown), curve.v]))
       : [[0, 1]];
     const ink = style("--ink");
     const font = "12px " + getComputedStyle(document.body).fontFamily;
@@ -75,10 +77,10 @@
       height: height(element.clientWidth),
       scales: { x: { time: false } },
       axes: [
-        { ...axis, label: "time [s]", size: 28 },
+        { ...axis, label: "time [" + clock.unit + "]", size: 28 },
         { ...axis, label: plot.y, size: axisWidth },
       ],
-      series: [{ label: "time", value: (u, value) => (value == null ? "–" : figure(value) + " s") }, ...series],
+      series: [{ label: "time", value: (u, value) => (value == null ? "–" : figure(value) + " " + clock.unit) }, ...series],
       legend: { markers: { dash: (u, index) => lineStyle(plot.curves[index - 1]), width: 2 } },
       cursor: { sync: { key: sync.key }, dataIdx: nearest, drag: { x: true, y: false, dist: 4 }, points: { size: 6 } },
     };
@@ -105,11 +107,14 @@
   function tools(element) {
     element.append(button("reset zoom", "show the whole time of all charts", reset));
     if (data.marks.length) element.append("zoom to");
-    data.marks.forEach((mark, index) => {
+    const marks = data.marks.map(shown);
+    marks.forEach((mark, index) => {
       const end = Math.max(...charts.map((chart) => chart.data[0][chart.data[0].length - 1]));
-      const span = (data.marks[index + 1] ?? Math.max(end, mark + 1e-3)) - mark;
+      const span = (marks[index + 1] ?? Math.max(end, mark + 1e-3)) - mark;
       const [from, to] = [Math.max(0, mark - 0.05 * span), mark + 0.3 * span];
-      element.append(button(mark.toFixed(2) + " s", figure(from) + " s to " + figure(to) + " s", () => zoom(from, to)));
+      const unit = " " + clock.unit;
+      const title = figure(from) + unit + " to " + figure(to) + unit;
+      element.append(button(parseFloat(mark.toPrecision(4)) + unit, title, () => zoom(from, to)));
     });
   }
 

@@ -2,7 +2,7 @@
 
 use super::analysis;
 use super::charts;
-use super::curves::{ON_DARK, ON_WHITE};
+use super::curves::{ON_DARK, ON_WHITE, variant_label};
 use super::summary::summary;
 use super::tables;
 use super::text::escape;
@@ -26,7 +26,7 @@ pub(super) fn html(study: &Study) -> String {
         tables::notes(study),
         tables::warnings(study),
         summary(&study.model),
-        study.analysis.as_ref().map(analysis::section).unwrap_or_default(),
+        study.analysis.as_ref().map(|analysis| analysis::section(analysis, &whose(study))).unwrap_or_default(),
         tables::variants(study),
     ];
     let scripts = format!(
@@ -47,6 +47,17 @@ pub(super) fn html(study: &Study) -> String {
         scripts: &scripts,
     };
     page.html()
+}
+
+/// Whose analysis the report shows.
+fn whose(study: &Study) -> String {
+    let open = "Without the laws, linearised at the operating point.";
+    match &study.runs[..] {
+        [first, _, ..] => {
+            format!("{open} Variant {}; `kardan analyze --variant NAME` shows another.", variant_label(study, first))
+        }
+        _ => open.into(),
+    }
 }
 
 /// See [`super::analysis_html`].

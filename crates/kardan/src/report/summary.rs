@@ -4,6 +4,9 @@ use super::table::{Cell, section, table};
 use super::text::{escape, figure, unit};
 use crate::results::{ModelSummary, NamedMatrix, Pole};
 
+/// A matrix with more rows or columns is not shown.
+const LARGE: usize = 40;
+
 /// The section on the model.
 pub(super) fn summary(model: &ModelSummary) -> String {
     let mut body = String::new();
@@ -27,7 +30,7 @@ pub(super) fn summary(model: &ModelSummary) -> String {
     }
     for law in &model.laws {
         body += &format!("<h3>Law {} <span class=\"hint\">({})</span></h3>\n", escape(&law.name), escape(&law.law));
-        let notes: String = law.notes.iter().map(|note| format!("<li>{}</li>\n", escape(note))).collect();
+        let notes: String = law.notes.iter().map(|note| format!("<li>{}</li>\n", escape(&unit(note)))).collect();
         if !notes.is_empty() {
             body += &format!("<ul>\n{notes}</ul>\n");
         }
@@ -53,6 +56,14 @@ pub(super) fn matrices(matrices: &[NamedMatrix]) -> String {
 }
 
 fn matrix(matrix: &NamedMatrix) -> String {
+    let (height, width) = (matrix.values.len(), matrix.columns.len());
+    if height.max(width) > LARGE {
+        let title = escape(&matrix.title);
+        return format!(
+            "<div class=\"matrix\"><h4>{title}</h4>\n<p class=\"hint\">{height} × {width}: too large to be shown, see the \
+             exported data.</p>\n</div>\n"
+        );
+    }
     let unit = if matrix.unit.is_empty() { String::new() } else { format!(" [{}]", unit(&matrix.unit)) };
     let mut headers = vec![String::new()];
     headers.extend(matrix.columns.iter().map(|column| format!("#{column}")));

@@ -13,6 +13,7 @@ use kuva::render::theme::Theme;
 
 use super::PlotFile;
 use super::curves::{self, Curve, ON_WHITE};
+use super::text::Clock;
 use super::thin::thin;
 use super::ticks::{self, Axis};
 use crate::results::{Plot, Study};
@@ -50,7 +51,8 @@ fn finish(svg: &str, stem: &str) -> String {
 
 fn draw(study: &Study, plot: &Plot) -> String {
     let curves = curves::curves(study, plot);
-    let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().copied()), 0.0, 9);
+    let Clock { per_second, unit } = curves::clock(study);
+    let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
     let value = ticks::axis(curves.iter().flat_map(|curve| curve.values.iter().copied()), 0.04, 7);
 
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
@@ -62,7 +64,7 @@ fn draw(study: &Study, plot: &Plot) -> String {
         .with_title(plain(&title))
         .with_title_size(16)
         .with_title_wrap(78)
-        .with_x_label("time [s]")
+        .with_x_label(format!("time [{unit}]"))
         .with_y_label(plain(&curves::axis_label(plot, &curves)))
         .with_y_label_wrap(46)
         .with_label_size(13)
@@ -90,7 +92,7 @@ fn draw(study: &Study, plot: &Plot) -> String {
             .with_legend_box(false)
             .with_legend_entries(entries);
     }
-    let lines: Vec<Drawn> = curves.iter().flat_map(lines).map(Drawn::Line).collect();
+    let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second)).map(Drawn::Line).collect();
     SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height)))
 }
 
@@ -112,13 +114,13 @@ fn entry(curve: &Curve) -> LegendEntry {
 }
 
 /// The polylines of a curve: one for each stretch between two gaps.
-fn lines(curve: &Curve) -> Vec<LinePlot> {
+fn lines(curve: &Curve, per_second: f64) -> Vec<LinePlot> {
     let kept = thin(curve.time, curve.values, POINTS);
     let stretches = kept.split(|&index| !curve.values[index].is_finite());
     let drawn = |stretch: &[usize]| {
         let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
         LinePlot::new()
-            .with_data(stretch.iter().map(|&index| (curve.time[index], curve.values[index])))
+            .with_data(stretch.iter().map(|&index| (curve.time[index] * per_second, curve.values[index])))
             .with_color(colour(curve))
             .with_stroke_width(if curve.colour.is_some() { 1.3 } else { 1.0 })
             .with_line_style(style)

@@ -1,8 +1,8 @@
 //! The runs in tables: verdict, variants, key figures, requirements, energy, events, notes.
 
-use super::curves::variant_label;
+use super::curves::{clock, variant_label};
 use super::table::{Cell, section, table};
-use super::text::{escape, figure, seconds, unit};
+use super::text::{Clock, escape, figure, unit};
 use crate::results::{Energy, Event, Outcome, Run, Signal, Study};
 
 /// More events of one variant are counted, not listed.
@@ -46,7 +46,7 @@ pub(super) fn failures(study: &Study) -> String {
                 "<div class=\"failure\" role=\"alert\"><strong>{} stopped at {}:</strong> {} <em>Everything up to \
                  that time is shown.</em></div>\n",
                 escape(&name),
-                seconds(*time),
+                clock(study).time(*time),
                 escape(cause)
             )
         })
@@ -63,7 +63,7 @@ pub(super) fn variants(study: &Study) -> String {
                 run.parameters.iter().map(|value| format!("{} = {}", value.name, value.text)).collect();
             let outcome = match &run.outcome {
                 Outcome::Completed => mark(true, "completed"),
-                Outcome::Failed { time, .. } => mark(false, &format!("stopped at {}", seconds(*time))),
+                Outcome::Failed { time, .. } => mark(false, &format!("stopped at {}", clock(study).time(*time))),
             };
             let effort = run.effort;
             let count = |count: usize| Cell::Number(count.to_string());
@@ -100,7 +100,7 @@ pub(super) fn key_figures(study: &Study) -> String {
                 row.push(Cell::Head(format!("{name} [{}]", signal.physical.unit()), found.len()));
             }
             row.push(Cell::text(variant_label(study, run)));
-            row.extend(extremes(&run.series.time, &signal.values));
+            row.extend(extremes(&run.series.time, &signal.values, clock(study)));
             rows.push(row);
         }
     }
@@ -108,10 +108,10 @@ pub(super) fn key_figures(study: &Study) -> String {
     section("figures", "Key figures", &or_none(&headers, rows, "No signals are plotted."))
 }
 
-fn extremes(time: &[f64], values: &[f64]) -> [Cell; 5] {
+fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
     let finite = || time.iter().zip(values).filter(|(_, value)| value.is_finite());
     let cells = |found: Option<(&f64, &f64)>| match found {
-        Some((time, value)) => [Cell::figure(*value), Cell::Number(seconds(*time))],
+        Some((time, value)) => [Cell::figure(*value), Cell::Number(clock.time(*time))],
         None => [Cell::Number("–".into()), Cell::Number("–".into())],
     };
     let [low, low_time] = cells(finite().min_by(|a, b| a.1.total_cmp(b.1)));
@@ -189,9 +189,15 @@ pub(super) fn events(study: &Study) -> String {
         let name = escape(&variant_label(study, run));
         body += &match run.events.len() {
             0 => format!("<p>{name}: no events</p>\n"),
-            1 => format!("<details><summary>{name}: 1 event</summary>\n{}</details>\n", event_table(&run.events)),
+            1 => format!(
+                "<details><summary>{name}: 1 event</summary>\n{}</details>\n",
+                event_table(&run.events, clock(study))
+            ),
             count => {
-                format!("<details><summary>{name}: {count} events</summary>\n{}</details>\n", event_table(&run.events))
+                format!(
+                    "<details><summary>{name}: {count} events</summary>\n{}</details>\n",
+                    event_table(&run.events, clock(study))
+                )
             }
         };
     }
@@ -201,11 +207,13 @@ pub(super) fn events(study: &Study) -> String {
     section("events", "Events", &body)
 }
 
-fn event_table(events: &[Event]) -> String {
+fn event_table(events: &[Event], clock: Clock) -> String {
     let listed = &events[..events.len().min(EVENTS)];
     let rows: Vec<Vec<Cell>> = listed
         .iter()
-        .map(|event| vec![Cell::Number(format!("{:.6}", event.time)), Cell::text(event.what.clone())])
+        .map(|event| {
+            vec![Cell::Number(format!("{:.6}", event.time * clock.per_second)), Cell::text(event.what.clone())]
+        })
         .collect();
     let rest = events.len() - listed.len();
     let note = if rest > 0 {
@@ -213,7 +221,7 @@ fn event_table(events: &[Event]) -> String {
     } else {
         String::new()
     };
-    table(&["#time [s]", "event"], &rows) + &note
+    table(&[&format!("#time [{}]", clock.unit), "event"], &rows) + &note
 }
 
 /// Notes of the runs, each text once with the variants it concerns; empty if there are none.

@@ -261,7 +261,15 @@ fn the_page_of_an_analysis_shows_what_was_found() {
         assert!(bodies.contains(text), "{text:?} is missing");
     }
     let train = super::analysis_html(&example::train());
-    for text in ["Coulomb torque [N m]", "not minimum phase", "ζ 0.05", "others", "Table of 14 sets", "nonlinear"] {
+    for text in [
+        "Coulomb torque [N m]",
+        "not minimum phase",
+        "ζ 0.05",
+        "others",
+        "Table of 14 sets",
+        "nonlinear",
+        "joint - 2 rack",
+    ] {
         assert!(train.contains(text), "{text:?} is missing");
     }
     assert_eq!(train.matches("<figure").count(), 3);
@@ -274,5 +282,20 @@ fn an_analysis_is_a_section_of_the_report_on_runs() {
     texts(&page);
     assert!(page.contains("<section id=\"analysis\">") && page.contains("href=\"#analysis\">Structure analysis<"));
     assert!(page.contains("<h4>Mode shapes</h4>"));
+    // The section has a contents of its own, and says whose analysis it is.
+    assert_eq!(page.matches("href=\"#analysis-").count(), page.matches("<h3 id=\"analysis-").count());
+    assert!(page.contains("Variant beta = 0 deg;"), "the first of several");
     assert!(!html(&hostile()).contains("id=\"analysis\""));
+}
+
+#[test]
+fn short_runs_are_shown_in_milliseconds() {
+    let study = Study { runs: vec![run("quick", "0 deg", 2e-3)], ..hostile() };
+    let page = html(&study);
+    texts(&page);
+    assert!(page.contains("\"clock\":{\"per_second\":1e3,\"unit\":\"ms\"}") && page.contains("time [ms]"));
+    assert!(!page.contains("time [s]"));
+    // The last of 5000 samples of a growing sine is its maximum, at 2 ms.
+    assert!(page.contains(">2 ms<"), "the place of the maximum");
+    assert!(texts(&plots(&study)[0].svg).contains("time [ms]"));
 }

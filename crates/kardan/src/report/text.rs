@@ -36,12 +36,33 @@ pub(super) fn figure(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
-/// A time for the reader: `1.0000 s` reads `1 s`; resolution 0.1 ms.
-pub(super) fn seconds(time: f64) -> String {
-    if !time.is_finite() {
-        return "–".into();
+/// The unit of time that suits a study: s, ms or µs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    /// How many there are in a second.
+    pub(super) per_second: f64,
+    /// Its symbol.
+    pub(super) unit: &'static str,
+}
+
+impl Clock {
+    /// For a study whose longest run ends then, s.
+    pub(super) fn until(end: f64) -> Self {
+        match end {
+            end if end > 0.0 && end < 2e-4 => Self { per_second: 1e6, unit: "µs" },
+            end if end > 0.0 && end < 0.2 => Self { per_second: 1e3, unit: "ms" },
+            _ => Self { per_second: 1.0, unit: "s" },
+        }
     }
-    format!("{} s", without_trailing_zeros(&format!("{time:.4}")).replace('-', "−"))
+
+    /// A time in s for the reader: `1.0000 s` reads `1 s`; four decimals.
+    pub(super) fn time(self, time: f64) -> String {
+        if !time.is_finite() {
+            return "–".into();
+        }
+        let number = format!("{:.4}", time * self.per_second);
+        format!("{} {}", without_trailing_zeros(&number).replace('-', "−"), self.unit)
+    }
 }
 
 /// A unit with its powers written as such: `kg m^2` reads `kg m²`.
@@ -126,8 +147,11 @@ mod tests {
         for (value, expected) in cases {
             assert_eq!(figure(value, 5), expected);
         }
-        assert_eq!(seconds(1.0), "1 s");
-        assert_eq!(seconds(5.12345), "5.1235 s");
+        let long = Clock::until(9.0);
+        assert_eq!((long.time(1.0), long.time(5.12345)), ("1 s".into(), "5.1235 s".into()));
+        assert_eq!(Clock::until(2e-3).time(4.04e-4), "0.404 ms");
+        assert_eq!(Clock::until(5e-5).time(1.25e-5), "12.5 µs");
+        assert_eq!(Clock::until(0.0).time(f64::NAN), "–");
         assert_eq!(powers("s^12 + 3 s^2 + 20"), "s¹² + 3 s² + 20");
     }
 

@@ -3,8 +3,8 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    BoxVerdict, Certificate, Class, Count, EigenvalueBounds, FailingMode, LossSearch, Mode, PlacementSearch, Pole,
-    Sampling, Structure,
+    Assumption, BoxVerdict, Certificate, Class, Count, EigenvalueBounds, Elimination, FailingMode, LossSearch, Mode,
+    PlacementSearch, Pole, Sampling, Structure,
 };
 
 /// How a number is written.
@@ -88,11 +88,31 @@ pub fn class(class: &Class) -> String {
         (true, ..) => "A constant linear constrained mechanical system: all assumptions hold.".into(),
         (false, 0, _) => "Not a constant linear constrained mechanical system; linearised for this analysis.".into(),
         (false, broken, all) => format!(
-            "Not a constant linear constrained mechanical system: {broken} of {all} assumptions {} not hold. The \
-             analysis is that of the linearised model.",
-            if broken == 1 { "does" } else { "do" }
+            "Not a constant linear constrained mechanical system: {broken} of {all} assumptions {} not hold.{}",
+            if broken == 1 { "does" } else { "do" },
+            // Shafts without inertia leave a model linear.
+            match class
+                .assumptions
+                .iter()
+                .any(|assumption| !assumption.holds && !assumption.statement.ends_with("(4.27)"))
+            {
+                true => " The analysis is that of the linearised model.",
+                false => "",
+            }
         ),
     }
+}
+
+/// What breaks an assumption, elements with the same reason together.
+pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
+    let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
+    for (element, why) in &assumption.breaches {
+        match out.iter_mut().find(|(_, known)| known == why) {
+            Some((elements, _)) => elements.push(element),
+            None => out.push((vec![element], why)),
+        }
+    }
+    out
 }
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
@@ -104,6 +124,30 @@ pub fn constraint_kind(constraint: &crate::results::ConstraintClass) -> String {
         (constraint.linear, "linear", "nonlinear"),
     ];
     words.map(|(holds, yes, no)| if holds { yes } else { no }).join(", ")
+}
+
+/// What was eliminated because it has no inertia, and what stands for it: one sentence each.
+pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<String> {
+    let Elimination { motions, direction, removed, definitions } = elimination;
+    let states = structure.states.len();
+    let before = (states + removed.len()).saturating_sub(definitions.len());
+    let motion = match motions {
+        1 => format!("The motion along {direction} has no inertia and is eliminated"),
+        _ => {
+            format!("{motions} independent motions, one of them along {direction}, have no inertia and are eliminated")
+        }
+    };
+    let remain = if states == 1 { "remains" } else { "remain" };
+    let mut sentences = vec![format!("{motion}: of {before} states {states} {remain}.")];
+    if !removed.is_empty() {
+        let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
+        sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
+    }
+    let defined: Vec<String> = definitions.iter().map(|(name, what)| format!("{name} = {what}")).collect();
+    if !defined.is_empty() {
+        sentences.push(format!("New states: {}.", list(&defined, 12)));
+    }
+    sentences
 }
 
 /// The interval of all discs: `-1 … 3`.
@@ -148,7 +192,11 @@ pub fn dissipated(mode: &Mode) -> String {
 }
 
 fn percents(mut shares: Vec<(&str, f64)>) -> String {
+    let all = shares.iter().filter(|(_, share)| *share > 0.0).count();
     shares.retain(|(_, share)| *share >= SMALL_SHARE);
+    if shares.is_empty() && all > 0 {
+        return format!("spread over {all}");
+    }
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let texts: Vec<String> = shares.iter().map(|(name, share)| format!("{name} {}", percent(*share))).collect();
     list(&texts, NAMED)
@@ -226,6 +274,7 @@ pub fn normal_rank(structure: &Structure) -> String {
     let (rank, full) = (structure.zeros.normal_rank, inputs.min(outputs));
     let meaning = match () {
         () if rank >= full => String::new(),
+        () if rank == 0 => ": the inputs do nothing to the outputs".into(),
         () if inputs <= outputs => ": some combination of the inputs does nothing to the outputs".into(),
         () => ": some combination of the outputs never moves".into(),
     };
@@ -241,25 +290,28 @@ pub fn search(search: &PlacementSearch) -> String {
     } else {
         "; how much a cheaper set could save is not known".into()
     };
-    let tried = format!("{} sets tried", search.tried);
-    let tried = if search.tried == 1 { "1 set tried".into() } else { tried };
+    let tried = if search.exhaustive { String::new() } else { format!(" ({} sets tried)", search.tried) };
     let better = if search.larger_is_better { "larger" } else { "smaller" };
     let score = if search.measure.is_empty() {
         String::new()
     } else {
         format!(" Score: {}; {better} is better.", search.measure)
     };
-    format!("{} ({tried}){gap}.{score}", capital(&search.method))
+    format!("{}{tried}{gap}.{score}", capital(&search.method))
 }
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
 pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
+    if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
+        return vec![format!("A loss of {what} within the tolerances was not searched for.")];
+    }
     let mut sentences = Vec::new();
+    let searched = !search.method.is_empty();
     sentences.push(match &search.nearest {
-        None if search.starts == 0 => format!("No loss of {what} was searched for."),
+        None if search.starts == 0 => format!("The nearest loss of {what} was not searched for."),
         None => format!(
-            "No loss of {what} was found within ten tolerances of the parameters, from {} starts.",
+            "A search from {} points for the nearest loss of {what} found none within ten tolerances of the parameters.",
             search.starts
         ),
         Some(loss) => {
@@ -283,12 +335,13 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
             )
         }
     });
-    let method = if search.method.is_empty() { String::new() } else { format!(" ({})", search.method) };
-    sentences.push(match search.box_verdict {
-        BoxVerdict::Certified => format!("Proven: {what} is nowhere lost in the box of tolerances{method}."),
-        BoxVerdict::Lost => format!("{} is lost inside the box of tolerances{method}.", capital(what)),
+    let method = if searched { format!(" ({})", search.method) } else { String::new() };
+    sentences.extend(match search.box_verdict {
+        BoxVerdict::NotCertified if !searched => None,
+        BoxVerdict::Certified => Some(format!("Proven: {what} is nowhere lost in the box of tolerances{method}.")),
+        BoxVerdict::Lost => Some(format!("{} is lost inside the box of tolerances{method}.", capital(what))),
         BoxVerdict::NotCertified => {
-            format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}.")
+            Some(format!("Whether {what} is lost somewhere in the box of tolerances is not decided{method}."))
         }
     });
     if search.proven_distance > 0.0 && search.proven_distance != 1.0 {
@@ -331,6 +384,18 @@ pub fn certificate(certificate: &Certificate, figures: Figures) -> String {
     }
 }
 
+/// A list whose lines break between its entries only.
+pub fn together(list: &str) -> String {
+    let entry = |entry: &str| match entry.split_once(" and ") {
+        Some((entry, more)) => format!("{} and {more}", entry.replace(' ', "\u{a0}")),
+        None => entry.replace(' ', "\u{a0}"),
+    };
+    list.split(", ").map(entry).collect::<Vec<_>>().join(", ")
+}
+
+/// Why some sets of places are marked.
+pub const EFFICIENT: &str = "Marked sets are efficient: every better set costs more.";
+
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
@@ -358,6 +423,22 @@ mod tests {
         let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)];
         assert_eq!(pairs(&values, FIGURES), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
         assert_eq!(list(&["a", "b", "c"], 2), "a, b and 1 more");
+    }
+
+    #[test]
+    fn what_was_not_searched_is_not_called_safe() {
+        let said = |search: &LossSearch| loss("observability", search, FIGURES).join(" ");
+        let nothing = said(&LossSearch::default());
+        assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
+        let searched = LossSearch { method: "800 starts".into(), ..LossSearch::default() };
+        let searched = said(&searched);
+        assert!(searched.contains("found none within ten tolerances") && searched.contains("800 starts"), "{searched}");
+        assert!(!searched.contains("not searched"), "{searched}");
+    }
+
+    #[test]
+    fn lines_break_between_entries() {
+        assert_eq!(together("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
     }
 
     #[test]

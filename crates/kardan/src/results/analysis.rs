@@ -18,6 +18,8 @@ pub struct Analysis {
     pub bases: Vec<Basis>,
     /// The projector of the constraint forces.
     pub constraint_forces: Option<ConstraintForces>,
+    /// What was eliminated because no mass moves with it.
+    pub elimination: Option<Elimination>,
     /// The modes, by size of their eigenvalue.
     pub modes: Vec<Mode>,
     /// Exact answers on controllability, observability, zeros and the least numbers of inputs and outputs.
@@ -28,6 +30,19 @@ pub struct Analysis {
     pub sensitivity: Option<Sensitivity>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
+}
+
+/// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Elimination {
+    /// Number of independent motions without inertia.
+    pub motions: usize,
+    /// One of them, over the coordinates: `a - 2 b`.
+    pub direction: String,
+    /// States that are none any more: they follow from the others and the inputs at once.
+    pub removed: Vec<String>,
+    /// States that are combinations of the original ones: `(z1, a.w + b.w)`.
+    pub definitions: Vec<(String, String)>,
 }
 
 /// Definition 4.4, judged.
@@ -371,7 +386,7 @@ pub struct Placement {
 pub struct PlacementSearch {
     /// The candidates: `(place, cost)`.
     pub candidates: Vec<(String, f64)>,
-    /// `every set of 2 of 5 places was tried` or `bounded search`.
+    /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
     pub exhaustive: bool,
@@ -400,6 +415,8 @@ pub struct PlacedSet {
     pub cost: f64,
     /// The physical measure.
     pub score: f64,
+    /// Whether every set with a better score costs more, and every set as good costs no less.
+    pub efficient: bool,
 }
 
 /// How far away the next change of structure is.
@@ -416,7 +433,7 @@ pub struct Sensitivity {
 /// The search for the nearest loss of controllability or observability.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LossSearch {
-    /// The nearest loss found; `None` if there was none within ten tolerances.
+    /// The nearest loss found; `None` if there was none within ten tolerances, or none was looked for (`method` is empty).
     pub nearest: Option<Loss>,
     /// Number of points that the search for it started from; 0 if there was no search.
     pub starts: usize,
@@ -424,7 +441,7 @@ pub struct LossSearch {
     pub proven_distance: f64,
     /// Verdict over the whole box of parameters.
     pub box_verdict: BoxVerdict,
-    /// How the verdict was reached.
+    /// How the verdict was reached; empty: nothing was searched.
     pub method: String,
     /// Sampling of the box.
     pub sampling: Option<Sampling>,

@@ -78,11 +78,11 @@ pub fn two_bodies() -> Analysis {
     let full = || minor(&[(0, 0), (1, 0), (0, 1), (1, 1)], &[0, 1, 2, 3]);
     let search = |places: &[&str], measure: &str| PlacementSearch {
         candidates: places.iter().map(|&place| (place.into(), 1.0)).collect(),
-        method: "every set of 2 of 2 places was tried".into(),
+        method: "only all 2 places together are enough".into(),
         exhaustive: true,
         gap: 0.0,
         tried: 1,
-        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123 }],
+        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123, efficient: true }],
         measure: measure.into(),
         unit: "rad^2".into(),
         larger_is_better: true,
@@ -104,6 +104,7 @@ pub fn two_bodies() -> Analysis {
     };
     Analysis {
         name: "two-bodies".into(),
+        elimination: None,
         description: "Two equal bodies joined by a spring and a damper".into(),
         class: Some(Class {
             constant_linear: true,
@@ -262,9 +263,20 @@ pub fn train() -> Analysis {
         elements: named(&[("tyre", 0.5), ("wheel", 0.5)]),
     };
     let base = two_bodies();
-    let set = |places: &[&str], cost: f64, score: f64| PlacedSet { places: texts(places), cost, score };
+    let set = |places: &[&str], cost: f64, score: f64| PlacedSet {
+        places: texts(places),
+        cost,
+        score,
+        efficient: cost < 3.0,
+    };
     Analysis {
         name: "train".into(),
+        elimination: Some(Elimination {
+            motions: 1,
+            direction: "joint - 2 rack".into(),
+            removed: texts(&["joint.w", "rack.w"]),
+            definitions: vec![("z1".into(), "2 joint.w + rack.w".into())],
+        }),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
         class: Some(Class {
             constant_linear: false,
@@ -380,7 +392,7 @@ pub fn train() -> Analysis {
             }),
             outputs: Some(PlacementSearch {
                 candidates: named(&[("rack.phi", 1.0), ("wheel.w", 3.0)]),
-                method: "every set of 2 of 2 places was tried".into(),
+                method: "only all 2 places together are enough".into(),
                 exhaustive: true,
                 tried: 3,
                 none_because: Some("no candidate shows driver and flexspline moving against each other".into()),
@@ -443,6 +455,8 @@ pub fn hostile(bad: &str) -> Analysis {
     analysis.description = bad();
     analysis.coordinates = vec![bad()];
     analysis.notes = vec![bad()];
+    analysis.elimination =
+        Some(Elimination { motions: 2, direction: bad(), removed: vec![bad(); 50], definitions: vec![(bad(), bad())] });
     if let Some(class) = &mut analysis.class {
         class.constant_linear = false;
         class.assumptions[1].holds = false;
@@ -481,7 +495,7 @@ pub fn hostile(bad: &str) -> Analysis {
         search.unit = bad();
         search.none_because = Some(bad());
         search.sets = [f64::NAN, -1.0, 0.0, f64::INFINITY]
-            .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score })
+            .map(|score| PlacedSet { places: vec![bad()], cost: f64::NAN, score, efficient: false })
             .to_vec();
     }
     if let Some(sensitivity) = &mut analysis.sensitivity {

@@ -6,11 +6,13 @@ use std::ops::Range;
 use super::asked::Known;
 use super::checks::is_finite_at;
 use super::read::{of_dimension, read_word, read_words};
-use crate::analysis::ConstrainedSystem;
+use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::{Domain, Measured};
 use crate::model::{ANALYSIS, Setting, TableReader};
 use crate::reduce::Reduced;
+use crate::results::Physical;
 use crate::schema::{Field, Kind, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
@@ -151,15 +153,18 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
                 .help("name one or more signals, such as `[\"rk.phi\"]`, or leave it out"),
         );
     }
+    let doubtful = |name: &str, head: &str| {
+        known.may_have(name) || known.document.doubts.has(head) || known.doubtful.contains(head)
+    };
     let mut found: Vec<String> = Vec::new();
     for word in words {
-        match output(&word.value, known, equations) {
-            Ok(name) if found.contains(&name) => out.push(
+        match output(&word.value, equations, &known.signals, &doubtful) {
+            Ok(OutputSignal { name, .. }) if found.contains(&name) => out.push(
                 Diagnostic::error("name::duplicate", format!("`outputs` of `[analysis]`: `{name}` is listed twice"))
                     .at(word.span.clone(), "again here")
                     .help("remove one of the two"),
             ),
-            Ok(name) => found.push(name),
+            Ok(OutputSignal { name, .. }) => found.push(name),
             Err(None) => {}
             Err(Some((message, help))) => out.push(
                 Diagnostic::error("name::unknown", format!("`outputs` of `[analysis]`: {message}"))
@@ -171,48 +176,82 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
     Some(found)
 }
 
-/// The output of a name: `rk.phi`, `rk.w`, or the name of a sensor (its reading stands for it). Else message and help, or
-/// nothing if it may be there when the mistakes told are put right.
-pub(super) fn output(name: &str, known: &Known<'_>, equations: &Equations) -> Result<String, Option<(String, String)>> {
+/// The output of a name: `rk.phi`, `rk.w`, `L1.q`, `L1.i`, or the name of a sensor (its reading stands for it). Else message
+/// and help, or nothing if it may be there when the mistakes told are put right (`doubtful`).
+pub(super) fn output(
+    name: &str,
+    equations: &Equations,
+    signals: &[(String, Physical)],
+    doubtful: &dyn Fn(&str, &str) -> bool,
+) -> Result<OutputSignal, Option<(String, String)>> {
     let (head, tail) = name.split_once('.').unwrap_or((name, ""));
-    let has_signal = |name: &str| known.signals.iter().any(|(other, _)| other == name);
-    let is_sensor = |name: &str| equations.sensors.iter().any(|(sensor, _)| sensor == name);
-    let is_shaft = |name: &str| equations.shafts.iter().any(|shaft| shaft == name);
-    if is_shaft(head) && matches!(tail, "phi" | "w") {
-        return Ok(name.to_string());
+    let has_signal = |name: &str| signals.iter().any(|(other, _)| other == name);
+    let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
+    let coordinate = |name: &str| equations.shafts.iter().position(|shaft| shaft == name);
+    let measured = coordinate(head).and_then(|k| match (equations.domain(k), tail) {
+        (Domain::Rotation, "phi") | (Domain::Charge, "q") => Some(Measured::Angle(head.into())),
+        (Domain::Rotation, "w") | (Domain::Charge, "i") => Some(Measured::Speed(head.into())),
+        _ => None,
+    });
+    if let Some(measured) = measured {
+        return Ok(OutputSignal { name: name.into(), measured });
     }
-    if is_sensor(head) && (tail.is_empty() || has_signal(name)) {
-        return Ok(head.to_string());
+    if let Some((sensor, what)) = sensor.filter(|_| tail.is_empty() || has_signal(name)) {
+        return Ok(OutputSignal { name: sensor.clone(), measured: what.measured.clone() });
     }
     let shown = shortened(name);
-    if is_shaft(name) {
-        let help = format!("write `{name}.phi` or `{name}.w`");
-        return Err(Some((format!("`{shown}` is a shaft, not a signal of it"), help)));
+    if let Some(k) = coordinate(name) {
+        let (what, first, second) = match equations.domain(k) {
+            Domain::Rotation => ("shaft", "phi", "w"),
+            Domain::Charge => ("branch", "q", "i"),
+        };
+        let help = format!("write `{name}.{first}` or `{name}.{second}`");
+        return Err(Some((format!("`{shown}` is a {what}, not a signal of it"), help)));
     }
     if has_signal(name) {
-        let (message, help) = match known.document.elements.iter().find(|element| element.name == head) {
-            Some(element) if tail.ends_with("tau") && !matches!(element.kind.keyword, "motor" | "shaft") => (
+        let is_input = equations.inputs.iter().any(|input| input.element == head);
+        return Err(Some(if tail.ends_with("tau") && !is_input {
+            (
                 format!("the torque `{shown}` is no output: only angles and speeds of shafts and sensors are"),
                 format!("add a sensor: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{head}\"`"),
-            ),
-            _ => (
+            )
+        } else if tail == "v" {
+            (
+                format!("the voltage `{shown}` is no output: only charges and currents are"),
+                "name `<branch>.q` or `<branch>.i`; the charge of a capacitor is its voltage times the capacitance"
+                    .into(),
+            )
+        } else {
+            (
                 format!("`{shown}` is no output: only angles and speeds of shafts and sensors are"),
                 "name `<shaft>.phi`, `<shaft>.w` or a sensor".to_string(),
-            ),
-        };
-        return Err(Some((message, help)));
+            )
+        }));
     }
-    if known.may_have(name) || known.document.doubts.has(head) || known.doubtful.contains(head) {
+    if doubtful(name, head) {
         return Err(None);
     }
-    let shafts = equations.shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]);
-    let all: Vec<String> = shafts.chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone())).collect();
+    let of = |(k, name): (usize, &String)| match equations.domain(k) {
+        Domain::Rotation => [format!("{name}.phi"), format!("{name}.w")],
+        Domain::Charge => [format!("{name}.q"), format!("{name}.i")],
+    };
+    let all: Vec<String> = equations
+        .shafts
+        .iter()
+        .enumerate()
+        .flat_map(of)
+        .chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone()))
+        .collect();
     let names = || all.iter().map(String::as_str);
     let help = match nearest(name, names()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there are {}", quoted(names())),
     };
-    Err(Some((format!("there is no angle, speed or sensor `{shown}`"), help)))
+    let what = match (0..equations.shafts.len()).all(|k| equations.domain(k) == Domain::Charge) {
+        true => "charge, current or sensor",
+        false => "angle, speed or sensor",
+    };
+    Err(Some((format!("there is no {what} `{shown}`"), help)))
 }
 
 fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Option<usize> {

@@ -2,19 +2,24 @@
 
 use std::collections::BTreeSet;
 
+use super::analysis::output;
 use super::checks::signals_of;
-use super::sensitivity::{Subject, sensitivity};
-use super::{AnalysisSpec, PreparedVariant, Progress, prepare};
+use super::massless::{Mechanical, not_eliminated, state_name};
+use super::prepare::{Purpose, prepare_for};
+use super::sensitivity::sensitivity;
+use super::{AnalysisSpec, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
     constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
     with_candidates,
 };
-use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
-use crate::equations::{InputKind, Measured};
+use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
+use crate::equations::{Domain, InputKind};
 use crate::model::read_state_space;
-use crate::num::{Definiteness, Matrix, Rational, definiteness};
-use crate::results::{Analysis, Placement, Structure};
+use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
+use crate::reduce::Reduced;
+use crate::results::{Analysis, Mode, Placement, Structure};
+use crate::simulate::signal_names;
 
 /// What to analyse and how, beyond what the model file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -45,11 +50,23 @@ pub struct AnalyzeSettings {
 /// # Errors
 /// All mistakes of the file, or why it cannot be analysed.
 pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = prepare(source);
+    let (prepared, diagnostics) = prepare_for(Purpose::Analysis, source);
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(diagnostics);
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let mut analysis = analyze_variant(&prepared, variant, settings)?;
+    sensitivity(source, &prepared, variant, settings, &mut analysis, progress)?;
+    analysis.notes.extend(diagnostics.into_iter().map(|warning| warning.message));
+    Ok(analysis)
+}
+
+/// Analyses one variant of a file without mistakes.
+pub(super) fn analyze_variant(
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
     let (inputs, outputs) = signals(variant, settings, &mut notes)?;
@@ -64,54 +81,96 @@ pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress
                 .help("let some of the elements in `stuck` slide"),
         ]);
     }
-    let linear = linear_system(&system, &coordinates, &basis, &outputs);
-    let mut modes = modes(&system, &reduction(&system, &reduced.coordinates)).unwrap_or_else(|| {
+    let names: Vec<String> = coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect();
+    let charges = charges(reduced);
+    let pencil = linear_system(&system, &coordinates, &basis, &outputs);
+    let mechanical = Mechanical::new(&pencil, names.clone());
+    let regular = mechanical.is_regular();
+    if !regular && !settings.eliminate_massless {
+        return Err(mechanical.refusal(variant));
+    }
+    let (mut linear, elimination) = if regular {
+        (pencil.clone(), None)
+    } else {
+        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
+        let told = mechanical.elimination(&rest, &charges);
+        (rest.system, Some(told))
+    };
+    linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
+    let mut modes = if regular {
+        modes(&system, &reduction(&system, &reduced.coordinates))
+    } else {
+        notes.push("after the elimination the modes are those of the states that remain: without energies".into());
+        modes_of_pencil(&linear.states, &linear.e.to_f64(), &linear.a.to_f64())
+    }
+    .unwrap_or_else(|| {
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
     let mut structure =
         structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
-    failing_modes(&mut structure, &mut modes, &linear, Some(Mechanics { system: &system, basis: &basis }));
+    let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
+    if !regular {
+        zero_exactly(&mut modes, &structure);
+    }
+    failing_modes(&mut structure, &mut modes, &linear, mechanics);
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
         let forces =
             (!system.constraints.is_empty()).then(|| constraint_forces(&system)).transpose().map_err(refused)?;
         (bases(&system, &reduced.coordinates).map_err(refused)?, forces)
     } else {
-        notes.push("some shafts have no inertia of their own: orthogonal bases and the projector are left out".into());
+        notes.push(if charges.is_empty() {
+            "some shafts have no inertia of their own: orthogonal bases and the projector are left out".into()
+        } else {
+            "some charges have no inductance of their own: orthogonal bases and the projector are left out".into()
+        });
         (Vec::new(), None)
     };
-    let placement = placement(spec, &system, &basis, &linear, &structure);
-    let (document, _) = crate::model::read(source);
-    let settings = document.variant_settings();
-    let number = prepared.variants.iter().position(|other| std::ptr::eq(other, variant)).unwrap_or(0);
-    let subject = Subject {
-        document: &document,
-        settings: &settings[number].1,
-        variant,
-        position: &position,
-        stuck: &stuck,
-        inputs: &inputs,
-        outputs: &outputs,
-        structure: &structure,
-        modes: &modes,
-        coordinates: &coordinates,
-    };
-    let sensitivity = sensitivity(&subject, &mut notes, progress);
-    notes.extend(diagnostics.into_iter().map(|warning| warning.message));
+    let massless = (!regular).then_some(&mechanical);
+    let placement = placement(spec, &system, &basis, (&linear, massless), &structure, &mut notes);
     Ok(Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
         class: Some(class(reduced, &position, &stuck)),
-        coordinates: coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect(),
+        coordinates: names,
         bases,
         constraint_forces,
+        elimination,
         modes,
         structure,
         placement,
-        sensitivity,
         notes,
+        ..Analysis::default()
     })
+}
+
+/// Multiple roots at zero spread by rounding; how many there are is known exactly.
+fn zero_exactly(modes: &mut Vec<Mode>, structure: &Structure) {
+    let zeros = structure.factors.iter().filter(|factor| factor.polynomial == "s");
+    let mut left: usize = zeros.map(|factor| factor.algebraic).sum();
+    let mut k = 0;
+    while left > 0 && k < modes.len() {
+        // Of a pair that stands for two roots the second becomes a mode of its own.
+        if modes[k].eigenvalue.1 != 0.0 {
+            let twin = modes[k].clone();
+            modes.insert(k + 1, twin);
+        }
+        let mode = &mut modes[k];
+        (mode.eigenvalue, mode.natural_frequency, mode.damping_ratio) = ((0.0, 0.0), 0.0, 1.0);
+        for (_, _, imaginary) in &mut mode.shape {
+            *imaginary = 0.0;
+        }
+        left -= 1;
+        k += 1;
+    }
+}
+
+/// Coordinates that are charges of a circuit, not angles.
+fn charges(reduced: &Reduced) -> BTreeSet<String> {
+    let equations = &reduced.equations;
+    let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
+    equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
 }
 
 /// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is a JSON or MAT file as it is.
@@ -129,14 +188,8 @@ pub fn analyze_state_space(
         if asked.is_empty() {
             return (0..all.len()).collect();
         }
-        let found = asked.iter().map(|name| (name, all.iter().position(|other| other == name)));
-        let (known, unknown): (Vec<_>, Vec<_>) = found.partition(|(_, at)| at.is_some());
-        for (name, _) in unknown {
-            let there = quoted(all.iter().map(String::as_str));
-            let help = if there.is_empty() { format!("the file has no {what}") } else { format!("there are {there}") };
-            wrong.push(Diagnostic::error("name::unknown", format!("there is no {what} `{name}`")).help(help));
-        }
-        known.into_iter().filter_map(|(_, at)| at).collect()
+        let found = named(what, asked, all, &mut wrong);
+        found.iter().filter_map(|name| all.iter().position(|other| other == name)).collect()
     };
     let inputs = pick("input", &settings.inputs, &system.inputs);
     let outputs = pick("output", &settings.outputs, &system.outputs);
@@ -156,50 +209,87 @@ pub fn analyze_state_space(
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
+    zero_exactly(&mut modes, &structure);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
 }
 
-/// Ranks the places of `[analysis]` for motors and sensors.
+/// Ranks the places of `[analysis]` for motors and sensors; of a system with motions without inertia (`massless`) by what
+/// remains of it with the places as inputs (outputs).
 fn placement(
     spec: &AnalysisSpec,
     system: &ConstrainedSystem,
     basis: &Matrix<Rational>,
-    linear: &LinearSystem,
+    (linear, massless): (&LinearSystem, Option<&Mechanical<'_>>),
     structure: &Structure,
+    notes: &mut Vec<String>,
 ) -> Placement {
     let r = basis.columns();
     let horizon = spec.horizon.to_f64();
     let shaft = |name: &str| system.shafts.iter().position(|shaft| shaft == name).expect("the place was checked");
-    let column = |name: &str, begin: usize| {
+    let column = |name: &str, begin: usize| -> Vec<Rational> {
         let row = shaft(name);
         (0..2 * r)
             .map(|j| if (begin..begin + r).contains(&j) { basis[(row, j - begin)].clone() } else { Rational::ZERO })
             .collect()
     };
-    let search = |side: Side, places: Vec<Candidate>, measure: &Measure, unit: &str| {
+    // The system with the columns of the places, and what its states are made of.
+    let rest = |side: Side, places: &mut [Candidate]| -> Option<(LinearSystem, Vec<Combination>)> {
+        let itself = |state: &String| vec![(state.clone(), Rational::ONE)];
+        let Some(mechanical) = massless else {
+            return Some((linear.clone(), linear.states.iter().map(itself).collect()));
+        };
+        let columns: Vec<Vec<Rational>> = places.iter().map(|place| place.column.clone()).collect();
+        let found = mechanical.eliminate_for(side, &columns).ok()?;
+        let n = found.system.states.len();
+        for (k, place) in places.iter_mut().enumerate() {
+            let entry = |i| if side == Side::Inputs { &found.system.b[(i, k)] } else { &found.system.c[(k, i)] };
+            place.column = (0..n).map(|i| entry(i).clone()).collect();
+        }
+        let made = |state: &String| {
+            let definition = found.definitions.iter().find(|(name, _)| name == state);
+            definition.map_or_else(|| itself(state), |(_, terms)| terms.clone())
+        };
+        let made = found.system.states.iter().map(made).collect();
+        Some((found.system, made))
+    };
+    let search = |side: Side, mut places: Vec<Candidate>, measure: &mut Choice<'_>, unit: &str| {
         let least = if side == Side::Inputs { structure.min_inputs } else { structure.min_outputs };
-        let mut found = place(linear, side, &places, least, horizon, measure)?;
+        let (linear, states) = rest(side, &mut places)?;
+        let mut found = place(&linear, side, &places, least, horizon, &measure(&states)?)?;
         found.unit = unit.into();
         if found.sets.is_empty() {
-            found.none_because = Some(why_not(linear, side, &places));
+            found.none_because = Some(why_not(&linear, side, &places));
         }
         Some(found)
     };
     // Speeds times the horizon are angles too.
-    let scale = |angle: f64, speed: f64| (0..2 * r).map(|k| if k < r { angle } else { speed }).collect::<Vec<_>>();
+    let scale = |states: &[Combination], angle: f64, speed: f64| {
+        let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| name.ends_with(".w") || name.ends_with(".i"));
+        Measure::SmallestEigenvalue(states.iter().map(|s| if is_speed(s) { speed } else { angle }).collect())
+    };
     let motors: Vec<Candidate> = spec
         .actuators
         .iter()
         .map(|place| Candidate { name: place.shaft.clone(), cost: place.cost, column: column(&place.shaft, r) })
         .collect();
-    let (measure, unit) = if spec.motion.is_empty() {
-        (Measure::SmallestEigenvalue(scale(1.0, horizon)), "rad^2/(N^2 m^2 s)")
-    } else {
-        let value = |state: &String| spec.motion.iter().find(|(signal, _)| signal == state).map_or(0.0, |(_, x)| *x);
-        (Measure::Energy(linear.states.iter().map(value).collect()), "N^2 m^2 s")
+    let value = |name: &String| spec.motion.iter().find(|(signal, _)| signal == name).map_or(0.0, |(_, x)| *x);
+    let mut target = |states: &[Combination]| {
+        if spec.motion.is_empty() {
+            return Some(scale(states, 1.0, horizon));
+        }
+        let moved = spec.motion.iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name);
+        if let Some(name) = moved.into_iter().find(|name| states.iter().flatten().all(|(other, _)| other != *name)) {
+            notes.push(format!(
+                "motors are not placed: the motion to reach names `{name}`, which is no state after the elimination"
+            ));
+            return None;
+        }
+        let sum = |terms: &Combination| terms.iter().map(|(name, x)| rational_to_f64(x) * value(name)).sum();
+        Some(Measure::Energy(states.iter().map(sum).collect()))
     };
-    let inputs = (!motors.is_empty()).then(|| search(Side::Inputs, motors, &measure, unit));
+    let unit = if spec.motion.is_empty() { "rad^2/(N^2 m^2 s)" } else { "N^2 m^2 s" };
+    let inputs = (!motors.is_empty()).then(|| search(Side::Inputs, motors, &mut target, unit));
     let sensors: Vec<Candidate> = spec
         .sensors
         .iter()
@@ -208,11 +298,17 @@ fn placement(
             Candidate { name: place.signal.clone(), cost: place.cost, column: column(&place.shaft, begin) }
         })
         .collect();
-    let measure = Measure::SmallestEigenvalue(scale(1.0, horizon.recip()));
+    let mut measure = |states: &[Combination]| Some(scale(states, 1.0, horizon.recip()));
     let unit = if spec.sensors.iter().all(|place| place.signal.ends_with(".phi")) { "s" } else { "SI" };
-    let outputs = (!sensors.is_empty()).then(|| search(Side::Outputs, sensors, &measure, unit));
+    let outputs = (!sensors.is_empty()).then(|| search(Side::Outputs, sensors, &mut measure, unit));
     Placement { inputs: inputs.flatten(), outputs: outputs.flatten() }
 }
+
+/// A state as a combination of angles and speeds.
+type Combination = Vec<(String, Rational)>;
+
+/// What ranks the sets of places of a system with these states.
+type Choice<'a> = dyn FnMut(&[Combination]) -> Option<Measure> + 'a;
 
 /// Why all places together are not enough: which motions they miss.
 fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
@@ -240,12 +336,12 @@ fn choose<'a>(variants: &'a [PreparedVariant], name: Option<&str>) -> Result<&'a
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("there are {}", quoted(names.into_iter())),
         };
-        Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help)
+        Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
     })
 }
 
 /// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
-fn signals(
+pub(super) fn signals(
     variant: &PreparedVariant,
     settings: &AnalyzeSettings,
     notes: &mut Vec<String>,
@@ -253,14 +349,6 @@ fn signals(
     let equations = &variant.reduced.equations;
     let spec = &variant.analysis;
     let mut wrong = Vec::new();
-    let unknown = |what: &str, name: &str, all: &[String], wrong: &mut Vec<Diagnostic>| {
-        let names = || all.iter().map(String::as_str);
-        let help = match nearest(name, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", quoted(names())),
-        };
-        wrong.push(Diagnostic::error("name::unknown", format!("there is no {what} `{name}`")).help(help));
-    };
     let all_inputs: Vec<String> = equations.inputs.iter().map(|input| input.element.clone()).collect();
     let inputs = if !settings.inputs.is_empty() {
         settings.inputs.clone()
@@ -272,17 +360,12 @@ fn signals(
         notes.push(if motors.is_empty() {
             "the model has no motor: nothing is controllable".into()
         } else {
-            format!("inputs: all motors ({})", motors.join(", "))
+            let what = if charges(&variant.reduced).is_empty() { "motors" } else { "motors and sources" };
+            format!("inputs: all {what} ({})", motors.join(", "))
         });
         motors
     };
-    for (k, input) in inputs.iter().enumerate() {
-        if !all_inputs.contains(input) {
-            unknown("motor or disturbance", input, &all_inputs, &mut wrong);
-        } else if inputs[..k].contains(input) {
-            wrong.push(Diagnostic::error("name::twice", format!("the input `{input}` is named twice")));
-        }
-    }
+    let inputs = named("input", &inputs, &all_inputs, &mut wrong);
     let names = if !settings.outputs.is_empty() {
         settings.outputs.clone()
     } else if let Some(named) = &spec.outputs {
@@ -300,32 +383,66 @@ fn signals(
             .filter(|signal| signal.ends_with(".phi"))
             .collect();
         let names: Vec<String> = if controlled.is_empty() {
-            variant.reduced.coordinate_names().iter().map(|shaft| format!("{shaft}.phi")).collect()
+            variant
+                .reduced
+                .coordinate_names()
+                .iter()
+                .map(|shaft| state_name(&format!("{shaft}.phi"), &charges(&variant.reduced)))
+                .collect()
         } else {
             controlled.into_iter().collect()
         };
         notes.push(format!("outputs: {}", names.join(", ")));
         names
     };
-    let mut outputs = Vec::new();
-    for (k, name) in names.iter().enumerate() {
-        let shaft =
-            |suffix: &str| name.strip_suffix(suffix).filter(|shaft| equations.shafts.iter().any(|s| s == shaft));
-        let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == name).map(|(_, s)| s.measured.clone());
-        let angle = shaft(".phi").map(|shaft| Measured::Angle(shaft.into()));
-        let measured = sensor.or(angle).or(shaft(".w").map(|shaft| Measured::Speed(shaft.into())));
-        match measured {
-            None => {
-                let angles = equations.shafts.iter().map(|shaft| format!("{shaft}.phi"));
-                let all: Vec<String> =
-                    angles.chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone())).collect();
-                unknown("angle, speed or sensor", name, &all, &mut wrong);
+    let known = signal_names(&variant.reduced, &variant.scenario);
+    let mut outputs: Vec<OutputSignal> = Vec::new();
+    for name in names.iter().map(|name| name.trim()) {
+        match output(name, equations, &known, &|_, _| false) {
+            _ if name.is_empty() => wrong.push(empty_name("output")),
+            Ok(found) if outputs.iter().any(|other| other.name == found.name) => {
+                wrong.push(twice("output", &found.name))
             }
-            Some(_) if names[..k].contains(name) => {
-                wrong.push(Diagnostic::error("name::twice", format!("the output `{name}` is named twice")));
+            Ok(found) => outputs.push(found),
+            Err(why) => {
+                let (message, help) = why.unwrap_or_default();
+                wrong.push(Diagnostic::error("name::unknown", message).help(help));
             }
-            Some(measured) => outputs.push(OutputSignal { name: name.clone(), measured }),
         }
     }
     if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
+}
+
+/// The names asked for that are there; the others are told.
+fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for name in asked.iter().map(|name| name.trim()) {
+        let names = || all.iter().map(String::as_str);
+        if name.is_empty() {
+            wrong.push(empty_name(what));
+        } else if !all.iter().any(|other| other == name) {
+            let help = match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if all.is_empty() => format!("there are no {what}s at all"),
+                None => format!("there are {}", quoted(names())),
+            };
+            let message = format!("there is no {what} `{}`", shortened(name));
+            wrong.push(Diagnostic::error("name::unknown", message).help(help));
+        } else if found.iter().any(|other| other == name) {
+            wrong.push(twice(what, name));
+        } else {
+            found.push(name.to_string());
+        }
+    }
+    found
+}
+
+fn empty_name(what: &str) -> Diagnostic {
+    Diagnostic::error("name::empty", format!("the name of an {what} is empty"))
+        .help(format!("separate the names by single commas, or leave `--{what}s` out to have them chosen"))
+}
+
+fn twice(what: &str, name: &str) -> Diagnostic {
+    Diagnostic::error("name::duplicate", format!("the {what} `{}` is named twice", shortened(name)))
+        .help("name it once")
 }

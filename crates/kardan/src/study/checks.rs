@@ -1,6 +1,8 @@
 //! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
 
 use super::circuit::massless_loop;
+use super::prepare::Purpose;
+use crate::analysis::{combination, massless_direction};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::equations::Term;
@@ -109,11 +111,12 @@ pub(super) fn is_representable(model: &LinearModel) -> bool {
     let matrices = [&model.inertia, &model.damping, &model.stiffness, &model.input, &model.basis];
     let finite = matrices.iter().all(|matrix| matrix.to_f64().as_slice().iter().all(|x| x.is_finite()));
     let inertia = model.inertia.to_f64();
-    finite && (0..inertia.rows()).all(|k| inertia[(k, k)].is_normal() && (1.0 / inertia[(k, k)]).is_finite())
+    let lost = |k: usize| !(inertia[(k, k)].is_normal() && (1.0 / inertia[(k, k)]).is_finite());
+    finite && (0..inertia.rows()).all(|k| model.inertia[(k, k)].is_zero() || !lost(k))
 }
 
 /// Reports parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
-pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
+pub(super) fn check_connected(purpose: Purpose, document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges = document.charges();
     let all: Vec<&String> = model.shafts.iter().filter(|name| !charges.contains(name)).collect();
     let mut part: Vec<usize> = (0..all.len()).collect();
@@ -150,18 +153,35 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
         let inputs = (control.law.inputs)(&control.values);
         join(inputs.iter().filter_map(|input| shafts_of_input.get(input.as_str())).flatten().copied().collect());
     }
-    let first = part.first().copied();
-    let away: Vec<&String> =
-        all.iter().zip(&part).filter(|(_, p)| Some(**p) != first).map(|(shaft, _)| *shaft).collect();
-    if let Some(shaft) = away.first() {
-        let names = quoted(away.iter().map(|name| name.as_str()));
-        let message = format!("the model falls apart: nothing connects {names} with `{}`", all[0]);
-        out.push(
-            Diagnostic::error("model::disconnected", message)
-                .at(span_of(document, shaft), "not connected")
-                .help("connect the parts by a gear, a spring_damper or a common controller, or make two models"),
-        );
+    let mut parts: Vec<(usize, Vec<&str>)> = Vec::new();
+    for (name, number) in all.iter().zip(&part) {
+        match parts.iter_mut().find(|(other, _)| other == number) {
+            Some((_, names)) => names.push(name),
+            None => parts.push((*number, vec![name])),
+        }
     }
+    let Some((_, away)) = parts.get(1) else { return };
+    let told = match purpose {
+        Purpose::Run => {
+            let away = quoted(parts[1..].iter().flat_map(|(_, names)| names.iter().copied()));
+            let message = format!("the model falls apart: nothing connects {away} with `{}`", all[0]);
+            Diagnostic::error("model::disconnected", message)
+                .help("connect the parts by a gear, a spring_damper or a common controller, or make two models")
+        }
+        Purpose::Analysis => {
+            let shown: Vec<String> =
+                parts.iter().take(MOST_LABELS).map(|(_, names)| quoted(names.iter().copied())).collect();
+            let more = if parts.len() > shown.len() { "; and others" } else { "" };
+            let message = format!(
+                "the model consists of {} parts that nothing connects: {}{more}",
+                parts.len(),
+                shown.join("; ")
+            );
+            Diagnostic::warning("model::disconnected", message)
+                .help("each part needs inputs and outputs of its own; connect them if that is not meant")
+        }
+    };
+    out.push(told.at(span_of(document, away[0]), "not connected"));
 }
 
 pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {
@@ -257,7 +277,14 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
 
 /// Inertia must be positive definite and damping positive semidefinite in every position; both are decided exactly at
 /// the positions tried.
-pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut Vec<Diagnostic>) -> bool {
+///
+/// Motions without inertia go into `massless`: not everything that is asked of a model needs their accelerations.
+pub(super) fn check_matrices(
+    document: &Document,
+    reduced: &Reduced,
+    out: &mut Vec<Diagnostic>,
+    massless: &mut Vec<Diagnostic>,
+) -> bool {
     let r = reduced.freedoms();
     let constant = Kinematics::new(reduced).is_constant();
     let positions: Vec<Vec<f64>> = if constant {
@@ -287,21 +314,19 @@ pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut V
         };
         match definiteness(&model.inertia) {
             Definiteness::Positive => {}
-            Definiteness::PositiveSemi { direction } | Definiteness::Indefinite { witness: direction } => {
-                let shafts = moving(reduced, &model, &direction);
-                let charges = document.charges();
-                if shafts.first().is_some_and(|name| charges.contains(name)) {
-                    let branches: Vec<&String> = shafts.iter().filter(|name| charges.contains(name)).collect();
-                    out.push(massless_loop(document, &branches));
-                    return false;
-                }
-                let names = quoted(shafts.iter().map(String::as_str));
-                let message = format!("a motion without inertia is possible: {names} can move while no mass does");
+            Definiteness::PositiveSemi { .. } if massless.is_empty() => {
+                massless.push(massless_motion(document, reduced, &model));
+            }
+            Definiteness::PositiveSemi { .. } => {}
+            Definiteness::Indefinite { witness } => {
+                let shafts = moving(reduced, &model, &witness);
+                let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
+                let message = format!("a motion of {names} has a negative kinetic energy");
                 let mut diagnostic = Diagnostic::error("model::massless", message);
-                for name in shafts.iter().take(MOST_LABELS) {
-                    diagnostic = diagnostic.at(span_of(document, name), "moves without inertia");
+                for (name, _) in shafts.iter().take(MOST_LABELS) {
+                    diagnostic = diagnostic.at(span_of(document, name), "moves with it");
                 }
-                out.push(diagnostic.help("give one of these shafts an inertia, or tie it to another shaft by a gear"));
+                out.push(diagnostic.help("correct the sign of an inertia"));
                 return false;
             }
         }
@@ -321,7 +346,7 @@ pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut V
         {
             passive = false;
             let shafts = moving(reduced, &model, &witness);
-            let names = quoted(shafts.iter().map(String::as_str));
+            let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
             let message = format!(
                 "the damping is not passive: a motion of {names} gains energy from it (the reduced damping matrix is not \
                  positive semidefinite)"
@@ -349,22 +374,50 @@ pub(super) fn check_matrices(document: &Document, reduced: &Reduced, out: &mut V
     true
 }
 
-/// Shafts that take part in a reduced motion, the largest share first.
-pub(super) fn moving(reduced: &Reduced, model: &LinearModel, direction: &[Rational]) -> Vec<String> {
-    let mut shares: Vec<(f64, &String)> = reduced
+/// A motion that no mass resists: the shafts that move, and in which proportion.
+fn massless_motion(document: &Document, reduced: &Reduced, model: &LinearModel) -> Diagnostic {
+    let direction = massless_direction(&model.coordinates, &model.inertia).unwrap_or_default();
+    let factor = |name: &String| direction.iter().find(|(other, _)| other == name).map(|(_, x)| x.clone());
+    let direction: Vec<Rational> =
+        model.coordinates.iter().map(|name| factor(name).unwrap_or(Rational::ZERO)).collect();
+    let moves = moving(reduced, model, &direction);
+    let charges = document.charges();
+    if moves.first().is_some_and(|(name, _)| charges.contains(name)) {
+        let branches: Vec<&String> = moves.iter().map(|(name, _)| name).filter(|name| charges.contains(name)).collect();
+        return massless_loop(document, &branches);
+    }
+    let names = quoted(moves.iter().map(|(name, _)| name.as_str()));
+    let proportion = match &moves[..] {
+        [_] => String::new(),
+        [first, ..] => {
+            let parts: Vec<(String, Rational)> =
+                moves.iter().take(MOST_LABELS).map(|(name, share)| (name.clone(), share.over(&first.1))).collect();
+            let more = if moves.len() > parts.len() { " + …" } else { "" };
+            format!(", along {}{more}", combination(&parts))
+        }
+        [] => String::new(),
+    };
+    let message = format!("a motion without inertia is possible: {names} can move while no mass does{proportion}");
+    let mut diagnostic = Diagnostic::error("model::massless", message);
+    for (name, _) in moves.iter().take(MOST_LABELS) {
+        diagnostic = diagnostic.at(span_of(document, name), "moves without inertia");
+    }
+    diagnostic.help("give one of these shafts an inertia, or tie it to another shaft by a gear")
+}
+
+/// Shafts that take part in a reduced motion with their shares, the largest first.
+fn moving(reduced: &Reduced, model: &LinearModel, direction: &[Rational]) -> Vec<(String, Rational)> {
+    let share = |shaft: usize| {
+        direction.iter().enumerate().fold(Rational::ZERO, |sum, (j, x)| sum.plus(&model.basis[(shaft, j)].times(x)))
+    };
+    let mut shares: Vec<(f64, String, Rational)> = reduced
         .equations
         .shafts
         .iter()
         .enumerate()
-        .map(|(shaft, name)| {
-            let sum = direction
-                .iter()
-                .enumerate()
-                .fold(Rational::ZERO, |sum, (j, x)| sum.plus(&model.basis[(shaft, j)].times(x)));
-            (rational_to_f64(&sum).abs(), name)
-        })
-        .filter(|(share, _)| *share > 0.0)
+        .map(|(shaft, name)| (rational_to_f64(&share(shaft)).abs(), name.clone(), share(shaft)))
+        .filter(|(size, _, _)| *size > 0.0)
         .collect();
-    shares.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(b.1)));
-    shares.into_iter().map(|(_, name)| name.clone()).collect()
+    shares.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+    shares.into_iter().map(|(_, name, share)| (name, share)).collect()
 }

@@ -99,8 +99,14 @@ pub(super) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -
         .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
 }
 
-/// Reports what keeps the circuits of a model from having one solution; false if they have none.
-pub(super) fn check_circuit(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> bool {
+/// Reports what keeps the circuits of a model from having one solution; false if they have none. Loops without inductance
+/// go into `massless`.
+pub(super) fn check_circuit(
+    document: &Document,
+    model: &Model,
+    out: &mut Vec<Diagnostic>,
+    massless: &mut Vec<Diagnostic>,
+) -> bool {
     let branches = branches(model);
     let before = out.len();
     let mut at_node: BTreeMap<&str, Vec<&Branch<'_>>> = BTreeMap::new();
@@ -161,8 +167,8 @@ pub(super) fn check_circuit(document: &Document, model: &Model, out: &mut Vec<Di
         );
     }
     if shorts.is_empty() {
-        let massless = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));
-        out.extend(massless.iter().map(|massless| massless_loop(document, massless)));
+        let found = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));
+        massless.extend(found.iter().map(|branches| massless_loop(document, branches)));
     }
     let fine = out.len() == before;
     for (node, branches) in &at_node {

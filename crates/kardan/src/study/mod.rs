@@ -6,6 +6,7 @@ mod asked;
 mod checks;
 mod circuit;
 mod equations;
+mod massless;
 mod prepare;
 mod read;
 mod scenario;
@@ -16,6 +17,7 @@ pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 
+use analyze::analyze_variant;
 use rayon::prelude::*;
 
 use crate::analysis::closed_loop_poles;
@@ -23,7 +25,9 @@ use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
-use crate::results::{LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study};
+use crate::results::{
+    Analysis, LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
+};
 use crate::simulate::{Setup, signal_names, simulate};
 
 /// Hears how far the runs are. Called from several threads.
@@ -83,13 +87,36 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         .iter()
         .filter(|variant| settings.variants.is_empty() || settings.variants.contains(&variant.name))
         .collect();
-    let runs = chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect();
+    let (runs, analysis) = rayon::join(
+        || chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect(),
+        || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose(),
+    );
+    let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
+    let analysis = analysis.unwrap_or_else(|why| {
+        warnings.push(why);
+        None
+    });
     Ok(Study {
         model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
         runs,
         plots: chosen_plots(&prepared, &settings.variants),
-        warnings: diagnostics.iter().map(ToString::to_string).collect(),
-        analysis: None,
+        warnings,
+        analysis,
+    })
+}
+
+/// Beyond this number of states a run does not wait for the analysis of its structure.
+const MOST_STATES: usize = 24;
+
+/// The structure of a variant beside its run: nothing that could stop or delay the run. `Err`: a warning.
+fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analysis, String> {
+    let states = 2 * variant.reduced.freedoms();
+    if states > MOST_STATES {
+        return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
+    }
+    analyze_variant(prepared, variant, &AnalyzeSettings::default()).map_err(|why| {
+        let why: Vec<String> = why.iter().map(|mistake| mistake.message.clone()).collect();
+        format!("the structure of the model is not analysed: {}", why.join("; "))
     })
 }
 

@@ -52,6 +52,17 @@ pub struct PreparedVariant {
     pub scenario: Scenario,
     /// What to analyse.
     pub analysis: AnalysisSpec,
+    /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
+    pub(super) massless: Vec<Diagnostic>,
+}
+
+/// What a file is prepared for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To be run: everything must move by differential equations, and in one piece.
+    Run,
+    /// To be analysed: motions without inertia may be eliminated, parts may stand side by side.
+    Analysis,
 }
 
 impl PreparedVariant {
@@ -87,6 +98,11 @@ fn is_error(diagnostic: &Diagnostic) -> bool {
 /// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
 /// over in silence.
 pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
+    prepare_for(Purpose::Run, source)
+}
+
+/// [`prepare`]; what stands in the way of a run alone does not stop an analysis.
+pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diagnostic>) {
     let (document, mut out) = read(source);
     let mut prepared = Prepared::default();
     if out.iter().any(|d| d.code == "file::empty") {
@@ -103,7 +119,7 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
         }
         if !document.doubts.equations && !mistakes.iter().any(is_error) {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepared.variants.extend(prepare_variant(&document, name, model, settings, &mut mistakes));
+            prepared.variants.extend(prepare_variant(purpose, &document, name, model, settings, &mut mistakes));
         }
         document.check_tolerances(settings, &mut mistakes);
         add_new(&mut out, mistakes, (k > 0).then_some(label));
@@ -213,14 +229,18 @@ fn file_stem(name: &str) -> String {
 }
 
 fn prepare_variant(
+    purpose: Purpose,
     document: &Document,
     name: String,
     model: Model,
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
-    check_connected(document, &model, out);
-    if !check_circuit(document, &model, out) {
+    check_connected(purpose, document, &model, out);
+    let mut massless = Vec::new();
+    let fine = check_circuit(document, &model, out, &mut massless);
+    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
+        out.append(&mut massless);
         return None;
     }
     let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
@@ -230,11 +250,17 @@ fn prepare_variant(
             return None;
         }
     };
-    if !check_matrices(document, &reduced, out) {
+    if !check_matrices(document, &reduced, out, &mut massless) {
         return None;
     }
+    if purpose == Purpose::Run && !massless.is_empty() {
+        out.append(&mut massless);
+        return None;
+    }
+    // Laws are designed for the accelerations that torques cause.
+    let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
     let design_models: Vec<Option<LinearModel>> =
-        model.controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
+        controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
@@ -248,7 +274,7 @@ fn prepare_variant(
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     let mut designed = Vec::new();
-    for (control, design) in model.controls.iter().zip(design_models) {
+    for (control, design) in controls.iter().zip(design_models) {
         let Some(design) = design else { continue };
         let before = out.len();
         for signal in signals_of(control.law.fields, &control.values) {
@@ -287,13 +313,14 @@ fn prepare_variant(
             Err(error) => out.push(design_diagnostic(document, control, &error)),
         }
     }
-    (designed.len() == model.controls.len()).then_some(PreparedVariant {
+    (designed.len() == controls.len()).then_some(PreparedVariant {
         name,
         model,
         reduced,
         design_models: designed,
         scenario,
         analysis,
+        massless,
     })
 }
 

@@ -2,16 +2,19 @@
 
 use std::collections::BTreeSet;
 
-use super::{PreparedVariant, Progress};
+use super::analyze::signals;
+use super::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan,
     Side, controllable_rank, failing_modes, linear_system, nearest_loss, prove_box, sample, structure,
 };
 use crate::assemble::assemble;
-use crate::model::{Document, Setting};
+use crate::diagnostics::Diagnostic;
+use crate::equations::{Domain, Measured};
+use crate::model::{Document, Setting, read};
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
-use crate::results::{BoxVerdict, Loss, LossSearch, Mode, Pole, Sensitivity, Structure};
+use crate::results::{Analysis, BoxVerdict, Loss, LossSearch, Mode, Pole, Sensitivity, Structure};
 use crate::units::Exact;
 
 /// Samples if the file names no number.
@@ -24,66 +27,99 @@ const MOST_COLUMNS: usize = 120;
 const SEED: u64 = 1;
 
 /// What is analysed, and where.
-pub(super) struct Subject<'a> {
-    pub document: &'a Document,
+struct Subject<'a> {
+    document: Document,
     /// Parameter values of the variant.
-    pub settings: &'a [Setting],
-    pub variant: &'a PreparedVariant,
+    settings: Vec<Setting>,
+    variant: &'a PreparedVariant,
     /// The reduced position, rad.
-    pub position: &'a [f64],
-    pub stuck: &'a BTreeSet<String>,
-    pub inputs: &'a [String],
-    pub outputs: &'a [OutputSignal],
-    pub structure: &'a Structure,
-    pub modes: &'a [Mode],
+    position: Vec<f64>,
+    stuck: BTreeSet<String>,
+    inputs: Vec<String>,
+    outputs: Vec<OutputSignal>,
+    structure: &'a Structure,
+    modes: &'a [Mode],
     /// Shafts of the reduced coordinates.
-    pub coordinates: &'a [usize],
+    coordinates: Vec<usize>,
 }
 
-/// Nearest losses, verdicts over the box of tolerances, and sampling; `None` if no parameter has a tolerance.
+/// Adds nearest losses, verdicts over the box of tolerances, and sampling; nothing if no parameter has a tolerance.
 pub(super) fn sensitivity(
-    subject: &Subject<'_>,
-    notes: &mut Vec<String>,
+    source: &str,
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    analysis: &mut Analysis,
     progress: &dyn Progress,
-) -> Option<Sensitivity> {
-    let tolerances = &subject.variant.model.tolerances;
+) -> Result<(), Vec<Diagnostic>> {
+    let tolerances = &variant.model.tolerances;
     if tolerances.is_empty() {
-        return None;
+        return Ok(());
     }
-    let parameters: Vec<Parameter> = tolerances
-        .iter()
-        .map(|t| Parameter {
-            name: t.parameter.clone(),
-            nominal: t.nominal.to_rational(),
-            lower: t.lower.to_rational(),
-            upper: t.upper.to_rational(),
-            unit: t.dimension.si(),
-            confidence: t.confidence.as_ref().map(Exact::to_f64),
-        })
-        .collect();
-    let at = |values: &[Rational]| subject.system(&parameters, values);
-    let mut idle: BTreeSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-    let mut search = |side: Side, signals: usize| {
-        let family = Family::new(&parameters, &at, side, subject.outputs)?;
-        (0..parameters.len()).filter(|&i| family.depends_on(i)).for_each(|i| {
-            idle.remove(parameters[i].name.as_str());
-        });
-        (signals > 0).then(|| subject.search(&family, side, progress))
-    };
-    let controllability = search(Side::Inputs, subject.inputs.len());
-    let observability = search(Side::Outputs, subject.outputs.len());
-    if !idle.is_empty() {
-        let idle: Vec<&str> = idle.into_iter().collect();
-        notes.push(format!("these tolerances do not enter the linear model: {}", idle.join(", ")));
+    if analysis.elimination.is_some() {
+        analysis.notes.push("after the elimination the tolerances of the parameters are not considered".into());
+        return Ok(());
     }
-    let row = |p: &Parameter| {
-        let [nominal, lower, upper] = [&p.nominal, &p.lower, &p.upper].map(rational_to_f64);
-        (p.name.clone(), nominal, lower, upper, p.unit.clone())
+    let (inputs, outputs) = signals(variant, settings, &mut Vec::new())?;
+    let stuck: BTreeSet<String> = variant.analysis.stuck.iter().cloned().collect();
+    let position = variant.analysis.position(&variant.reduced.coordinate_names(), &variant.scenario.position);
+    let system = ConstrainedSystem::at(&variant.reduced, &position, &stuck, &inputs);
+    let (document, _) = read(source);
+    let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
+    let subject = Subject {
+        settings: document.variant_settings().swap_remove(number).1,
+        document,
+        variant,
+        position,
+        stuck,
+        inputs,
+        outputs,
+        structure: &analysis.structure,
+        modes: &analysis.modes,
+        coordinates: system.explicit_basis(&variant.reduced.coordinates).0,
     };
-    Some(Sensitivity { parameters: parameters.iter().map(row).collect(), controllability, observability })
+    let (found, note) = subject.sensitivity(progress);
+    analysis.sensitivity = Some(found);
+    analysis.notes.extend(note);
+    Ok(())
 }
 
 impl Subject<'_> {
+    fn sensitivity(&self, progress: &dyn Progress) -> (Sensitivity, Option<String>) {
+        let tolerances = &self.variant.model.tolerances;
+        let parameters: Vec<Parameter> = tolerances
+            .iter()
+            .map(|t| Parameter {
+                name: t.parameter.clone(),
+                nominal: t.nominal.to_rational(),
+                lower: t.lower.to_rational(),
+                upper: t.upper.to_rational(),
+                unit: t.dimension.si(),
+                confidence: t.confidence.as_ref().map(Exact::to_f64),
+            })
+            .collect();
+        let at = |values: &[Rational]| self.system(&parameters, values);
+        let mut idle: BTreeSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+        let mut search = |side: Side, signals: usize| {
+            let family = Family::new(&parameters, &at, side, &self.outputs)?;
+            (0..parameters.len()).filter(|&i| family.depends_on(i)).for_each(|i| {
+                idle.remove(parameters[i].name.as_str());
+            });
+            (signals > 0).then(|| self.search(&family, side, progress))
+        };
+        let controllability = search(Side::Inputs, self.inputs.len());
+        let observability = search(Side::Outputs, self.outputs.len());
+        let idle: Vec<&str> = idle.into_iter().collect();
+        let note =
+            (!idle.is_empty()).then(|| format!("these tolerances do not enter the linear model: {}", idle.join(", ")));
+        let row = |p: &Parameter| {
+            let [nominal, lower, upper] = [&p.nominal, &p.lower, &p.upper].map(rational_to_f64);
+            (p.name.clone(), nominal, lower, upper, p.unit.clone())
+        };
+        let parameters = parameters.iter().map(row).collect();
+        (Sensitivity { parameters, controllability, observability }, note)
+    }
+
     /// The model with other values of the parameters.
     fn system(&self, parameters: &[Parameter], values: &[Rational]) -> Option<ConstrainedSystem> {
         let named = |name: &str| parameters.iter().any(|p| p.name == name);
@@ -96,7 +132,7 @@ impl Subject<'_> {
         let (model, _) = self.document.model(&settings);
         let coordinates = self.variant.reduced.coordinate_names();
         let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&coordinates)).ok()?;
-        Some(ConstrainedSystem::at(&reduced, self.position, self.stuck, self.inputs))
+        Some(ConstrainedSystem::at(&reduced, &self.position, &self.stuck, &self.inputs))
     }
 
     fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> LossSearch {
@@ -148,8 +184,15 @@ impl Subject<'_> {
                 horizon: spec.horizon.to_f64(),
                 threshold: spec.threshold,
             };
-            let unit = if side == Side::Inputs { "rad^2/(N^2 m^2 s)" } else { "s" };
-            out.sampling = sample(family, side, shafts.len(), self.coordinates, &plan, unit);
+            let equations = &self.variant.reduced.equations;
+            let circuit = self.coordinates.iter().any(|&q| equations.domain(q) == Domain::Charge);
+            let unit = match side {
+                _ if circuit => "SI",
+                Side::Inputs => "rad^2/(N^2 m^2 s)",
+                Side::Outputs if self.outputs.iter().all(|o| matches!(o.measured, Measured::Angle(_))) => "s",
+                Side::Outputs => "SI",
+            };
+            out.sampling = sample(family, side, shafts.len(), &self.coordinates, &plan, unit);
         }
         progress.advance(0, "sensitivity", 1.0);
         out
@@ -181,7 +224,7 @@ impl Subject<'_> {
         if coordinates != self.coordinates {
             return None;
         }
-        let linear = linear_system(&system, &coordinates, &basis, self.outputs);
+        let linear = linear_system(&system, &coordinates, &basis, &self.outputs);
         let (inputs, dual) = (side == Side::Inputs, linear.transpose());
         if controllable_rank(if inputs { &linear } else { &dual })? == linear.states.len() {
             return None;

@@ -1,0 +1,172 @@
+//! Motions without inertia, eliminated for an analysis.
+
+use std::collections::BTreeSet;
+
+use super::PreparedVariant;
+use crate::analysis::{
+    Eliminated, LinearSystem, MasslessError, Side, combination, eliminate_massless, massless_direction,
+};
+use crate::diagnostics::Diagnostic;
+use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
+use crate::results::Elimination;
+
+/// The equations `H q̈ + D q̇ + S q = F u` and their outputs, read from the blocks of a pencil that may have a singular E.
+pub(super) struct Mechanical<'a> {
+    pencil: &'a LinearSystem,
+    /// Names of the coordinates.
+    coordinates: Vec<String>,
+}
+
+impl<'a> Mechanical<'a> {
+    pub(super) fn new(pencil: &'a LinearSystem, coordinates: Vec<String>) -> Self {
+        assert_eq!(pencil.states.len(), 2 * coordinates.len(), "a pencil in angles and speeds");
+        Self { pencil, coordinates }
+    }
+
+    fn block(&self, matrix: &Matrix<Rational>, column: usize, sign: i64) -> Matrix<Rational> {
+        let r = self.coordinates.len();
+        Matrix::from_fn(r, r, |i, j| matrix[(r + i, column + j)].times(&Rational::from(sign)))
+    }
+
+    fn inertia(&self) -> Matrix<Rational> {
+        self.block(&self.pencil.e, self.coordinates.len(), 1)
+    }
+
+    pub(super) fn is_regular(&self) -> bool {
+        definiteness(&self.inertia()) == Definiteness::Positive
+    }
+
+    /// The equations with other forces and outputs: F, C₀ and C₁ beside each other, D₀.
+    fn eliminate_with(
+        &self,
+        (inputs, f): (&[String], &Matrix<Rational>),
+        (outputs, c, through): (&[String], &Matrix<Rational>, &Matrix<Rational>),
+    ) -> Result<Eliminated, MasslessError> {
+        let r = self.coordinates.len();
+        let part = |first: usize| Matrix::from_fn(c.rows(), r, |i, j| c[(i, first + j)].clone());
+        let (damping, stiffness) = (self.block(&self.pencil.a, r, -1), self.block(&self.pencil.a, 0, -1));
+        eliminate_massless(
+            &self.coordinates,
+            inputs,
+            outputs,
+            &self.inertia(),
+            &damping,
+            &stiffness,
+            f,
+            &part(0),
+            &part(r),
+            through,
+        )
+    }
+
+    /// What remains of the system.
+    pub(super) fn eliminate(&self) -> Result<Eliminated, MasslessError> {
+        let (r, pencil) = (self.coordinates.len(), self.pencil);
+        let f = Matrix::from_fn(r, pencil.inputs.len(), |i, j| pencil.b[(r + i, j)].clone());
+        self.eliminate_with((&pencil.inputs, &f), (&pencil.outputs, &pencil.c, &pencil.d))
+    }
+
+    /// What remains with these columns of B as inputs and no output, or with these rows of C as outputs and no input.
+    pub(super) fn eliminate_for(&self, side: Side, columns: &[Vec<Rational>]) -> Result<Eliminated, MasslessError> {
+        let (r, count) = (self.coordinates.len(), columns.len());
+        let names: Vec<String> = (1..=count).map(|k| k.to_string()).collect();
+        match side {
+            Side::Inputs => {
+                let f = Matrix::from_fn(r, count, |i, j| columns[j][r + i].clone());
+                self.eliminate_with((&names, &f), (&[], &Matrix::zeros(0, 2 * r), &Matrix::zeros(0, count)))
+            }
+            Side::Outputs => {
+                let c = Matrix::from_fn(count, 2 * r, |i, j| columns[i][j].clone());
+                self.eliminate_with((&[], &Matrix::zeros(r, 0)), (&names, &c, &Matrix::zeros(count, 0)))
+            }
+        }
+    }
+
+    /// What was eliminated, in words.
+    pub(super) fn elimination(&self, eliminated: &Eliminated, charges: &BTreeSet<String>) -> Elimination {
+        let (r, inertia) = (self.coordinates.len(), self.inertia());
+        let direction = massless_direction(&self.coordinates, &inertia).unwrap_or_default();
+        let named = |name: &String| state_name(name, charges);
+        let term = |(name, factor): &(String, Rational)| (named(name), factor.clone());
+        Elimination {
+            motions: r - echelon(&inertia, &(0..r).collect::<Vec<_>>()).rank(),
+            direction: plain(&direction),
+            removed: eliminated.removed.iter().map(named).collect(),
+            definitions: eliminated
+                .definitions
+                .iter()
+                .map(|(name, terms)| (name.clone(), plain(&terms.iter().map(term).collect::<Vec<_>>())))
+                .collect(),
+        }
+    }
+
+    /// Why the system cannot be analysed as it is.
+    pub(super) fn refusal(&self, variant: &PreparedVariant) -> Vec<Diagnostic> {
+        let way_out = "or eliminate the motion with `--eliminate-massless`";
+        if variant.massless.is_empty() {
+            let direction = massless_direction(&self.coordinates, &self.inertia()).unwrap_or_default();
+            let message = format!("at the operating point the motion along {} has no inertia", combination(&direction));
+            let help = format!("choose another point with `at` of `[analysis]`, {way_out}");
+            return vec![Diagnostic::error("model::massless", message).help(help)];
+        }
+        let mut told = variant.massless.clone();
+        for diagnostic in &mut told {
+            let help = diagnostic.help.take().unwrap_or_default();
+            diagnostic.help = Some(format!("{help}; {way_out}"));
+        }
+        told
+    }
+}
+
+/// Why the elimination failed; `charges` are coordinates that are no angles.
+pub(super) fn not_eliminated(
+    error: MasslessError,
+    charges: &BTreeSet<String>,
+    variant: &PreparedVariant,
+) -> Vec<Diagnostic> {
+    let rename = |direction: Vec<(String, Rational)>| -> Vec<(String, Rational)> {
+        direction.into_iter().map(|(name, factor)| (state_name(&name, charges), factor)).collect()
+    };
+    let (error, help) = match error {
+        MasslessError::Undetermined { direction } => (
+            MasslessError::Undetermined { direction: rename(direction) },
+            "give one of them an inertia, a damping or a spring to something that has",
+        ),
+        MasslessError::InputDerivative { output, input, order, direction } => (
+            MasslessError::InputDerivative { output, input, order, direction: rename(direction) },
+            "leave out this output or this input (`--outputs`, `--inputs`), or give what it moves an inertia or a damping",
+        ),
+        MasslessError::Static => (MasslessError::Static, "give one of the shafts an inertia or a damping"),
+    };
+    let mut told = Diagnostic::error("analysis::massless", error.to_string()).help(help);
+    if let Some(found) = variant.massless.first() {
+        told.labels.clone_from(&found.labels);
+    }
+    vec![told]
+}
+
+/// `a.w` as it is, `L1.i` in place of `L1.w` for a charge.
+pub(super) fn state_name(name: &str, charges: &BTreeSet<String>) -> String {
+    match name.rsplit_once('.') {
+        Some((charge, "phi")) if charges.contains(charge) => format!("{charge}.q"),
+        Some((charge, "w")) if charges.contains(charge) => format!("{charge}.i"),
+        _ => name.to_string(),
+    }
+}
+
+/// `a - 2 b`.
+fn plain(terms: &[(String, Rational)]) -> String {
+    let mut out = String::new();
+    for (name, factor) in terms {
+        let negative = *factor < Rational::ZERO;
+        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        out += &if size == Rational::ONE { name.clone() } else { format!("{size} {name}") };
+    }
+    out
+}
