@@ -2,7 +2,7 @@
 
 use faer::{Mat, c64};
 use kardan::analysis::{BoxProof, PencilBox, prove_box};
-use kardan::num::{Matrix, Random, Rational, Scalar, rational_from_f64, rational_to_f64};
+use kardan::num::{Matrix, Random, Rational, Scalar, rational_to_f64};
 
 fn ratio(a: i64, b: i64) -> Rational {
     Rational::from_parts_signed(a.into(), b.into())
