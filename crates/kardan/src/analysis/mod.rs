@@ -3,6 +3,7 @@
 mod bases;
 mod class;
 mod constraint_forces;
+mod construction;
 mod failing;
 mod gramian;
 mod images;
@@ -17,6 +18,7 @@ mod system;
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use class::class;
 pub use constraint_forces::constraint_forces;
+pub use construction::construction;
 pub use failing::{Mechanics, failing_modes};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use massless::{Eliminated, MasslessError, eliminate_massless, massless_direction};

@@ -6,7 +6,7 @@ use super::checks::signals_of;
 use super::{AnalysisSpec, PreparedVariant, Progress, prepare};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
-    constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
+    constraint_forces, construction, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
     with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
@@ -74,6 +74,7 @@ pub fn analyze(
     });
     let mut structure =
         structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    construct(&mut structure, &linear, &mut notes);
     failing_modes(&mut structure, &mut modes, &linear, Some(Mechanics { system: &system, basis: &basis }));
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
@@ -143,8 +144,17 @@ pub fn analyze_state_space(
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
+    construct(&mut structure, &system, &mut notes);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
+}
+
+/// Builds the least number of inputs, or says that it is not done.
+fn construct(structure: &mut Structure, system: &LinearSystem, notes: &mut Vec<String>) {
+    structure.construction = construction(system);
+    if structure.construction.is_none() {
+        notes.push("the model is too large to construct the least number of inputs step by step".into());
+    }
 }
 
 /// Ranks the places of `[analysis]` for motors and sensors.
