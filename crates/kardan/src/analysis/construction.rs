@@ -179,7 +179,7 @@ impl Plan<'_> {
                 best = Some(found);
             }
             // A vector generates at most what the largest invariant factor says.
-            if best.as_ref().is_some_and(|best| best.0 + most <= size(&missed)) {
+            if best.as_ref().is_some_and(|best| best.0 + most <= size(missed)) {
                 break;
             }
         }

@@ -41,7 +41,7 @@ fn side(all: &Value, n: usize, keys: [&str; 7], swap: usize, empty: std::ops::Ra
     let (q, y) = (matrix(std::slice::from_ref(&count["common_factor"]))?.remove(0), matrix(count["rows"].as_array()?)?);
     let d = q.len().checked_sub(1).filter(|d| *d > 0 && q[*d] == RBig::ONE && y.len() == least * d);
     let Some(d) = d.filter(|_| least > 1) else { return (least == 1).then_some(()) };
-    let companion = |i: usize, j: usize| match (i / d == j / d, (i + 1) % d == 0) {
+    let companion = |i: usize, j: usize| match (i / d == j / d, (i + 1).is_multiple_of(d)) {
         (true, true) => -q[j % d].clone(),
         (true, false) if j == i + 1 => RBig::ONE,
         _ => RBig::ZERO,
