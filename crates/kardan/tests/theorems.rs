@@ -1003,6 +1003,8 @@ fn the_construction_avoids_what_the_printed_one_meets() {
         (whole(&[&[0, 0], &[0, 0]]), 2),
         // An irreducible quintic: no root in radicals.
         (companion(&[-1, -1, 0, 0, 0, 1]), 1),
+        // A factor that is not split, of degree 5 beside one of degree 2, with two eigenvectors for each root.
+        (block_diagonal(&[companion(&whole_seven()), companion(&whole_seven())]), 2),
     ] {
         let system = no_inputs(a);
         let built = construction(&system).expect("small");
@@ -1012,6 +1014,11 @@ fn the_construction_avoids_what_the_printed_one_meets() {
     assert_eq!(construction(&no_inputs(M::zeros(0, 0))), None);
     assert_eq!(construction(&no_inputs(M::identity(65))), None);
     assert_eq!(construction(&LinearSystem { e: M::zeros(2, 2), ..no_inputs(M::identity(2)) }), None);
+}
+
+/// (s⁵ − s − 1)(s² − 2): no factor of it has rational coefficients of degree one.
+fn whole_seven() -> P {
+    product(&[-1, -1, 0, 0, 0, 1], &[-2, 0, 1])
 }
 
 /// Diagonal matrices force the procedure to come back to a column: many eigenvalues, one input, each needs its own state.

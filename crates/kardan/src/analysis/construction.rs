@@ -70,7 +70,7 @@ pub fn construction(system: &LinearSystem) -> Option<Construction> {
     let proven = plan.rank() == n;
     let rows = system.states[..n - offset].iter();
     proven.then(|| Construction {
-        rows: rows.map(|name| if offset > 0 { name.trim_end_matches(".phi") } else { name }.to_string()).collect(),
+        rows: rows.map(|name| name.strip_suffix(".phi").filter(|_| offset > 0).unwrap_or(name).to_string()).collect(),
         input: plan.input.iter().map(|row| row.iter().map(i64::to_string).collect()).collect(),
         steps,
     })
