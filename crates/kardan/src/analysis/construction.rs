@@ -34,7 +34,8 @@ const MOST_PRIMES: usize = 700;
 /// let a = Matrix::from_fn(3, 3, |i, j| Rational::from(rows[i][j]));
 /// let none = Matrix::zeros(3, 0);
 /// let found = construction(&LinearSystem::state_space(a, none.clone(), none.transpose())).unwrap();
-/// assert_eq!(found.input, [["1"], ["1"], ["0"]]);
+/// // (1, 1, 0) would lose λ = 1, whose left eigenvector is (−1, 1, 1).
+/// assert_eq!(found.input, [["1"], ["-1"], ["0"]]);
 /// ```
 pub fn construction(system: &LinearSystem) -> Option<Construction> {
     let n = system.states.len();
