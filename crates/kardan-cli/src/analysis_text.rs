@@ -327,6 +327,9 @@ fn least_numbers(out: &mut String, structure: &Structure) {
     let certificate = &structure.certificate;
     sentence(out, &words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure));
     sentence(out, &words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure));
+    let construction = structure.construction.as_ref().map(words::construction).unwrap_or_default();
+    construction.iter().take(ROWS).for_each(|text| sentence(out, text));
+    more(out, construction.len(), ROWS);
 }
 
 fn placement(out: &mut String, placement: &Placement) {

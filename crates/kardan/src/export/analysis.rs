@@ -3,8 +3,8 @@
 use serde_json::{Value, json as object};
 
 use crate::results::{
-    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Count, Elimination, EnergyKind, Factor,
-    FailingMode, Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole,
+    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Construction, Count, Elimination, EnergyKind,
+    Factor, FailingMode, Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole,
     Sensitivity, Structure,
 };
 
@@ -30,6 +30,7 @@ use crate::results::{
 /// | `min_inputs`, `min_outputs` | whole numbers |
 /// | `factors` | of the characteristic polynomial: `polynomial`, `roots_per_s`, `algebraic`, `geometric`, `input_defect`, `output_defect` |
 /// | `invariant_factors` | of sI − A, each dividing the next |
+/// | `construction` | inputs of the least number, built factor by factor: `rows` (coordinates that forces act on, or states), `input` (texts), `steps`: `factor`, `defect` (rank defect before), `column`, `direction` and `multiplier` of what was added |
 /// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost`, `efficient` (whether every better set costs more) |
 /// | `placement_search` | `inputs`, `outputs`, each `method`, `exhaustive`, `gap`, `tried`, `candidates` (`place`, `cost`), `measure`, `unit`, `larger_is_better`, `none_because` |
 /// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `starts` of the search, `proven_distance_tolerances`, `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
@@ -68,6 +69,7 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "min_outputs": structure.min_outputs,
         "factors": list(&structure.factors, factor),
         "invariant_factors": structure.invariant_factors,
+        "construction": structure.construction.as_ref().map(construction),
         "placements": placements(&analysis.placement),
         "placement_search": {
             "inputs": analysis.placement.inputs.as_ref().map(search),
@@ -198,6 +200,20 @@ fn factor(factor: &Factor) -> Value {
         "geometric": factor.geometric,
         "input_defect": factor.input_defect,
         "output_defect": factor.output_defect,
+    })
+}
+
+fn construction(construction: &Construction) -> Value {
+    object!({
+        "rows": construction.rows,
+        "input": construction.input,
+        "steps": list(&construction.steps, |step| object!({
+            "factor": step.factor,
+            "defect": step.defect,
+            "column": step.column,
+            "direction": step.direction,
+            "multiplier": step.multiplier,
+        })),
     })
 }
 
@@ -351,7 +367,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 31] = [
+    const KEYS: [&str; 32] = [
         "name",
         "description",
         "class",
@@ -376,6 +392,7 @@ mod tests {
         "min_outputs",
         "factors",
         "invariant_factors",
+        "construction",
         "placements",
         "placement_search",
         "sensitivity",
@@ -412,6 +429,8 @@ mod tests {
         assert_eq!(all["relative_degrees"]["table"], object!([[3]]));
         assert_eq!(all["class"]["assumptions"].as_array().unwrap().len(), 5);
         assert_eq!(all["modes"][1]["stored"][2]["energy"], "potential");
+        assert_eq!(all["construction"]["input"], object!([["1", "0"], ["0", "1"]]));
+        assert_eq!(all["construction"]["steps"][1]["column"], 1);
         assert_eq!(all["placements"][0]["inputs"], object!(["body_1", "body_2"]));
         assert_eq!(all["placements"][1]["outputs"], object!(["body_1.phi", "body_2.phi"]));
         assert_eq!(all["placements"][0]["unit"], "rad^2");

@@ -299,10 +299,16 @@ fn least(structure: &Structure) -> String {
     } else {
         format!("<p class=\"hint\">Case of the theorems: {}.</p>\n", escape(&structure.kind))
     };
+    let construction = structure.construction.as_ref().map(words::construction).unwrap_or_default();
+    let construction: Vec<String> = construction.iter().map(|text| powers(text)).collect();
+    let steps = construction.get(1..).map(items).filter(|steps| !steps.is_empty());
     kind + &items(&[
         powers(&words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure)),
         powers(&words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure)),
-    ])
+    ]) + &construction.first().map(|text| paragraph(text)).unwrap_or_default()
+        + &steps
+            .map(|steps| format!("<details><summary>How these inputs were built</summary>\n{steps}</details>\n"))
+            .unwrap_or_default()
 }
 
 fn placement(placement: &Placement) -> String {

@@ -3,8 +3,8 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 use crate::results::{
-    Assumption, BoxVerdict, Certificate, Class, Count, EigenvalueBounds, Elimination, FailingMode, LossSearch, Mode,
-    PlacementSearch, Pole, Sampling, Structure,
+    Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,
+    LossSearch, Mode, PlacementSearch, Pole, Sampling, Structure,
 };
 
 /// How a number is written.
@@ -268,6 +268,39 @@ pub fn least(what: &str, number: usize, proof: Option<&Count>, structure: &Struc
     text + "."
 }
 
+/// The constructed input matrix column by column, and why each part of it is there.
+pub fn construction(found: &Construction) -> Vec<String> {
+    let sum = |weights: &mut dyn Iterator<Item = &String>| {
+        let mut text = String::new();
+        for (weight, row) in weights.zip(&found.rows).filter(|(weight, _)| *weight != "0") {
+            let size = weight.strip_prefix('-').unwrap_or(weight);
+            text += match (text.is_empty(), size == weight) {
+                (true, true) => "",
+                (true, false) => "-",
+                (false, true) => " + ",
+                (false, false) => " - ",
+            };
+            if size != "1" {
+                text += &format!("{size} ");
+            }
+            text += row;
+        }
+        text
+    };
+    let columns: Vec<String> = (0..found.input.first().map_or(0, Vec::len))
+        .map(|j| format!("input {} acts on {}", j + 1, sum(&mut found.input.iter().filter_map(|row| row.get(j)))))
+        .collect();
+    let mut out = vec![format!("Enough, for instance: {}.", columns.join("; "))];
+    out.extend(found.steps.iter().map(|step| {
+        let times = if step.multiplier == "1" { String::new() } else { format!("{} times ", step.multiplier) };
+        let added = sum(&mut step.direction.iter());
+        let plural = if step.defect == 1 { "motion was" } else { "motions were" };
+        let (factor, defect, column) = (&step.factor, step.defect, step.column + 1);
+        format!("For the roots of {factor} ({defect} {plural} not reached): {times}{added} in input {column}.")
+    }));
+    out
+}
+
 /// Normal rank and what it means.
 pub fn normal_rank(structure: &Structure) -> String {
     let (inputs, outputs) = (structure.inputs.len(), structure.outputs.len());
@@ -453,6 +486,21 @@ mod tests {
         let proof = bodies.structure.certificate.inputs.as_ref();
         let said = least("input", 2, proof, &bodies.structure);
         assert!(said.contains("2 columns") && said.contains("each root of s + 1 has 2 independent"), "{said}");
+        let built = bodies.structure.construction.as_ref().unwrap();
+        assert_eq!(
+            construction(built),
+            [
+                "Enough, for instance: input 1 acts on body_1; input 2 acts on body_2.",
+                "For the roots of s + 1 (2 motions were not reached): body_1 in input 1.",
+                "For the roots of s + 1 (1 motion was not reached): body_2 in input 2.",
+            ]
+        );
+        let mut built = built.clone();
+        built.input = vec![vec!["-1".into(), "0".into()], vec!["-2".into(), "1/2".into()]];
+        built.steps[0].multiplier = "-2".into();
+        let said = construction(&built).join(" ");
+        assert!(said.contains("on -body_1 - 2 body_2; input 2 acts on 1/2 body_2."), "{said}");
+        assert!(said.contains("-2 times body_1 in input 1."), "{said}");
         let train = example::train();
         assert!(shape(&train.modes[1], FIGURES).contains(" at "), "{}", shape(&train.modes[1], FIGURES));
         assert!(search(train.placement.inputs.as_ref().unwrap()).contains("more than 12 %"));

@@ -157,7 +157,19 @@ pub fn two_bodies() -> Analysis {
             min_inputs: 2,
             min_outputs: 2,
             kind: "general".into(),
-            construction: None,
+            construction: Some(Construction {
+                rows: texts(&["body_1", "body_2"]),
+                input: vec![texts(&["1", "0"]), texts(&["0", "1"])],
+                steps: [(2, 0, ["1", "0"]), (1, 1, ["0", "1"])]
+                    .map(|(defect, column, direction)| ConstructionStep {
+                        factor: "s + 1".into(),
+                        defect,
+                        column,
+                        direction: texts(&direction),
+                        multiplier: "1".into(),
+                    })
+                    .to_vec(),
+            }),
             certificate: Certificate {
                 proven: true,
                 failure_probability: 0.0,

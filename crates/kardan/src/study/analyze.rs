@@ -10,7 +10,7 @@ use super::sensitivity::sensitivity;
 use super::{AnalysisSpec, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
-    constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
+    constraint_forces, construction, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
     with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
@@ -109,6 +109,7 @@ pub(super) fn analyze_variant(
     });
     let mut structure =
         structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    construct(&mut structure, &linear, &mut notes);
     let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
     if !regular {
         zero_exactly(&mut modes, &structure);
@@ -210,8 +211,17 @@ pub fn analyze_state_space(
         Vec::new()
     });
     zero_exactly(&mut modes, &structure);
+    construct(&mut structure, &system, &mut notes);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
+}
+
+/// Builds the least number of inputs, or says that it is not done.
+fn construct(structure: &mut Structure, system: &LinearSystem, notes: &mut Vec<String>) {
+    structure.construction = construction(system);
+    if structure.construction.is_none() {
+        notes.push("the model is too large to construct the least number of inputs step by step".into());
+    }
 }
 
 /// Ranks the places of `[analysis]` for motors and sensors; of a system with motions without inertia (`massless`) by what
