@@ -1,6 +1,7 @@
 //! Analysis of linear models.
 
 mod bases;
+mod certified;
 mod class;
 mod constraint_forces;
 mod failing;
@@ -11,8 +12,10 @@ mod modes;
 mod pencil;
 mod placement;
 mod reduction;
+mod spectrum;
 mod structure;
 mod system;
+mod zeros;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use class::class;
@@ -24,7 +27,7 @@ pub use modes::{modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, Side, place, with_candidates};
 pub use reduction::{Reduction, reduction, sum_of_terms};
-pub use structure::{StructureError, controllable_rank, structure};
+pub use structure::{StructureError, certified_structure, controllable_rank, structure};
 pub use system::{ConstrainedSystem, LinearSystem};
 
 use crate::num::{Matrix, eigenvalues};

@@ -153,8 +153,8 @@ impl Polynomial {
         z
     }
 
-    /// Multiplied by the common denominator.
-    fn whole_coefficients(&self) -> Vec<IBig> {
+    /// The coefficients times their common denominator.
+    pub fn whole_coefficients(&self) -> Vec<IBig> {
         let common = self.coefficients.iter().fold(UBig::ONE, |all, c| {
             let d = c.denominator();
             let shared = dashu_int::ops::Gcd::gcd(&all, d);

@@ -193,6 +193,16 @@ pub fn random_prime(random: &mut Random) -> u64 {
     candidate
 }
 
+/// The largest odd prime below a number.
+///
+/// # Panics
+/// If the number is below 4.
+pub fn prime_below(number: u64) -> u64 {
+    assert!(number > 3, "no odd prime is below {number}");
+    let first = if number.is_multiple_of(2) { number - 1 } else { number - 2 };
+    (3..=first).rev().step_by(2).find(|&candidate| is_prime(candidate)).expect("3 is prime")
+}
+
 /// Whether a number is prime: Miller and Rabin with the first twelve primes as bases, which decides all below 2⁶⁴.
 ///
 /// ```
@@ -256,6 +266,12 @@ mod tests {
             }
             prop_assert_eq!(f.dot(&long, &vec![x; 1000]), sum);
         }
+    }
+
+    #[test]
+    fn primes_come_in_descending_order() {
+        assert_eq!(prime_below(1 << 61), (1 << 61) - 1);
+        assert_eq!([prime_below(30), prime_below(29), prime_below(24), prime_below(4)], [29, 23, 23, 3]);
     }
 
     #[test]
