@@ -240,6 +240,9 @@ pub(super) fn prove(
     progress: &dyn Fn(f64),
 ) -> Facts {
     let system = whole(system);
+    // All is done only at the end.
+    let finished = progress;
+    let progress = &|fraction: f64| finished(fraction.min(0.99));
     let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
     let for_divisors = norm_bits(&without_ports(&system)) + n as u64 + 2;
     let for_minors = norm_bits(&system) + 1;
@@ -320,7 +323,7 @@ pub(super) fn prove(
     } else {
         facts.prove_zeros(&system, group, primes, progress);
     }
-    progress(1.0);
+    finished(1.0);
     facts
 }
 

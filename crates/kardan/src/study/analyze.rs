@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use super::checks::signals_of;
 use super::{AnalysisSpec, PreparedVariant, Progress, prepare};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
-    constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
-    with_candidates,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases,
+    certified_structure, class, constraint_forces, failing_modes, linear_system, modes, modes_of_pencil, place,
+    reduction, structure, with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted};
 use crate::equations::{InputKind, Measured};
@@ -43,11 +43,7 @@ pub struct AnalyzeSettings {
 ///
 /// # Errors
 /// All mistakes of the file, or why it cannot be analysed.
-pub fn analyze(
-    source: &str,
-    settings: &AnalyzeSettings,
-    _progress: &dyn Progress,
-) -> Result<Analysis, Vec<Diagnostic>> {
+pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
     let (prepared, diagnostics) = prepare(source);
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(diagnostics);
@@ -72,8 +68,7 @@ pub fn analyze(
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
-    let mut structure =
-        structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    let mut structure = decided(&linear, settings.certify, progress, &variant.name)?;
     failing_modes(&mut structure, &mut modes, &linear, Some(Mechanics { system: &system, basis: &basis }));
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
@@ -108,7 +103,7 @@ pub fn analyze(
 pub fn analyze_state_space(
     bytes: &[u8],
     settings: &AnalyzeSettings,
-    _progress: &dyn Progress,
+    progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let mut system = read_state_space(bytes)?;
     let mut wrong = Vec::new();
@@ -136,8 +131,7 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
-    let mut structure =
-        structure(&system).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    let mut structure = decided(&system, settings.certify, progress, "state space")?;
     let mut notes = Vec::new();
     let mut modes = modes_of_pencil(&system.states, &system.e.to_f64(), &system.a.to_f64()).unwrap_or_else(|| {
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
@@ -145,6 +139,18 @@ pub fn analyze_state_space(
     });
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
+}
+
+/// The exact structure; with `certify` every answer proven, which may take long and reports how far it is.
+fn decided(
+    system: &LinearSystem,
+    certify: bool,
+    progress: &dyn Progress,
+    name: &str,
+) -> Result<Structure, Vec<Diagnostic>> {
+    let report = |fraction: f64| progress.advance(0, name, fraction);
+    let found = if certify { certified_structure(system, &report) } else { structure(system) };
+    found.map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])
 }
 
 /// Ranks the places of `[analysis]` for motors and sensors.
