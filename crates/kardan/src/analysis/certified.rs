@@ -80,7 +80,7 @@ use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factors, i
 use super::structure::{Answers, SpectrumInWords, relative_degrees};
 use super::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::{derivative, gcd, product};
-use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue};
+use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, multiply_whole};
 
 /// Most primes times states³ that are spent on one statement.
 const MOST_WORK: f64 = 1e13;
@@ -316,7 +316,7 @@ pub(super) fn prove(
     let group = largest(&zero_groups).expect("there is a prime that does not divide det E");
     if inputs == outputs && rank == n + inputs {
         let coefficients = determinant.integers().into_iter().map(Rational::from).collect();
-        let zeros = monic(&Polynomial::new(coefficients));
+        let zeros = Polynomial::new(coefficients).monic();
         facts.zero_count = zeros.degree();
         facts.zeros = Some(zeros);
         facts.say("invariant zeros: the determinant of the system matrix, known as det(sE - A) is");
@@ -345,7 +345,7 @@ impl Facts {
         let power = |exponent: &dyn Fn(&Pattern) -> usize| {
             let factors = self.pieces.iter().zip(&integral);
             factors.fold(vec![IBig::ONE], |all, ((pattern, _), p)| {
-                (0..exponent(pattern)).fold(all, |all, _| multiply(&all, p))
+                (0..exponent(pattern)).fold(all, |all, _| multiply_whole(&all, p))
             })
         };
         let mut from = 0;
@@ -358,7 +358,7 @@ impl Facts {
             right &= self.pieces.iter().all(|(pattern, _)| pattern[k].is_sorted());
             let degree: usize = degrees[k].iter().sum();
             let whole = characteristic[from..=from + degree].iter().cloned().map(Rational::from).collect();
-            right &= power(&|pattern| pattern[k].iter().sum()) == monic(&Polynomial::new(whole)).whole_coefficients();
+            right &= power(&|pattern| pattern[k].iter().sum()) == Polynomial::new(whole).monic().whole_coefficients();
             from += degree + 1;
         }
         let field = &group.sample.field;
@@ -436,8 +436,8 @@ impl Facts {
             )),
             Err(why) => self.open.push(format!("invariant zeros: {why}")),
         }
-        let product = list.iter().fold(vec![IBig::ONE], |all, f| multiply(&all, &f.whole_coefficients()));
-        self.zeros = Some(monic(&Polynomial::new(product.into_iter().map(Rational::from).collect())));
+        let product = list.iter().fold(vec![IBig::ONE], |all, f| multiply_whole(&all, &f.whole_coefficients()));
+        self.zeros = Some(Polynomial::new(product.into_iter().map(Rational::from).collect()).monic());
     }
 
     /// Takes primes until those that pass have a product above `2^needed`; their number (at least), or why not.
@@ -501,21 +501,6 @@ fn least(known: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -
         };
     }
     known
-}
-
-fn monic(p: &Polynomial) -> Polynomial {
-    let Some(leading) = p.coefficients().last() else { return p.clone() };
-    Polynomial::new(p.coefficients().iter().map(|c| c / leading).collect())
-}
-
-fn multiply(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
-    let mut out = vec![IBig::ZERO; a.len() + b.len() - 1];
-    for (i, x) in a.iter().enumerate() {
-        for (j, y) in b.iter().enumerate() {
-            out[i + j] += x * y;
-        }
-    }
-    out
 }
 
 /// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.

@@ -101,10 +101,13 @@ pub(super) fn described<'a>(pieces: impl Iterator<Item = (&'a Pattern, Option<&'
     for (pattern, whole, degree) in pieces {
         let [algebraic, geometric, input_defect, output_defect] = signature(pattern);
         let whole = whole.filter(|p| p.degree() <= MOST_EXPANDED);
-        let parts = whole.map_or_else(|| vec![None], |p| p.simple_factors().into_iter().map(Some).collect());
-        out.extend(parts.into_iter().map(|part| Factor {
-            polynomial: in_words(part.as_ref(), degree),
-            roots: part.as_ref().map(Polynomial::roots).unwrap_or_default(),
+        let parts = whole.map_or_else(
+            || vec![(in_words(None, degree), Vec::new())],
+            |p| p.simple_factors_with_roots().into_iter().map(|(part, roots)| (part.to_string(), roots)).collect(),
+        );
+        out.extend(parts.into_iter().map(|(polynomial, roots)| Factor {
+            polynomial,
+            roots,
             algebraic,
             geometric,
             input_defect,

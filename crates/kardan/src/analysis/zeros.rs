@@ -1,5 +1,5 @@
 use super::images::Image;
-use crate::num::{ModularMatrix, Polynomial, PrimeField, Random, Rational, Residue, Scalar, invariant_factors};
+use crate::num::{ModularMatrix, Polynomial, PrimeField, Random, Residue, invariant_factors};
 use crate::results::Zeros;
 
 /// The finite structure of the system matrix `S(s) = [sE − A, −B; C, D]` modulo a prime.
@@ -169,47 +169,11 @@ pub(super) fn described(rank: usize, n: usize, degree: usize, polynomial: Option
     };
     // Roots of the square-free parts, each as often as its exponent.
     let mut values = Vec::new();
-    for (part, exponent) in exact_square_free(polynomial) {
+    for (part, exponent) in polynomial.square_free() {
         for root in part.roots() {
             values.extend(std::iter::repeat_n(root, exponent));
         }
     }
     values.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
     Zeros { polynomial: polynomial.to_string(), values, normal_rank }
-}
-
-/// `(square-free part, exponent)` over the rationals, by repeated division with the greatest common divisor.
-fn exact_square_free(p: &Polynomial) -> Vec<(Polynomial, usize)> {
-    let slope = |p: &Polynomial| {
-        let terms = p.coefficients().iter().enumerate().skip(1);
-        Polynomial::new(terms.map(|(k, c)| c.times(&Rational::from(k as u64))).collect())
-    };
-    let common = |a: &Polynomial, b: &Polynomial| {
-        let (mut a, mut b) = (a.clone(), b.clone());
-        while !b.coefficients().is_empty() {
-            let rest = a.divide(&b).1;
-            let leading = rest.coefficients().last().cloned();
-            let rest = match leading {
-                Some(l) => Polynomial::new(rest.coefficients().iter().map(|c| c.over(&l)).collect()),
-                None => rest,
-            };
-            a = std::mem::replace(&mut b, rest);
-        }
-        a
-    };
-    let mut out = Vec::new();
-    let mut rest = p.clone();
-    let mut radical = p.divide(&common(p, &slope(p))).0;
-    let mut exponent = 0;
-    while radical.degree() > 0 {
-        exponent += 1;
-        rest = rest.divide(&radical).0;
-        let still = if rest.degree() > 0 { common(&radical, &rest) } else { Polynomial::new(vec![Rational::ONE]) };
-        let part = radical.divide(&still).0;
-        if part.degree() > 0 {
-            out.push((part, exponent));
-        }
-        radical = still;
-    }
-    out
 }

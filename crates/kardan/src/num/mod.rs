@@ -26,7 +26,7 @@ pub use krylov::{Operator, recurrence};
 pub use matrix::Matrix;
 pub use modular::{ModularMatrix, Reachable, Span, invariant_factors, quotient_action, reachable};
 pub use null_vectors::{NullVectors, null_vectors};
-pub use polynomial::Polynomial;
+pub use polynomial::{Polynomial, multiply_whole};
 pub use prime_field::{PrimeField, Random, Residue, is_prime, prime_below, random_prime};
 pub use reconstruct::{Reconstruction, nearby_fraction};
 pub use scalar::{Rational, Scalar, rational_from_f64, rational_to_f64};

@@ -257,12 +257,14 @@ impl ModularMatrix {
 /// Every basis vector remembers how it was made of the vectors of the current chain (see [`Span::insert`]).
 #[derive(Debug, Clone, Default)]
 pub struct Span {
-    rows: Vec<Vec<Residue>>,
+    /// The basis vectors as columns: `coordinates[i][k]` is entry i of vector k. Sums over vectors run through memory in
+    /// order and are reduced once.
+    coordinates: Vec<Vec<Residue>>,
     /// Coefficients over the vectors of the chain; empty for vectors of earlier chains.
     made_of: Vec<Vec<Residue>>,
-    /// Pivot position of each row.
+    /// Pivot position of each vector.
     pub pivots: Vec<usize>,
-    /// Entry at the pivot when the row was added.
+    /// Entry at the pivot when the vector was added.
     sizes: Vec<Residue>,
     chain: usize,
 }
@@ -270,7 +272,7 @@ pub struct Span {
 impl Span {
     /// The dimension.
     pub fn dimension(&self) -> usize {
-        self.rows.len()
+        self.pivots.len()
     }
 
     /// Forgets how earlier vectors were made: what follows is counted modulo the span so far.
@@ -281,23 +283,41 @@ impl Span {
 
     /// Adds the next vector of the chain. If it depends on the others, gives the coefficients c with
     /// `v = Σ c_j v_j` modulo earlier chains.
+    ///
+    /// # Panics
+    /// If the vectors differ in length.
     pub fn insert(&mut self, field: &PrimeField, vector: &[Residue]) -> Option<Vec<Residue>> {
+        if self.coordinates.is_empty() {
+            self.coordinates = vec![Vec::new(); vector.len()];
+        }
+        assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
+        // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it.
+        let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            let before = field.dot(&factors, &self.coordinates[pivot][..k]);
+            factors.push(field.minus(vector[pivot], before));
+        }
         let mut v = vector.to_vec();
+        self.pivots.iter().for_each(|&pivot| v[pivot] = 0);
+        let mut is_pivot = vec![false; v.len()];
+        self.pivots.iter().for_each(|&pivot| is_pivot[pivot] = true);
+        for (i, x) in v.iter_mut().enumerate().filter(|(i, _)| !is_pivot[*i]) {
+            *x = field.minus(*x, field.dot(&factors, &self.coordinates[i]));
+        }
         let mut combination = vec![0; self.chain];
-        for ((row, made_of), &pivot) in self.rows.iter().zip(&self.made_of).zip(&self.pivots) {
-            let factor = v[pivot];
-            if factor != 0 {
-                field.subtract(&mut v[pivot..], factor, &row[pivot..]);
+        if self.chain > 0 {
+            for (factor, made_of) in factors.into_iter().zip(&self.made_of) {
                 field.subtract(&mut combination, field.negate(factor), made_of);
             }
         }
         let Some(pivot) = v.iter().position(|&x| x != 0) else { return Some(combination) };
         let size = v[pivot];
         let inverse = field.inverse(size);
-        v.iter_mut().for_each(|x| *x = field.times(*x, inverse));
+        for (x, coordinate) in v.into_iter().zip(&mut self.coordinates) {
+            coordinate.push(field.times(x, inverse));
+        }
         combination.iter_mut().for_each(|x| *x = field.negate(field.times(*x, inverse)));
         combination.push(inverse);
-        self.rows.push(v);
         self.made_of.push(combination);
         self.pivots.push(pivot);
         self.sizes.push(size);
@@ -316,7 +336,7 @@ impl Span {
 
     /// The basis in reduced row echelon form with its pivots.
     pub fn echelon(&self, field: &PrimeField, n: usize) -> (ModularMatrix, Vec<usize>) {
-        ModularMatrix::from_fn(self.rows.len(), n, |i, j| self.rows[i][j]).echelon(field)
+        ModularMatrix::from_fn(self.dimension(), n, |i, j| self.coordinates[j][i]).echelon(field)
     }
 }
 

@@ -75,12 +75,20 @@ impl PrimeField {
         self.reduce(u128::from(x))
     }
 
+    /// A whole number of any size.
+    pub fn whole(&self, value: &IBig) -> Residue {
+        let rest = IBig::rem_euclid(value.clone(), &IBig::from(self.prime));
+        self.element(u64::try_from(rest).unwrap_or_default())
+    }
+
     /// A fraction; `None` if p divides its denominator.
     pub fn rational(&self, value: &Rational) -> Option<Residue> {
-        let p = UBig::from(self.prime);
-        let numerator = u64::try_from(IBig::rem_euclid(value.numerator().clone(), &IBig::from(p.clone()))).ok()?;
-        let denominator = u64::try_from(value.denominator().clone() % &p).ok()?;
-        (denominator != 0).then(|| self.times(self.element(numerator), self.inverse(self.element(denominator))))
+        let numerator = self.whole(value.numerator());
+        if *value.denominator() == UBig::ONE {
+            return Some(numerator);
+        }
+        let denominator = u64::try_from(value.denominator() % &UBig::from(self.prime)).ok()?;
+        (denominator != 0).then(|| self.times(numerator, self.inverse(self.element(denominator))))
     }
 
     /// a + b.
