@@ -32,7 +32,7 @@ pub enum StructureError {
 /// Most primes for one number: enough for some 12000 digits.
 const MOST_PRIMES: usize = 700;
 
-/// Most primes for one number of a system too large for [`MOST_EXPANDED`].
+/// Least of the numbers of primes that are tried for one number of a large system.
 const FEW_PRIMES: usize = 24;
 
 /// Most primes for one number where a proof is asked for.
@@ -241,9 +241,13 @@ impl Limits {
         if certify {
             return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, looks: 4 };
         }
-        let primes = if n <= MOST_EXPANDED { MOST_PRIMES } else { FEW_PRIMES };
-        Self { primes, numbers: MOST_NUMBERS, looks: 1 }
+        Self { primes: most_primes(n), numbers: MOST_NUMBERS, looks: 1 }
     }
+}
+
+/// How many primes are tried for one number of a system with n states: as many as take a few seconds.
+fn most_primes(n: usize) -> usize {
+    ((2e9 / (n as f64).powi(3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
 }
 
 /// The first image, or the one of the first few where inputs reach most; it becomes the first.
@@ -564,8 +568,7 @@ fn companion_rows(images: &mut Images<'_>, first: &Image, m: usize, common: &Pol
         return None;
     }
     let combinations = generators(first, m, common)?;
-    let limit = if n <= MOST_EXPANDED { MOST_PRIMES } else { FEW_PRIMES };
-    let flat = images.reconstruct(limit, |image| {
+    let flat = images.reconstruct(most_primes(n), |image| {
         let rows = chains(image, common, &combinations)?;
         Some(values(&image.field, &rows.multiply(&image.field, &image.inverse_e)))
     })?;

@@ -118,11 +118,18 @@ impl Quad {
                 let mut rate = std::mem::take(&mut self.equations[pivot]);
                 substitute(field, &mut rate, &silent, &pivots);
                 for &state in self.states.iter().filter(|&&state| row[state] != 0) {
-                    field.subtract(&mut rate, field.negate(row[state]), &self.equations[state]);
+                    subtract(field, &mut rate, field.negate(row[state]), &self.equations[state]);
                 }
                 self.outputs.push(rate);
             }
         }
+    }
+}
+
+/// `target −= factor · row`, where most of the row is zero.
+fn subtract(field: &PrimeField, target: &mut [Residue], factor: Residue, row: &[Residue]) {
+    for (x, &y) in target.iter_mut().zip(row).filter(|(_, y)| **y != 0) {
+        *x = field.minus(*x, field.times(factor, y));
     }
 }
 
@@ -131,7 +138,7 @@ fn substitute(field: &PrimeField, row: &mut [Residue], zero: &[Vec<Residue>], pi
     for (other, &pivot) in zero.iter().zip(pivots) {
         let factor = row[pivot];
         if factor != 0 {
-            field.subtract(row, factor, other);
+            subtract(field, row, factor, other);
         }
     }
 }
@@ -152,7 +159,7 @@ fn eliminate(field: &PrimeField, rows: &mut [Vec<Residue>], columns: &[usize]) -
         for other in rows.iter_mut() {
             if other.get(column).is_some_and(|&x| x != 0) {
                 let factor = other[column];
-                field.subtract(other, factor, &row);
+                subtract(field, other, factor, &row);
             }
         }
         rows[rank] = row;
