@@ -108,7 +108,7 @@ fn proven(bencher: Bencher, states: usize) {
 }
 
 /// Every answer proven, half of the motions neither reached nor seen.
-#[divan::bench(args = [20, 50, 64, 100, 200], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = [20, 50, 64, 100, 200, 400], sample_count = 3, sample_size = 1)]
 fn proven_mirrored(bencher: Bencher, states: usize) {
     let system = mirrored(states);
     bencher.bench(|| {

@@ -207,6 +207,7 @@ struct Group<K> {
     key: K,
     /// The product of the primes is at least `2^bits`.
     bits: u64,
+    primes: Vec<u64>,
     values: Reconstruction,
     sample: Arc<Evidence>,
 }
@@ -215,11 +216,18 @@ fn add<K: PartialEq>(groups: &mut Vec<Group<K>>, key: K, values: &[u64], evidenc
     let prime = evidence.field.prime();
     let known = groups.iter().position(|group| group.key == key);
     let known = known.unwrap_or_else(|| {
-        groups.push(Group { key, bits: 0, values: Reconstruction::new(), sample: evidence.clone() });
+        groups.push(Group {
+            key,
+            bits: 0,
+            primes: Vec::new(),
+            values: Reconstruction::new(),
+            sample: evidence.clone(),
+        });
         groups.len() - 1
     });
     groups[known].values.add(prime, values);
     groups[known].bits += bits(prime);
+    groups[known].primes.push(prime);
 }
 
 fn largest<K>(groups: &[Group<K>]) -> Option<&Group<K>> {
@@ -233,12 +241,15 @@ fn bits(prime: u64) -> u64 {
 
 /// Proves everything about a system. `actions` are M of [`structure`](super::structure)'s exact rows for what no input
 /// reaches and no output shows; the primes must differ from each other.
+///
+/// # Errors
+/// Why nothing but the ranks can be proven.
 pub(super) fn prove(
     system: &LinearSystem,
     actions: [Option<&Matrix<Rational>>; 2],
     primes: &mut dyn FnMut() -> u64,
     progress: &dyn Fn(f64),
-) -> Facts {
+) -> Result<Facts, String> {
     let system = whole(system);
     // All is done only at the end.
     let finished = progress;
@@ -252,7 +263,6 @@ pub(super) fn prove(
     let mut spectra: Vec<Group<Layout>> = Vec::new();
     let mut zero_groups: Vec<Group<(usize, Vec<usize>)>> = Vec::new();
     let (mut rank, mut table): (usize, Option<Vec<Vec<Option<usize>>>>) = (0, None);
-    let mut open = Vec::new();
     loop {
         let full = inputs == outputs && rank == n + inputs;
         // Whole multiples are not at hand for zeros, fractions need twice the bits.
@@ -269,8 +279,7 @@ pub(super) fn prove(
             break;
         }
         if all > 2 * goal + 10_000 {
-            open.push("no structure was the same modulo enough primes: all but the ranks".into());
-            break;
+            return Err(format!("no structure is the same modulo enough of {} primes", used.len()));
         }
         let found = batch(missing, primes, |prime| Evidence::of(&system, actions, prime));
         for (prime, evidence) in found {
@@ -297,10 +306,10 @@ pub(super) fn prove(
         zeros: None,
         zero_count: 0,
         statements: Vec::new(),
-        open,
+        open: Vec::new(),
     };
     facts.say(&format!(
-        "det(sE - A): coefficients known modulo {} primes, product above twice their bound",
+        "det(sE - A): coefficients known modulo {} primes, whose product exceeds twice their bound",
         facts.primes.len()
     ));
     let group = largest(&spectra).expect("there is a prime that does not divide det E");
@@ -319,12 +328,12 @@ pub(super) fn prove(
         let zeros = Polynomial::new(coefficients).monic();
         facts.zero_count = zeros.degree();
         facts.zeros = Some(zeros);
-        facts.say("invariant zeros: the determinant of the system matrix, known as det(sE - A) is");
+        facts.say("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
     } else {
         facts.prove_zeros(&system, group, primes, progress);
     }
     finished(1.0);
-    facts
+    Ok(facts)
 }
 
 impl Facts {
@@ -391,7 +400,8 @@ impl Facts {
         };
         match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
             Ok(count) => self.say(&format!(
-                "{what}: the same {} invariant factors modulo {count} primes, product above the bound of their nullities",
+                "{what}: the same {} invariant factors modulo {count} primes, whose product exceeds the bound of the \
+                 minors for their nullities",
                 list.len()
             )),
             Err(why) => self.open.push(format!("{what}: {why}; multiplicities")),
@@ -420,6 +430,11 @@ impl Facts {
         let Some(values) = group.values.fractions() else {
             return self.open.push("no fractions within their bound: invariant zeros".into());
         };
+        // A denominator that one of the primes divides would say nothing modulo that prime.
+        let sound = |&prime: &u64| values.iter().all(|x| PrimeField::new(prime).rational(x).is_some());
+        if !group.primes.iter().all(sound) {
+            return self.open.push("a denominator is a multiple of a prime that was used: invariant zeros".into());
+        }
         let mut values = values.into_iter();
         let list: Vec<Polynomial> =
             degrees.iter().map(|&degree| with_leading_one(values.by_ref().take(degree))).collect();
@@ -599,4 +614,101 @@ fn nullity_bits(system: &LinearSystem, f: &Polynomial) -> u64 {
         halves += degree * half_bits(&(squares(&system.c, i) + squares(&system.d, i)));
     }
     halves / 2 + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Random, prime_below};
+
+    fn integers(rows: &[&[i64]]) -> Matrix<Rational> {
+        Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
+    }
+
+    fn with_primes(system: &LinearSystem, mut primes: impl FnMut() -> u64) -> Facts {
+        let facts = prove(system, [None, None], &mut primes, &|_| ()).unwrap();
+        assert_eq!(facts.open, [""; 0]);
+        facts
+    }
+
+    fn descending() -> impl FnMut() -> u64 {
+        let mut last = 1 << 61;
+        move || {
+            last = prime_below(last);
+            last
+        }
+    }
+
+    /// All odd primes from 11 on, upwards: many of them are unlucky for matrices with entries of one digit.
+    fn ascending() -> impl FnMut() -> u64 {
+        let mut last = 9;
+        move || {
+            last += 2;
+            while !crate::num::is_prime(last) {
+                last += 2;
+            }
+            last
+        }
+    }
+
+    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the answers are the same.
+    #[test]
+    fn small_primes_prove_the_same() {
+        let mut random = Random::new(8);
+        for round in 0..30 {
+            let n = 2 + round % 4;
+            let mut small = |rows: usize, columns: usize, size: i64| {
+                Matrix::from_fn(rows, columns, |_, _| Rational::from(random.below(2 * size as u64 + 1) as i64 - size))
+            };
+            // Few different entries, so that multiple eigenvalues and zeros occur over the rationals too.
+            let size = 1 + (round % 3) as i64;
+            let (a, e) = (small(n, n, size), small(n, n, 4));
+            let (b, c) = (small(n, 1 + round % 2, 1), small(1 + round % 3, n, 1));
+            let system = LinearSystem { e, ..LinearSystem::state_space(a, b, c) };
+            if Image::new(&system, prime_below(1 << 61)).is_none() {
+                continue;
+            }
+            let (small, large) = (with_primes(&system, ascending()), with_primes(&system, descending()));
+            assert_eq!(small.lists, large.lists);
+            assert_eq!(small.pieces, large.pieces);
+            assert_eq!((small.rank, &small.zeros), (large.rank, &large.zeros));
+            assert_eq!(small.relative_degrees, large.relative_degrees);
+        }
+    }
+
+    /// Primes modulo which the matrices fall apart, before the good ones: the true structure is found all the same.
+    #[test]
+    fn injected_unlucky_primes_are_outvoted() {
+        let bad = [101u64, 103, 107, 109, 113, 127, 131, 137, 139, 149];
+        let product = bad.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+        let at = |x: i64| if x == 9 { product.clone() } else { Rational::from(x) };
+        let rows = [[0, 9, 0], [0, 0, 1], [0, 0, 9]];
+        let a = Matrix::from_fn(3, 3, |i, j| at(rows[i][j]));
+        let system = LinearSystem::state_space(a, integers(&[&[0], &[0], &[1]]), integers(&[&[1, 0, 0]]));
+        let (mut first, mut then) = (bad.into_iter(), descending());
+        let facts = with_primes(&system, || first.next().unwrap_or_else(&mut then));
+        // s² (s − product): one Jordan block at zero over the rationals; modulo each bad prime A² = 0 and rank A = 1.
+        assert_eq!(facts.lists[0].len(), 1);
+        assert_eq!(facts.pieces.len(), 2);
+        assert_eq!(facts.relative_degrees, [[Some(3)]]);
+        assert_eq!((facts.rank, facts.zero_count), (4, 0));
+        // Modulo each bad prime alone the system looks different.
+        let image = Evidence::of(&whole(&system), [None, None], 101).unwrap();
+        assert_eq!((image.spectrum.lists[0].len(), image.relative_degrees), (2, vec![vec![None]]));
+        assert_eq!(image.zeros.rank, 3);
+    }
+
+    /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.
+    #[test]
+    fn bounds_hold() {
+        let a = integers(&[&[1, 1, 1, 1], &[1, -1, 1, -1], &[1, 1, -1, -1], &[1, -1, -1, 1]]);
+        let system = LinearSystem::state_space(a, Matrix::zeros(4, 0), Matrix::zeros(0, 4));
+        // A² = 4: χ = (s² − 4)², coefficients up to 16.
+        assert!(norm_bits(&system) >= 4);
+        let facts = with_primes(&system, descending());
+        assert_eq!(facts.lists[0].iter().map(ToString::to_string).collect::<Vec<_>>(), ["s^2 - 4", "s^2 - 4"]);
+        let q = Polynomial::new([-4, 0, 1].map(Rational::from).to_vec());
+        // K has order 8 and nullity 4: minors of order 4, each row at most √5 resp. √(4 + 16).
+        assert!(nullity_bits(&system, &q) >= 4);
+    }
 }

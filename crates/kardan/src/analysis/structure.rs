@@ -138,9 +138,15 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
     proof.rank("observability", seen.rank, n, unseen.as_ref().is_none_or(Option::is_some));
     let (unreached, unseen) = (unreached.flatten(), unseen.flatten());
     let complete = (reached.rank == n || unreached.is_some()) && (seen.rank == n || unseen.is_some());
-    let facts = certify.filter(|_| complete).map(|progress| {
+    if certify.is_some() && !complete {
+        proof
+            .statements
+            .push(format!("no proof of the rest: exact left vectors were not found modulo {PRIMES_FOR_PROOF} primes"));
+    }
+    let facts = certify.filter(|_| complete).and_then(|progress| {
         let actions = [&unreached, &unseen].map(|rows| rows.as_ref().map(|rows| &rows.action));
-        certified::prove(system, actions, &mut descending_primes(), progress)
+        let facts = certified::prove(system, actions, &mut descending_primes(), progress);
+        facts.map_err(|why| proof.statements.push(format!("no proof of the rest: {why}"))).ok()
     });
 
     let answers = match &facts {

@@ -65,9 +65,10 @@ impl Polynomial {
         let leading = whole.last().expect("the zero polynomial has no square-free parts");
         let size = whole.iter().map(|c| c.clone().into_parts().1.bit_len()).max().unwrap_or(0);
         let needed = (size + whole.len() + whole.len().ilog2() as usize + 3) as u64;
-        let whole_part = |p: &Self| p.whole_coefficients();
-        let own = whole_part(&Self::new(whole.iter().map(|c| Rational::from(c.clone())).collect()).monic());
-        let mut groups: Vec<(Vec<(usize, usize)>, Reconstruction, u64)> = Vec::new();
+        let own = self.monic().whole_coefficients();
+        // Degrees with exponents; what is known; bits of the primes.
+        type Group = (Vec<(usize, usize)>, Reconstruction, u64);
+        let mut groups: Vec<Group> = Vec::new();
         let mut prime = 1 << 61;
         loop {
             prime = prime_below(prime);
@@ -99,7 +100,7 @@ impl Polynomial {
                 .map(|&(degree, e)| (Self::new(lower.by_ref().take(degree).chain([Rational::ONE]).collect()), e))
                 .collect();
             let product = parts.iter().fold(vec![IBig::ONE], |all, (g, e)| {
-                let g = whole_part(g);
+                let g = g.whole_coefficients();
                 (0..*e).fold(all, |all, _| multiply_whole(&all, &g))
             });
             if product == own {
