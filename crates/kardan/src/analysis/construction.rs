@@ -96,7 +96,7 @@ fn factors(images: &mut Images<'_>) -> Option<(usize, Vec<Polynomial>)> {
         }
         out
     };
-    let layout: Vec<usize> = pieces(images.get(0)?).iter().map(Vec::len).collect();
+    let layout: Vec<usize> = pieces(&*images.get(0)?).iter().map(Vec::len).collect();
     let flat = images.reconstruct(MOST_PRIMES, |image| {
         let found = pieces(image);
         let same = found.iter().map(Vec::len).eq(layout.iter().copied());

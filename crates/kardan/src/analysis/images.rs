@@ -1,16 +1,17 @@
+use std::sync::Arc;
+
 use super::LinearSystem;
-use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, random_prime};
+use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
 pub(super) struct Image {
     pub field: PrimeField,
-    pub e: ModularMatrix,
-    pub a: ModularMatrix,
-    pub raw_b: ModularMatrix,
     pub c: ModularMatrix,
     pub d: ModularMatrix,
     pub inverse_e: ModularMatrix,
+    /// det E.
+    pub determinant: Residue,
     /// E⁻¹A.
     pub g: ModularMatrix,
     /// E⁻¹B.
@@ -18,41 +19,61 @@ pub(super) struct Image {
 }
 
 impl Image {
-    fn new(system: &LinearSystem, prime: u64) -> Option<Self> {
+    /// `None` if E is singular modulo the prime, or the prime divides a denominator.
+    pub fn new(system: &LinearSystem, prime: u64) -> Option<Self> {
         let field = PrimeField::new(prime);
         let image = |matrix| ModularMatrix::from_rational(&field, matrix);
-        let (e, a, raw_b) = (image(&system.e)?, image(&system.a)?, image(&system.b)?);
-        let inverse_e = e.solve(&field, &ModularMatrix::identity(&field, e.rows))?.0;
-        let (g, b) = (inverse_e.multiply(&field, &a), inverse_e.multiply(&field, &raw_b));
-        Some(Self { c: image(&system.c)?, d: image(&system.d)?, field, e, a, raw_b, inverse_e, g, b })
+        let (e, a, b) = (image(&system.e)?, image(&system.a)?, image(&system.b)?);
+        let (inverse_e, determinant) = e.solve(&field, &ModularMatrix::identity(&field, e.rows))?;
+        let (g, b) = (inverse_e.multiply(&field, &a), inverse_e.multiply(&field, &b));
+        Some(Self { c: image(&system.c)?, d: image(&system.d)?, field, inverse_e, determinant, g, b })
     }
 }
+
+/// Most numbers kept in images; further ones are made anew each time.
+const MOST_KEPT: usize = 40_000_000;
 
 /// A system modulo as many primes as are asked for.
 pub(super) struct Images<'a> {
     pub system: &'a LinearSystem,
-    images: Vec<Image>,
+    primes: Vec<u64>,
+    images: Vec<Arc<Image>>,
     random: Random,
 }
 
 impl<'a> Images<'a> {
     /// The same seed gives the same primes.
     pub fn new(system: &'a LinearSystem, seed: u64) -> Self {
-        Self { system, images: Vec::new(), random: Random::new(seed) }
+        Self { system, primes: Vec::new(), images: Vec::new(), random: Random::new(seed) }
     }
 
     /// The image modulo the prime of that number; `None` if E is singular modulo eight primes in a row.
-    pub fn get(&mut self, number: usize) -> Option<&Image> {
-        while self.images.len() <= number {
-            let next = (0..8).find_map(|_| Image::new(self.system, random_prime(&mut self.random)))?;
-            self.images.push(next);
+    pub fn get(&mut self, number: usize) -> Option<Arc<Image>> {
+        while self.primes.len() <= number {
+            let next = (0..8).find_map(|_| Image::new(self.system, random_prime(&mut self.random)).map(Arc::new))?;
+            self.primes.push(next.field.prime());
+            let size = self.system.states.len().pow(2).max(1);
+            if self.images.len() < MOST_KEPT / (2 * size) {
+                self.images.push(next);
+            } else if self.primes.len() > number {
+                return Some(next);
+            }
         }
-        self.images.get(number)
+        match self.images.get(number) {
+            Some(image) => Some(image.clone()),
+            None => Image::new(self.system, self.primes[number]).map(Arc::new),
+        }
+    }
+
+    /// Puts the image of that number first.
+    pub fn prefer(&mut self, number: usize) {
+        self.primes.swap(0, number);
+        self.images.swap(0, number);
     }
 
     /// The primes used so far.
-    pub fn primes(&self) -> Vec<u64> {
-        self.images.iter().map(|image| image.field.prime()).collect()
+    pub fn primes(&self) -> &[u64] {
+        &self.primes
     }
 
     /// Fractions whose images `compute` gives, confirmed modulo one further prime; primes for which it gives none are left
@@ -60,21 +81,7 @@ impl<'a> Images<'a> {
     pub fn reconstruct(&mut self, limit: usize, compute: impl Fn(&Image) -> Option<Vec<u64>>) -> Option<Vec<Rational>> {
         reconstruct(limit, |number| {
             let image = self.get(number)?;
-            Some((image.field, compute(image)))
-        })
-    }
-
-    /// The same for what needs the image of a second system modulo the same prime.
-    pub fn reconstruct_with(
-        &mut self,
-        other: &mut Images<'_>,
-        limit: usize,
-        compute: impl Fn(&Image, &Image) -> Option<Vec<u64>>,
-    ) -> Option<Vec<Rational>> {
-        reconstruct(limit, |number| {
-            other.get(number)?;
-            let (image, other) = (self.get(number)?, &other.images[number]);
-            Some((image.field, compute(image, other)))
+            Some((image.field, compute(&image)))
         })
     }
 }

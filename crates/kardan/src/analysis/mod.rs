@@ -2,6 +2,7 @@
 
 mod bases;
 mod box_proof;
+mod certified;
 mod class;
 mod constraint_forces;
 mod construction;
@@ -16,8 +17,10 @@ mod pencil;
 mod placement;
 mod reduction;
 mod sampling;
+mod spectrum;
 mod structure;
 mod system;
+mod zeros;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
 pub use box_proof::{BoxProof, Family as PencilBox, prove_box};
@@ -34,7 +37,7 @@ pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, Side, place, with_candidates};
 pub use reduction::{Reduction, reduction, sum_of_terms};
 pub use sampling::{SamplingPlan, sample, wilson};
-pub use structure::{StructureError, controllable_rank, structure};
+pub use structure::{StructureError, certified_structure, controllable_rank, structure};
 pub use system::{ConstrainedSystem, LinearSystem};
 
 use crate::num::{Matrix, eigenvalues};

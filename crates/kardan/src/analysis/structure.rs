@@ -1,11 +1,15 @@
+use std::sync::Arc;
+
 use dashu_int::ops::BitTest;
 
-use super::LinearSystem;
 use super::images::{Image, Images};
-use crate::num::modular_polynomial::{divide, gcd, monic, product, shifted, square_free};
+use super::spectrum::{MOST_EXPANDED, Spectrum, factors, in_words, quotient_factors, with_leading_one};
+use super::zeros::ZeroStructure;
+use super::{LinearSystem, certified, spectrum, zeros};
+use crate::num::modular_polynomial::product;
 use crate::num::{
-    Matrix, ModularMatrix, Polynomial, PrimeField, Random, Rational, Residue, Scalar, Span, invariant_factors,
-    quotient_action, reachable,
+    Matrix, ModularMatrix, Operator, Polynomial, PrimeField, Random, Rational, Residue, Scalar, Span, prime_below,
+    reachable,
 };
 use crate::results::{Certificate, Count, Entry, Factor, Invariant, Minor, Structure, Zeros};
 
@@ -25,14 +29,17 @@ pub enum StructureError {
     },
 }
 
-/// Largest degree of polynomials whose coefficients are written out.
-const MOST_EXPANDED: usize = 64;
-
 /// Most primes for one number: enough for some 12000 digits.
 const MOST_PRIMES: usize = 700;
 
-/// Most primes for one number of a system too large for [`MOST_EXPANDED`].
+/// Least of the numbers of primes that are tried for one number of a large system.
 const FEW_PRIMES: usize = 24;
+
+/// Most primes for one number where a proof is asked for.
+const PRIMES_FOR_PROOF: usize = 20_000;
+
+/// Most numbers in one proof by exact rows, where speed is asked for.
+const MOST_NUMBERS: usize = 20_000;
 
 /// The structure of a linear system: ranks, factors, relative degrees, zeros, least numbers of inputs and outputs, exact
 /// for the stored numbers, with a certificate.
@@ -41,6 +48,7 @@ const FEW_PRIMES: usize = 24;
 /// modulo the prime; that they are not larger by left vectors that no input reaches, found modulo several primes, brought
 /// back to fractions and checked exactly. Polynomials are brought back in the same way and confirmed modulo a further
 /// prime; `certificate.statements` says what is proven and `certificate.failure_probability` bounds the rest.
+/// [`certified_structure`] leaves no rest.
 ///
 /// The least number of inputs is the number of non-trivial invariant factors of `sI − E⁻¹A` \[diss. Theorems 5.2, 5.3\];
 /// no eigenvalue is computed for any decision. The fields `uncontrollable` and `unobservable` are left to
@@ -67,6 +75,44 @@ const FEW_PRIMES: usize = 24;
 /// # Panics
 /// If the shapes of the matrices do not fit each other.
 pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
+    decide(system, None)
+}
+
+/// The same as [`structure`], every answer proven over the rationals: `certificate.proven` is true and the probability of
+/// failure zero.
+///
+/// The polynomials, multiplicities, defects, zeros and relative degrees follow from the same computation modulo so many
+/// primes that numbers below a bound of Hadamard's kind must be what they look like; `analysis/certified.rs` holds the
+/// argument. For n states with numbers of b bits that takes about `n (b + 1) / 60` primes for systems without a double
+/// eigenvalue; for eigenvalues with several eigenvectors, roots of a factor of degree d, about d times as many. `progress`
+/// hears the fraction done. Should the number of primes needed be beyond reach, `certificate.proven` is false and a
+/// statement says what is open and why.
+///
+/// ```
+/// use kardan::analysis::{LinearSystem, certified_structure};
+/// use kardan::num::{Matrix, Rational};
+/// let integers = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
+/// let system = LinearSystem::state_space(
+///     integers(&[&[0, 1], &[-2, -3]]),
+///     integers(&[&[0], &[1]]),
+///     integers(&[&[1, 0]]),
+/// );
+/// let structure = certified_structure(&system, &|_| ()).unwrap();
+/// assert!(structure.certificate.proven && structure.controllable());
+/// assert_eq!(structure.invariant_factors, ["s^2 + 3 s + 2"]);
+/// ```
+///
+/// # Errors
+/// [`StructureError`].
+///
+/// # Panics
+/// If the shapes of the matrices do not fit each other.
+pub fn certified_structure(system: &LinearSystem, progress: &dyn Fn(f64)) -> Result<Structure, StructureError> {
+    decide(system, Some(progress))
+}
+
+/// With `certify` everything is proven, and it hears the fraction done.
+fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Structure, StructureError> {
     let n = system.states.len();
     if n == 0 {
         return Err(StructureError::NoStates);
@@ -75,40 +121,68 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
     let mut images = Images::new(system, 1);
     // The same seed gives the dual system the same primes.
     let mut dual_images = Images::new(&dual, 1);
-    let (Some(first), Some(dual_first)) = (images.get(0).cloned(), dual_images.get(0).cloned()) else {
+    if images.get(0).is_none() {
         let order: Vec<usize> = (0..n).collect();
         return Err(StructureError::SingularDescriptor {
             rank: crate::num::echelon(&system.e, &order).rank(),
             states: n,
         });
-    };
+    }
+    let limits = Limits::new(n, certify.is_some());
+    let ((first, reached), (dual_first, seen)) =
+        rayon::join(|| best_image(&mut images, &limits), || best_image(&mut dual_images, &limits));
+    let unreached = (reached.rank < n).then(|| invariant_rows(&mut images, n - reached.rank, &limits));
+    let unseen = (seen.rank < n).then(|| invariant_rows(&mut dual_images, n - seen.rank, &limits));
     let mut proof = Proof::new(system);
-    let reached = Reach::of(&first);
-    let seen = Reach::of(&dual_first);
-    let unreached = (reached.rank < n).then(|| invariant_rows(&mut images, n - reached.rank));
-    let unseen = (seen.rank < n).then(|| invariant_rows(&mut dual_images, n - seen.rank));
     proof.rank("controllability", reached.rank, n, unreached.as_ref().is_none_or(Option::is_some));
     proof.rank("observability", seen.rank, n, unseen.as_ref().is_none_or(Option::is_some));
-
-    let found = Spectrum::of(&first, &dual_first);
-    let (factors, invariant_factors, common) = spectrum(&mut images, &mut dual_images, &found, n);
-    proof.modular("multiplicities and invariant factors");
-    let kind = Kind::of(system);
-    let m = found.invariant.len();
-    let inputs = count(&mut images, m, common.as_ref(), kind.freedoms.map(|r| (r, true)));
-    let outputs = count(&mut dual_images, m, common.as_ref(), kind.freedoms.map(|r| (r, false)));
-    proof.count("inputs", m, inputs.as_ref());
-    proof.count("outputs", m, outputs.as_ref());
-    let zeros = zeros(&mut images);
-    proof.modular("invariant zeros");
-    let (relative_degrees, proven) = relative_degrees(system, &first);
-    if proven {
-        proof.statements.push("relative degrees: the leading Markov parameters vanish exactly; proven".into());
-    } else {
-        proof.modular("relative degrees");
+    let (unreached, unseen) = (unreached.flatten(), unseen.flatten());
+    let complete = (reached.rank == n || unreached.is_some()) && (seen.rank == n || unseen.is_some());
+    if certify.is_some() && !complete {
+        proof
+            .statements
+            .push(format!("no proof of the rest: exact left vectors were not found modulo {PRIMES_FOR_PROOF} primes"));
     }
-    let mut primes = images.primes();
-    primes.extend(dual_images.primes());
+    let facts = certify.filter(|_| complete).and_then(|progress| {
+        let actions = [&unreached, &unseen].map(|rows| rows.as_ref().map(|rows| &rows.action));
+        let facts = certified::prove(system, actions, &mut descending_primes(), progress);
+        facts.map_err(|why| proof.statements.push(format!("no proof of the rest: {why}"))).ok()
+    });
+
+    let answers = match &facts {
+        Some(facts) => facts.answers(),
+        None => Answers {
+            spectrum: spectrum(&mut images, &first, &reached, &dual_first, &seen, &limits),
+            zeros: zeros(&mut images, &first, &limits),
+            relative_degrees: relative_degrees(&first),
+        },
+    };
+    let m = answers.spectrum.invariant_factors.len();
+    let common = answers.spectrum.common.as_ref();
+    let kind = Kind::of(system);
+    let proven = facts.as_ref().is_some_and(|facts| facts.open.is_empty());
+    let (inputs, outputs) = rayon::join(
+        || count(&mut images, &first, m, common, kind.freedoms.map(|r| (r, true)), proven),
+        || count(&mut dual_images, &dual_first, m, common, kind.freedoms.map(|r| (r, false)), proven),
+    );
+    if let Some(facts) = &facts {
+        proof.statements.extend(facts.statements.iter().cloned());
+        facts.open.iter().for_each(|what| proof.modular(what));
+    } else {
+        proof.modular("multiplicities and invariant factors");
+    }
+    proof.count("inputs", m, inputs.as_ref(), proven);
+    proof.count("outputs", m, outputs.as_ref(), proven);
+    if facts.is_none() {
+        proof.modular("invariant zeros");
+        if n <= MOST_EXPANDED && vanish_exactly(system, &answers.relative_degrees) {
+            proof.statements.push("relative degrees: the leading Markov parameters vanish exactly; proven".into());
+        } else {
+            proof.modular("relative degrees");
+        }
+    }
+    let mut primes = [images.primes(), dual_images.primes()].concat();
+    primes.extend(facts.iter().flat_map(|facts| &facts.primes));
     primes.sort_unstable();
     primes.dedup();
     let certificate = Certificate {
@@ -119,8 +193,8 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
         pencil: pencil(system),
         inputs,
         outputs,
-        unreached: unreached.flatten(),
-        unseen: unseen.flatten(),
+        unreached: unreached.map(Left::into_fractions),
+        unseen: unseen.map(Left::into_fractions),
         reached: Some(reached.minor),
         seen: Some(seen.minor),
     };
@@ -130,18 +204,83 @@ pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
         outputs: system.outputs.clone(),
         controllable_rank: reached.rank,
         observable_rank: seen.rank,
-        factors,
+        factors: answers.spectrum.factors,
         uncontrollable: Vec::new(),
         unobservable: Vec::new(),
-        relative_degrees,
-        zeros,
-        invariant_factors,
+        relative_degrees: answers.relative_degrees,
+        zeros: answers.zeros,
+        invariant_factors: answers.spectrum.invariant_factors,
         min_inputs: m,
         min_outputs: m,
         kind: kind.name.into(),
         construction: None,
         certificate,
     })
+}
+
+/// What is found modulo primes, in words.
+pub(super) struct Answers {
+    pub spectrum: SpectrumInWords,
+    pub zeros: Zeros,
+    pub relative_degrees: Vec<Vec<Option<usize>>>,
+}
+
+/// Eigenvalues in words, and the smallest invariant factor.
+pub(super) struct SpectrumInWords {
+    pub factors: Vec<Factor>,
+    pub invariant_factors: Vec<String>,
+    pub common: Option<Polynomial>,
+}
+
+/// How much work is done for one answer.
+struct Limits {
+    /// Most primes.
+    primes: usize,
+    /// Most numbers in exact rows.
+    numbers: usize,
+    /// How many images are looked at for one that is not special.
+    looks: usize,
+}
+
+impl Limits {
+    fn new(n: usize, certify: bool) -> Self {
+        if certify {
+            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, looks: 4 };
+        }
+        Self { primes: most_primes(n), numbers: MOST_NUMBERS, looks: 1 }
+    }
+}
+
+/// How many primes are tried for one number of a system with n states: as many as take a few seconds.
+fn most_primes(n: usize) -> usize {
+    ((2e9 / (n as f64).powi(3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
+}
+
+/// The first image, or the one of the first few where inputs reach most; it becomes the first.
+fn best_image(images: &mut Images<'_>, limits: &Limits) -> (Arc<Image>, Reach) {
+    let mut best: Option<(Arc<Image>, Reach)> = None;
+    for number in 0..limits.looks {
+        let Some(image) = images.get(number) else { break };
+        let reach = Reach::of(&image);
+        let full = reach.rank == image.g.rows;
+        if best.as_ref().is_none_or(|(_, found)| found.rank < reach.rank) {
+            images.prefer(number);
+            best = Some((image, reach));
+        }
+        if full {
+            break;
+        }
+    }
+    best.expect("the first image is there")
+}
+
+/// Primes below 2⁶¹, the largest first.
+fn descending_primes() -> impl FnMut() -> u64 {
+    let mut last = 1 << 61;
+    move || {
+        last = prime_below(last);
+        last
+    }
 }
 
 /// The rank of the controllability matrix of `E ẋ = A x + B u`, modulo one random prime: never above the true rank.
@@ -212,16 +351,23 @@ impl Proof {
         });
     }
 
-    fn count(&mut self, what: &str, m: usize, count: Option<&Count>) {
+    fn count(&mut self, what: &str, m: usize, count: Option<&Count>, proven: bool) {
         match count {
             Some(_) if m == 1 => {
                 let one = what.trim_end_matches('s');
                 self.statements.push(format!("1 {one} is enough: a witness with a non-vanishing minor; proven"));
             }
+            Some(count) if count.rows.is_empty() => self.statements.push(format!(
+                "{m} {what} are enough: a witness with a non-vanishing minor; fewer are impossible: there are {m} \
+                 invariant factors; proven"
+            )),
             Some(count) => self.statements.push(format!(
                 "{m} {what} are enough: a witness with a non-vanishing minor; fewer are impossible: {} exact rows on which \
                  the system acts as {m} copies of one companion matrix; proven",
                 count.rows.len()
+            )),
+            None if proven => self.statements.push(format!(
+                "least number of {what} {m}: the number of non-trivial invariant factors; proven"
             )),
             None => self.modular(&format!("least number of {what} {m}")),
         }
@@ -236,51 +382,65 @@ impl Proof {
 struct Reach {
     rank: usize,
     minor: Minor,
+    span: Span,
 }
 
 impl Reach {
     fn of(image: &Image) -> Self {
         let part = reachable(&image.field, &image.g, &image.b);
-        let mut span = part.span;
-        let rank = span.dimension();
-        span.pivots.sort_unstable();
-        let value = minor(&image.field, &part.vectors, &span.pivots);
-        Self { rank, minor: Minor { prime: image.field.prime(), columns: part.columns, rows: span.pivots, value } }
+        let rank = part.span.dimension();
+        Self { rank, minor: minor(&image.field, part.columns, &part.span), span: part.span }
     }
 }
 
-fn minor(field: &PrimeField, vectors: &[Vec<Residue>], rows: &[usize]) -> u64 {
-    let square = ModularMatrix::from_fn(rows.len(), rows.len(), |i, j| vectors[j][rows[i]]);
-    field.value(square.determinant(field))
+fn minor(field: &PrimeField, columns: Vec<(usize, usize)>, span: &Span) -> Minor {
+    let mut rows = span.pivots.clone();
+    rows.sort_unstable();
+    Minor { prime: field.prime(), columns, rows, value: field.value(span.minor(field)) }
 }
 
-/// Y with `Y A = M Y E` and `Y B = 0`, found modulo primes, checked exactly; `None` if the fractions are too large.
-fn invariant_rows(images: &mut Images<'_>, count: usize) -> Option<Invariant> {
+/// Independent rows Y with `Y A = M Y E` and `Y B = 0`, exact.
+struct Left {
+    rows: Matrix<Rational>,
+    action: Matrix<Rational>,
+}
+
+impl Left {
+    fn into_fractions(self) -> Invariant {
+        Invariant { rows: fractions(&self.rows), action: fractions(&self.action) }
+    }
+}
+
+/// Y and M, found modulo primes, checked exactly; `None` if the fractions are too large.
+fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Option<Left> {
     let system = images.system;
     let n = system.states.len();
-    if count * n > 20_000 {
+    if count * (n + count) > limits.numbers {
         return None;
     }
-    let limit = if n <= MOST_EXPANDED { MOST_PRIMES } else { FEW_PRIMES };
-    let flat = images.reconstruct(limit, |image| {
+    let modular = |image: &Image| {
         let field = &image.field;
         let part = reachable(field, &image.g, &image.b);
         let spanning = ModularMatrix::from_fn(part.vectors.len(), n, |i, j| part.vectors[i][j]);
         let rows = spanning.null_space(field).multiply(field, &image.inverse_e).echelon(field).0;
-        (rows.rows == count).then(|| values(field, &rows))
+        (rows.rows == count).then_some(rows)
+    };
+    let flat = images.reconstruct(limits.primes, |image| {
+        let (field, rows) = (&image.field, modular(image)?);
+        let on_e = rows.multiply(field, &ModularMatrix::from_rational(field, &system.e)?);
+        let on_a = on_e.multiply(field, &image.g);
+        let pivots = on_e.clone().echelon(field).1;
+        let pick = |m: &ModularMatrix| ModularMatrix::from_fn(count, count, |i, j| m.row(j)[pivots[i]]);
+        let action = pick(&on_e).solve(field, &pick(&on_a))?.0.transpose();
+        Some([values(field, &rows), values(field, &action)].concat())
     })?;
-    let y = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
-    let (on_e, on_a) = (multiply_sparse(&y, &system.e), multiply_sparse(&y, &system.a));
-    if !multiply_sparse(&y, &system.b).as_slice().iter().all(Scalar::is_zero) {
-        return None;
-    }
-    let pivots = crate::num::echelon(&on_e, &(0..n).collect::<Vec<_>>()).pivots;
-    if pivots.len() < count {
-        return None;
-    }
-    let pick = |m: &Matrix<Rational>| Matrix::from_fn(count, count, |i, j| m[(i, pivots[j])].clone());
-    let action = pick(&on_e).transpose().solve(&pick(&on_a).transpose())?.transpose();
-    (action.multiply(&on_e) == on_a).then(|| Invariant { rows: fractions(&y), action: fractions(&action) })
+    let rows = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
+    let action = Matrix::from_fn(count, count, |i, j| flat[count * n + i * count + j].clone());
+    let (on_e, on_a) = (multiply_sparse(&rows, &system.e), multiply_sparse(&rows, &system.a));
+    let field = images.get(0)?.field;
+    let independent = ModularMatrix::from_rational(&field, &rows)?.echelon(&field).1.len() == count;
+    let unreached = multiply_sparse(&rows, &system.b).as_slice().iter().all(Scalar::is_zero);
+    (independent && unreached && multiply_sparse(&action, &on_e) == on_a).then_some(Left { rows, action })
 }
 
 /// A product that skips the zeros of the right factor.
@@ -304,116 +464,60 @@ fn fractions(matrix: &Matrix<Rational>) -> Vec<Vec<String>> {
     (0..matrix.rows()).map(|i| matrix.row(i).iter().map(ToString::to_string).collect()).collect()
 }
 
-/// What all roots of a polynomial have in common: algebraic and geometric multiplicity, defects of inputs and outputs.
-type Signature = [usize; 4];
-
-/// Eigenvalues modulo a prime: invariant factors, and square-free factors by signature.
-struct Spectrum {
-    invariant: Vec<Vec<Residue>>,
-    factors: Vec<(Signature, Vec<Residue>)>,
-}
-
-impl Spectrum {
-    fn of(image: &Image, dual: &Image) -> Self {
-        let field = &image.field;
-        let mut random = Random::new(field.prime());
-        let invariant = invariant_factors(field, &image.g, &mut random);
-        let missed = |image: &Image, random: &mut Random| {
-            let part = reachable(&image.field, &image.g, &image.b);
-            invariant_factors(&image.field, &quotient_action(&image.field, &image.g, &part.span), random)
-        };
-        let unreached = missed(image, &mut random);
-        let unseen = missed(dual, &mut random);
-        let parts: Vec<Vec<(Vec<Residue>, usize)>> = invariant.iter().map(|f| square_free(field, f)).collect();
-        let largest = parts.last().map_or(&[][..], Vec::as_slice);
-        let radical = largest.iter().fold(vec![field.one()], |all, (part, _)| product(field, &all, part));
-        let mut pieces = vec![radical];
-        let all = parts.iter().flatten().map(|(part, _)| part).chain(&unreached).chain(&unseen);
-        for splitter in all {
-            pieces = pieces
-                .into_iter()
-                .flat_map(|piece| {
-                    let common = gcd(field, &piece, splitter);
-                    let rest = divide(field, &piece, &common).0;
-                    [common, monic(field, &rest)]
-                })
-                .filter(|piece| piece.len() > 1)
-                .collect();
-        }
-        let divides = |piece: &[Residue], other: &[Residue]| gcd(field, piece, other).len() == piece.len();
-        let mut factors: Vec<(Signature, Vec<Residue>)> = Vec::new();
-        for piece in pieces {
-            let count = |list: &[Vec<Residue>]| list.iter().filter(|other| divides(&piece, other)).count();
-            let algebraic =
-                parts.iter().flatten().filter(|(part, _)| divides(&piece, part)).map(|(_, exponent)| exponent).sum();
-            let signature = [algebraic, count(&invariant), count(&unreached), count(&unseen)];
-            match factors.iter_mut().find(|(other, _)| *other == signature) {
-                Some((_, all)) => *all = product(field, all, &piece),
-                None => factors.push((signature, piece)),
-            }
-        }
-        factors.sort_by_key(|factor| factor.0);
-        Self { invariant, factors }
-    }
-
-    /// All coefficients below the leading ones of the polynomials short enough, with the layout.
-    fn flat(&self, field: &PrimeField) -> (Vec<(Signature, usize)>, Vec<u64>) {
-        let layout = self.factors.iter().map(|(signature, factor)| (*signature, factor.len())).collect();
-        let invariant = self.invariant.iter();
-        let all =
-            invariant.chain(self.factors.iter().map(|(_, factor)| factor)).filter(|p| p.len() <= MOST_EXPANDED + 1);
-        (layout, all.flat_map(|p| p[..p.len() - 1].iter().map(|&x| field.value(x))).collect())
-    }
-}
-
 /// Factors with their roots, invariant factors in words, and the smallest invariant factor.
 fn spectrum(
     images: &mut Images<'_>,
-    dual: &mut Images<'_>,
-    first: &Spectrum,
-    n: usize,
-) -> (Vec<Factor>, Vec<String>, Option<Polynomial>) {
-    let layout = first.flat(&images.get(0).expect("the first image is there").field).0;
-    let limit = if n <= MOST_EXPANDED { MOST_PRIMES } else { FEW_PRIMES };
-    let flat = images.reconstruct_with(dual, limit, |image, dual| {
-        let (found, values) = Spectrum::of(image, dual).flat(&image.field);
-        (found == layout).then_some(values)
-    });
-    let mut coefficients = flat.as_ref().map(|flat| flat.iter().cloned());
-    let mut next = |length: usize| {
-        let coefficients = coefficients.as_mut().filter(|_| length <= MOST_EXPANDED + 1)?;
-        let lower: Vec<Rational> = coefficients.take(length - 1).collect();
-        Some(Polynomial::new(lower.into_iter().chain([Rational::ONE]).collect()))
-    };
-    let in_words = |p: &Option<Polynomial>, length: usize| match p {
-        Some(p) => p.to_string(),
-        None => format!("(degree {}, not written out)", length - 1),
-    };
-    let mut common = None;
-    let mut invariant = Vec::new();
-    for (k, factor) in first.invariant.iter().enumerate() {
-        let polynomial = next(factor.len());
-        invariant.push(in_words(&polynomial, factor.len()));
-        if k == 0 {
-            common = polynomial;
+    first: &Image,
+    reached: &Reach,
+    dual: &Image,
+    seen: &Reach,
+    limits: &Limits,
+) -> SpectrumInWords {
+    let n = first.g.rows;
+    let missed = |image: &Image, reach: &Reach| quotient_factors(&image.field, &image.g, &reach.span);
+    let lists = [factors(&first.field, &first.g), missed(first, reached), missed(dual, seen)];
+    let found = Spectrum::new(&first.field, lists);
+    let (layout, limit) = (found.layout(), limits.primes);
+    // Long polynomials are not brought back, but for the common factor, which is needed.
+    let few = found.lists[0].len();
+    let wanted = |k: usize, p: &[Residue]| p.len() <= MOST_EXPANDED + 1 || k == 0 && few > 1;
+    let degrees: Vec<usize> = found.polynomials().map(|p| p.len() - 1).collect();
+    let chosen: Vec<usize> = found.polynomials().enumerate().filter(|(k, p)| wanted(*k, p)).map(|(k, _)| k).collect();
+    let flat = (!chosen.is_empty())
+        .then(|| {
+            images.reconstruct(limit, |image| {
+                let field = &image.field;
+                let rest = |rank: usize, g: &ModularMatrix, b: &ModularMatrix| match rank == n {
+                    true => Vec::new(),
+                    false => quotient_factors(field, g, &reachable(field, g, b).span),
+                };
+                let seen_by = |rank: usize| match rank == n {
+                    true => Vec::new(),
+                    false => rest(rank, &image.g.transpose(), &image.c.transpose()),
+                };
+                let lists = [factors(field, &image.g), rest(reached.rank, &image.g, &image.b), seen_by(seen.rank)];
+                let also = Spectrum::new(field, lists);
+                let all: Vec<&Vec<Residue>> = also.polynomials().collect();
+                let lower = |k: &usize| all[*k][..all[*k].len() - 1].iter().map(|&x| field.value(x));
+                (also.layout() == layout).then(|| chosen.iter().flat_map(lower).collect())
+            })
+        })
+        .flatten();
+    let mut polynomials: Vec<Option<Polynomial>> = vec![None; degrees.len()];
+    if let Some(flat) = flat {
+        let mut rest = flat.into_iter();
+        for k in chosen {
+            polynomials[k] = Some(with_leading_one(rest.by_ref().take(degrees[k])));
         }
     }
-    let mut factors = Vec::new();
-    for ([algebraic, geometric, input_defect, output_defect], factor) in &first.factors {
-        let whole = next(factor.len());
-        let pieces = whole.as_ref().map_or_else(|| vec![None], |p| p.simple_factors().into_iter().map(Some).collect());
-        for piece in pieces {
-            factors.push(Factor {
-                polynomial: in_words(&piece, factor.len()),
-                roots: piece.as_ref().map(Polynomial::roots).unwrap_or_default(),
-                algebraic: *algebraic,
-                geometric: *geometric,
-                input_defect: *input_defect,
-                output_defect: *output_defect,
-            });
-        }
+    let pieces = polynomials.len() - found.pieces.len();
+    let described =
+        found.pieces.iter().zip(pieces..).map(|((pattern, _), k)| (pattern, polynomials[k].as_ref(), degrees[k]));
+    SpectrumInWords {
+        factors: spectrum::described(described),
+        invariant_factors: (0..few).map(|k| in_words(polynomials[k].as_ref(), degrees[k])).collect(),
+        common: polynomials[0].clone(),
     }
-    (factors, invariant, common)
 }
 
 /// The proof that m inputs are enough and, by way of the common factor, that fewer are not.
@@ -422,13 +526,13 @@ fn spectrum(
 /// sensors of their positions.
 fn count(
     images: &mut Images<'_>,
+    first: &Image,
     m: usize,
     common: Option<&Polynomial>,
     force: Option<(usize, bool)>,
+    proven: bool,
 ) -> Option<Count> {
-    let system = images.system;
-    let n = system.states.len();
-    let first = images.get(0)?.clone();
+    let n = images.system.states.len();
     let field = first.field;
     let mut random = Random::new(5);
     let (mut witness, mut proof) = (Vec::new(), None);
@@ -445,9 +549,7 @@ fn count(
         let raw = ModularMatrix::from_fn(n, m, |i, j| field.integer(witness[i][j]));
         let part = reachable(&field, &first.g, &first.inverse_e.multiply(&field, &raw));
         if part.span.dimension() == n {
-            let rows: Vec<usize> = (0..n).collect();
-            let value = minor(&field, &part.vectors, &rows);
-            proof = Some(Minor { prime: field.prime(), columns: part.columns, rows, value });
+            proof = Some(minor(&field, part.columns, &part.span));
             break;
         }
     }
@@ -456,13 +558,23 @@ fn count(
         return Some(Count { number: 1, witness, minor, ..Count::default() });
     }
     let common = common?;
-    let degree = common.degree();
-    if m * degree * n > 20_000 {
+    let common_factor = common.coefficients().iter().map(ToString::to_string).collect();
+    let rows = companion_rows(images, first, m, common);
+    (proven || rows.is_some()).then(|| {
+        let rows = rows.map_or_else(Vec::new, |rows| fractions(&rows));
+        Count { number: m, witness, minor, common_factor, rows }
+    })
+}
+
+/// Independent rows Y with `Y A = (I ⊗ companion(q)) Y E`, m blocks of them, exact.
+fn companion_rows(images: &mut Images<'_>, first: &Image, m: usize, common: &Polynomial) -> Option<Matrix<Rational>> {
+    let (system, field) = (images.system, first.field);
+    let (n, degree) = (system.states.len(), common.degree());
+    if m * degree * n > MOST_NUMBERS {
         return None;
     }
-    let combinations = generators(&first, m, common)?;
-    let limit = if n <= MOST_EXPANDED { MOST_PRIMES } else { FEW_PRIMES };
-    let flat = images.reconstruct(limit, |image| {
+    let combinations = generators(first, m, common)?;
+    let flat = images.reconstruct(most_primes(n), |image| {
         let rows = chains(image, common, &combinations)?;
         Some(values(&image.field, &rows.multiply(&image.field, &image.inverse_e)))
     })?;
@@ -481,13 +593,7 @@ fn count(
         })
     });
     let independent = ModularMatrix::from_rational(&field, &y)?.echelon(&field).1.len() == count;
-    (acts && independent).then(|| Count {
-        number: m,
-        witness,
-        minor,
-        common_factor: common.coefficients().iter().map(ToString::to_string).collect(),
-        rows: fractions(&y),
-    })
+    (acts && independent).then_some(y)
 }
 
 /// A basis of the left kernel of `q(G)`.
@@ -549,119 +655,30 @@ fn chains(image: &Image, q: &Polynomial, combinations: &[Vec<i64>]) -> Option<Mo
 }
 
 /// Invariant zeros with multiplicity: roots of the product of the invariant polynomials of `[sE − A, −B; C, D]`.
-fn zeros(images: &mut Images<'_>) -> Zeros {
-    let system = images.system;
-    let n = system.states.len();
-    let Some(first) = images.get(0).cloned() else { return Zeros::default() };
-    let (rank, polynomial) = zero_polynomial(&first);
-    let normal_rank = rank - n;
-    let degree = polynomial.len().saturating_sub(1);
-    let unknown = Zeros { polynomial: format!("(degree {degree}, not written out)"), values: Vec::new(), normal_rank };
-    if degree > MOST_EXPANDED || n > 2 * MOST_EXPANDED {
-        return unknown;
-    }
-    let lower = images.reconstruct(MOST_PRIMES, |image| {
-        let (also, polynomial) = zero_polynomial(image);
-        let same = also == rank && polynomial.len() == degree + 1;
-        same.then(|| polynomial[..degree].iter().map(|&x| image.field.value(x)).collect())
-    });
-    let Some(lower) = lower else { return unknown };
-    let whole = Polynomial::new(lower.into_iter().chain([Rational::ONE]).collect());
-    // Roots of the square-free parts, each as often as its exponent.
-    let mut values = Vec::new();
-    for (part, exponent) in exact_square_free(&whole) {
-        for root in part.roots() {
-            values.extend(std::iter::repeat_n(root, exponent));
-        }
-    }
-    values.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
-    Zeros { polynomial: whole.to_string(), values, normal_rank }
-}
-
-/// `(square-free part, exponent)` over the rationals, by repeated division with the greatest common divisor.
-fn exact_square_free(p: &Polynomial) -> Vec<(Polynomial, usize)> {
-    let slope = |p: &Polynomial| {
-        let terms = p.coefficients().iter().enumerate().skip(1);
-        Polynomial::new(terms.map(|(k, c)| c.times(&Rational::from(k as u64))).collect())
+fn zeros(images: &mut Images<'_>, first: &Image, limits: &Limits) -> Zeros {
+    let n = first.g.rows;
+    let found = ZeroStructure::of(first);
+    let degree = found.degree();
+    let lower = match degree {
+        0 => Some(Vec::new()),
+        _ if degree > MOST_EXPANDED => None,
+        _ => images.reconstruct(limits.primes, |image| {
+            let (field, also) = (&image.field, ZeroStructure::of(image));
+            let polynomial = also.factors.iter().fold(vec![field.one()], |all, f| product(field, &all, f));
+            let same = also.rank == found.rank && also.degree() == degree;
+            same.then(|| polynomial[..degree].iter().map(|&x| field.value(x)).collect())
+        }),
     };
-    let common = |a: &Polynomial, b: &Polynomial| {
-        let (mut a, mut b) = (a.clone(), b.clone());
-        while !b.coefficients().is_empty() {
-            let rest = a.divide(&b).1;
-            let leading = rest.coefficients().last().cloned();
-            let rest = match leading {
-                Some(l) => Polynomial::new(rest.coefficients().iter().map(|c| c.over(&l)).collect()),
-                None => rest,
-            };
-            a = std::mem::replace(&mut b, rest);
-        }
-        a
-    };
-    let mut out = Vec::new();
-    let mut rest = p.clone();
-    let mut radical = p.divide(&common(p, &slope(p))).0;
-    let mut exponent = 0;
-    while radical.degree() > 0 {
-        exponent += 1;
-        rest = rest.divide(&radical).0;
-        let still = if rest.degree() > 0 { common(&radical, &rest) } else { Polynomial::new(vec![Rational::ONE]) };
-        let part = radical.divide(&still).0;
-        if part.degree() > 0 {
-            out.push((part, exponent));
-        }
-        radical = still;
-    }
-    out
+    zeros::described(found.rank, n, degree, lower.map(with_leading_one).as_ref())
 }
 
-/// Normal rank of the system matrix and its zero polynomial, monic, modulo a prime.
-fn zero_polynomial(image: &Image) -> (usize, Vec<Residue>) {
-    let field = &image.field;
-    let (n, inputs, outputs) = (image.g.rows, image.raw_b.columns, image.c.rows);
-    let mut random = Random::new(field.prime() ^ 0x5a);
-    let shift = random.below(field.prime());
-    let at = ModularMatrix::from_fn(n + outputs, n + inputs, |i, j| match (i < n, j < n) {
-        (true, true) => field.minus(field.times(shift, image.e.row(i)[j]), image.a.row(i)[j]),
-        (true, false) => field.negate(image.raw_b.row(i)[j - n]),
-        (false, true) => image.c.row(i - n)[j],
-        (false, false) => image.d.row(i - n)[j - n],
-    });
-    let slope =
-        ModularMatrix::from_fn(n + outputs, n + inputs, |i, j| if i < n && j < n { image.e.row(i)[j] } else { 0 });
-    let rank = at.clone().echelon(field).1.len();
-    if rank == n + inputs && rank == n + outputs {
-        return (rank, determinant_polynomial(field, &at, &slope, shift));
-    }
-    // The greatest common divisor of two random combinations of the minors of full rank is that of all of them.
-    let mut common = Vec::new();
-    for _ in 0..2 {
-        let left = ModularMatrix::random(field, rank, n + outputs, &mut random);
-        let right = ModularMatrix::random(field, n + inputs, rank, &mut random);
-        let squeeze = |m: &ModularMatrix| left.multiply(field, m).multiply(field, &right);
-        common = gcd(field, &common, &determinant_polynomial(field, &squeeze(&at), &squeeze(&slope), shift));
-    }
-    (rank, common)
-}
-
-/// `det(P + (s − shift) Q)`, monic: with Z = P⁻¹Q it is det P · det(I + tZ), t = s − shift, and the latter is the
-/// characteristic polynomial of Z read backwards.
-fn determinant_polynomial(field: &PrimeField, p: &ModularMatrix, q: &ModularMatrix, shift: Residue) -> Vec<Residue> {
-    let Some((z, _)) = p.solve(field, q) else { return Vec::new() };
-    let mut backwards = z.characteristic_polynomial(field);
-    backwards.reverse();
-    for x in backwards.iter_mut().skip(1).step_by(2) {
-        *x = field.negate(*x);
-    }
-    monic(field, &shifted(field, &backwards, field.negate(shift)))
-}
-
-/// Relative degree of every input-output pair, and whether the vanishing of what comes before is proven exactly.
-fn relative_degrees(system: &LinearSystem, image: &Image) -> (Vec<Vec<Option<usize>>>, bool) {
-    let (n, field) = (system.states.len(), &image.field);
-    let columns = image.g.transpose();
+/// Relative degree of every input-output pair modulo a prime: never below the true one.
+pub(super) fn relative_degrees(image: &Image) -> Vec<Vec<Option<usize>>> {
+    let (n, field) = (image.g.rows, &image.field);
+    let columns = Operator::new(&image.g.transpose());
     let inputs = image.b.transpose();
     let mut table = Vec::new();
-    for output in 0..system.outputs.len() {
+    for output in 0..image.c.rows {
         let mut row: Vec<Option<usize>> =
             image.d.row(output).iter().map(|&x| if x == 0 { None } else { Some(0) }).collect();
         let mut v = image.c.row(output).to_vec();
@@ -678,8 +695,7 @@ fn relative_degrees(system: &LinearSystem, image: &Image) -> (Vec<Vec<Option<usi
         }
         table.push(row);
     }
-    let proven = n <= MOST_EXPANDED && vanish_exactly(system, &table);
-    (table, proven)
+    table
 }
 
 /// Whether `C (E⁻¹A)ᵏ E⁻¹B = 0` for all powers below the relative degrees.

@@ -1,4 +1,4 @@
-use super::{Matrix, PrimeField, Random, Rational, Residue};
+use super::{Matrix, Operator, PrimeField, Random, Rational, Residue, recurrence};
 
 /// A matrix over a [`PrimeField`], row by row.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,8 +73,22 @@ impl ModularMatrix {
 
     /// `self · other`.
     pub fn multiply(&self, field: &PrimeField, other: &Self) -> Self {
-        let columns = other.transpose();
-        Self::from_fn(self.rows, other.columns, |i, j| field.dot(self.row(i), columns.row(j)))
+        let mut out = Self::zeros(self.rows, other.columns);
+        let mut columns = None;
+        for i in 0..self.rows {
+            let row = self.row(i);
+            if 4 * row.iter().filter(|&&x| x != 0).count() < row.len() {
+                for (k, &x) in row.iter().enumerate().filter(|(_, x)| **x != 0) {
+                    field.subtract(out.row_mut(i), field.negate(x), other.row(k));
+                }
+            } else {
+                let columns = columns.get_or_insert_with(|| other.transpose());
+                for (j, x) in out.row_mut(i).iter_mut().enumerate() {
+                    *x = field.dot(row, columns.row(j));
+                }
+            }
+        }
+        out
     }
 
     /// `self + factor · other`.
@@ -109,8 +123,31 @@ impl ModularMatrix {
     }
 
     /// The determinant.
+    ///
+    /// # Panics
+    /// If the matrix is not square.
     pub fn determinant(&self, field: &PrimeField) -> Residue {
-        self.solve(field, &Self::zeros(self.rows, 0)).map_or(0, |(_, determinant)| determinant)
+        assert_eq!(self.rows, self.columns, "the determinant of a matrix that is not square");
+        let n = self.rows;
+        let mut rest = self.clone();
+        let mut determinant = field.one();
+        for k in 0..n {
+            let Some(pivot) = (k..n).find(|&i| rest.data[i * n + k] != 0) else { return 0 };
+            if pivot != k {
+                rest.swap(pivot, k);
+                determinant = field.negate(determinant);
+            }
+            determinant = field.times(determinant, rest.data[k * n + k]);
+            let inverse = field.inverse(rest.data[k * n + k]);
+            let row = rest.row(k)[k..].to_vec();
+            for i in k + 1..n {
+                let factor = rest.data[i * n + k];
+                if factor != 0 {
+                    field.subtract(&mut rest.data[i * n + k..(i + 1) * n], field.times(factor, inverse), &row);
+                }
+            }
+        }
+        determinant
     }
 
     /// Exchanges two rows.
@@ -220,18 +257,22 @@ impl ModularMatrix {
 /// Every basis vector remembers how it was made of the vectors of the current chain (see [`Span::insert`]).
 #[derive(Debug, Clone, Default)]
 pub struct Span {
-    rows: Vec<Vec<Residue>>,
+    /// The basis vectors as columns: `coordinates[i][k]` is entry i of vector k. Sums over vectors run through memory in
+    /// order and are reduced once.
+    coordinates: Vec<Vec<Residue>>,
     /// Coefficients over the vectors of the chain; empty for vectors of earlier chains.
     made_of: Vec<Vec<Residue>>,
-    /// Pivot position of each row.
+    /// Pivot position of each vector.
     pub pivots: Vec<usize>,
+    /// Entry at the pivot when the vector was added.
+    sizes: Vec<Residue>,
     chain: usize,
 }
 
 impl Span {
     /// The dimension.
     pub fn dimension(&self) -> usize {
-        self.rows.len()
+        self.pivots.len()
     }
 
     /// Forgets how earlier vectors were made: what follows is counted modulo the span so far.
@@ -242,31 +283,60 @@ impl Span {
 
     /// Adds the next vector of the chain. If it depends on the others, gives the coefficients c with
     /// `v = Σ c_j v_j` modulo earlier chains.
+    ///
+    /// # Panics
+    /// If the vectors differ in length.
     pub fn insert(&mut self, field: &PrimeField, vector: &[Residue]) -> Option<Vec<Residue>> {
+        if self.coordinates.is_empty() {
+            self.coordinates = vec![Vec::new(); vector.len()];
+        }
+        assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
+        // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it.
+        let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());
+        for (k, &pivot) in self.pivots.iter().enumerate() {
+            let before = field.dot(&factors, &self.coordinates[pivot][..k]);
+            factors.push(field.minus(vector[pivot], before));
+        }
         let mut v = vector.to_vec();
+        self.pivots.iter().for_each(|&pivot| v[pivot] = 0);
+        let mut is_pivot = vec![false; v.len()];
+        self.pivots.iter().for_each(|&pivot| is_pivot[pivot] = true);
+        for (i, x) in v.iter_mut().enumerate().filter(|(i, _)| !is_pivot[*i]) {
+            *x = field.minus(*x, field.dot(&factors, &self.coordinates[i]));
+        }
         let mut combination = vec![0; self.chain];
-        for ((row, made_of), &pivot) in self.rows.iter().zip(&self.made_of).zip(&self.pivots) {
-            let factor = v[pivot];
-            if factor != 0 {
-                field.subtract(&mut v[pivot..], factor, &row[pivot..]);
+        if self.chain > 0 {
+            for (factor, made_of) in factors.into_iter().zip(&self.made_of) {
                 field.subtract(&mut combination, field.negate(factor), made_of);
             }
         }
         let Some(pivot) = v.iter().position(|&x| x != 0) else { return Some(combination) };
-        let inverse = field.inverse(v[pivot]);
-        v.iter_mut().for_each(|x| *x = field.times(*x, inverse));
+        let size = v[pivot];
+        let inverse = field.inverse(size);
+        for (x, coordinate) in v.into_iter().zip(&mut self.coordinates) {
+            coordinate.push(field.times(x, inverse));
+        }
         combination.iter_mut().for_each(|x| *x = field.negate(field.times(*x, inverse)));
         combination.push(inverse);
-        self.rows.push(v);
         self.made_of.push(combination);
         self.pivots.push(pivot);
+        self.sizes.push(size);
         self.chain += 1;
         None
     }
 
+    /// The minor of the vectors added (those that were independent), one column each, in the rows of the pivots, sorted.
+    pub fn minor(&self, field: &PrimeField) -> Residue {
+        // In the order of the pivots the reduced vectors are triangular.
+        let product = self.sizes.iter().fold(field.one(), |all, &x| field.times(all, x));
+        let disorder = |k: usize| self.pivots[..k].iter().filter(|&&p| p > self.pivots[k]).count();
+        let swaps: usize = (0..self.pivots.len()).map(disorder).sum();
+        if swaps.is_multiple_of(2) { product } else { field.negate(product) }
+    }
+
     /// The basis in reduced row echelon form with its pivots.
     pub fn echelon(&self, field: &PrimeField, n: usize) -> (ModularMatrix, Vec<usize>) {
-        ModularMatrix::from_fn(self.rows.len(), n, |i, j| self.rows[i][j]).echelon(field)
+        ModularMatrix::from_fn(self.dimension(), n, |i, j| self.coordinates[j][i]).echelon(field)
     }
 }
 
@@ -284,6 +354,7 @@ pub struct Reachable {
 /// The reachable part, power by power (the order of the controllability indices).
 pub fn reachable(field: &PrimeField, g: &ModularMatrix, b: &ModularMatrix) -> Reachable {
     let mut span = Span::default();
+    let operator = Operator::new(g);
     let (mut columns, mut vectors) = (Vec::new(), Vec::new());
     let mut chains: Vec<(usize, Vec<Residue>)> = (0..b.columns).map(|j| (j, b.column(j))).collect();
     let mut power = 0;
@@ -300,7 +371,7 @@ pub fn reachable(field: &PrimeField, g: &ModularMatrix, b: &ModularMatrix) -> Re
             new
         });
         if span.dimension() < g.rows {
-            chains.iter_mut().for_each(|(_, vector)| *vector = g.apply(field, vector));
+            chains.iter_mut().for_each(|(_, vector)| *vector = operator.apply(field, vector));
         }
         power += 1;
     }
@@ -330,33 +401,72 @@ pub fn quotient_action(field: &PrimeField, g: &ModularMatrix, span: &Span) -> Mo
 
 /// The non-trivial invariant factors of `sI − G`, each dividing the next, monic, coefficients of 1, s, s², …
 ///
-/// Method: chains of random vectors; the relation that ends the chain k, counted modulo the chains before, is the
-/// k-th largest invariant factor unless the vectors are special (probability below n²/p). The divisibilities and the sum
-/// of the degrees are checked, and the vectors drawn anew if they fail. O(n³).
+/// The vectors drawn decide about the time only, never about the answer:
+///
+/// - If a sequence `uᵀGᵏv` obeys no recurrence shorter than n, the recurrence of degree n is that of the characteristic
+///   polynomial and there is one factor (the minimal polynomial has degree n).
+/// - Otherwise chains `v, Gv, G²v, …` fill the space one after the other. Chain k ends with
+///   `f_k(G) v_k = Σ_{j<k} h_kj(G) v_j`. It is checked that f_k divides f_{k−1} and all h_kj: then the vectors
+///   `v_k − Σ (h_kj/f_k)(G) v_j`, corrected in turn, generate the space as a direct sum of cyclic parts with annihilators
+///   `f_1, f_2, …`, so these are the invariant factors. Chains that fail (probability below n²/p) are drawn anew.
+///
+/// O(n³); O(n²) for a sparse matrix with one factor.
 pub fn invariant_factors(field: &PrimeField, g: &ModularMatrix, random: &mut Random) -> Vec<Vec<Residue>> {
+    let n = g.rows;
+    if n == 0 {
+        return Vec::new();
+    }
+    let operator = Operator::new(g);
+    let mut draw = || (0..n).map(|_| random.below(field.prime())).collect::<Vec<Residue>>();
+    let (left, mut v) = (draw(), draw());
+    let mut sequence = Vec::with_capacity(2 * n);
+    for _ in 0..2 * n {
+        sequence.push(field.dot(&left, &v));
+        v = operator.apply(field, &v);
+    }
+    let whole = recurrence(field, &sequence);
+    if whole.len() == n + 1 {
+        return vec![whole];
+    }
     loop {
-        let mut span = Span::default();
-        let mut factors = Vec::new();
-        while span.dimension() < g.rows {
-            span.start_chain();
-            let mut v: Vec<Residue> = (0..g.rows).map(|_| random.below(field.prime())).collect();
-            let relation = loop {
-                match span.insert(field, &v) {
-                    None => v = g.apply(field, &v),
-                    Some(relation) => break relation,
-                }
-            };
-            let mut factor: Vec<Residue> = relation.into_iter().map(|c| field.negate(c)).collect();
-            factor.push(field.one());
-            factors.push(factor);
-        }
-        factors.reverse();
-        let divides =
-            |pair: &[Vec<Residue>]| super::modular_polynomial::remainder(field, &pair[1], &pair[0]).is_empty();
-        if factors.iter().all(|f| f.len() > 1) && factors.windows(2).all(divides) {
+        if let Some(factors) = chain_factors(field, &operator, n, &mut draw) {
             return factors;
         }
     }
+}
+
+/// One attempt with chains; `None` if the vectors were special.
+fn chain_factors(
+    field: &PrimeField,
+    operator: &Operator,
+    n: usize,
+    mut draw: impl FnMut() -> Vec<Residue>,
+) -> Option<Vec<Vec<Residue>>> {
+    use super::modular_polynomial::remainder;
+    let mut span = Span::default();
+    let mut begins = Vec::new();
+    let mut factors: Vec<Vec<Residue>> = Vec::new();
+    while span.dimension() < n {
+        let begin = span.dimension();
+        let mut v = draw();
+        let relation = loop {
+            match span.insert(field, &v) {
+                None => v = operator.apply(field, &v),
+                Some(relation) => break relation,
+            }
+        };
+        let mut factor: Vec<Residue> = relation[begin..].iter().map(|&c| field.negate(c)).collect();
+        factor.push(field.one());
+        let earlier = begins.iter().enumerate().map(|(k, &from)| &relation[from..*begins.get(k + 1).unwrap_or(&begin)]);
+        let splits = earlier.chain(factors.last().map(Vec::as_slice)).all(|h| remainder(field, h, &factor).is_empty());
+        if factor.len() == 1 || !splits {
+            return None;
+        }
+        begins.push(begin);
+        factors.push(factor);
+    }
+    factors.reverse();
+    Some(factors)
 }
 
 #[cfg(test)]
@@ -425,6 +535,25 @@ mod tests {
         assert_eq!(null.rows, 2);
         assert!((0..2).all(|k| wide.apply(&f, null.row(k)).iter().all(|&x| x == 0)));
         assert_eq!(ModularMatrix::zeros(0, 0).characteristic_polynomial(&f), [f.one()]);
+    }
+
+    /// The minor that a span keeps is the determinant; special chains are not taken for the answer.
+    #[test]
+    fn minors_and_defective_matrices() {
+        let f = field();
+        let mut random = Random::new(11);
+        let m = ModularMatrix::random(&f, 5, 5, &mut random);
+        let mut span = Span::default();
+        (0..5).for_each(|j| assert!(span.insert(&f, &m.column(j)).is_none()));
+        assert_eq!(span.minor(&f), m.determinant(&f));
+        // Two Jordan blocks: the first chain starts in a proper part of the space.
+        let g = ModularMatrix::from_fn(4, 4, |i, j| if j == i + 1 && i != 2 { f.one() } else { 0 });
+        let factors = invariant_factors(&f, &g, &mut random);
+        assert_eq!(factors, [vec![0, f.one()], vec![0, 0, 0, f.one()]]);
+        let start: Vec<Vec<Residue>> = vec![vec![0, 0, 0, f.one()], vec![0, 0, f.one(), 0]];
+        let mut vectors = start.into_iter();
+        let special = chain_factors(&f, &Operator::new(&g), 4, || vectors.next().unwrap());
+        assert_eq!(special, None);
     }
 
     /// The reachable part of a double chain with one input, and what is left of it.

@@ -1,8 +1,13 @@
 use std::fmt;
 
+use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
-use super::{Matrix, Rational, Scalar, eigenvalues, nearby_fraction, rational_from_f64, rational_to_f64};
+use super::modular_polynomial::{remainder, square_free};
+use super::{
+    Matrix, PrimeField, Rational, Reconstruction, Residue, Scalar, eigenvalues, nearby_fraction, prime_below,
+    rational_from_f64, rational_to_f64,
+};
 
 /// A polynomial in s with exact coefficients, of 1, s, s², …; no leading zeros, the zero polynomial is empty.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -48,15 +53,86 @@ impl Polynomial {
         (Self::new(quotient), Self::new(rest))
     }
 
+    /// `(g_e, e)` with this polynomial `Π g_e^e` up to a constant, the g_e monic, square-free and coprime.
+    ///
+    /// Method: modulo primes below 2⁶¹ (Yun), brought back with the bound of Mignotte and multiplied out in whole numbers;
+    /// as what is square-free modulo a prime is so over the rationals, the result is exact.
+    ///
+    /// # Panics
+    /// If the polynomial is zero.
+    pub fn square_free(&self) -> Vec<(Self, usize)> {
+        let whole = self.whole_coefficients();
+        let leading = whole.last().expect("the zero polynomial has no square-free parts");
+        let size = whole.iter().map(|c| c.clone().into_parts().1.bit_len()).max().unwrap_or(0);
+        let needed = (size + whole.len() + whole.len().ilog2() as usize + 3) as u64;
+        let own = self.monic().whole_coefficients();
+        // Degrees with exponents; what is known; bits of the primes.
+        type Group = (Vec<(usize, usize)>, Reconstruction, u64);
+        let mut groups: Vec<Group> = Vec::new();
+        let mut prime = 1 << 61;
+        loop {
+            prime = prime_below(prime);
+            let field = PrimeField::new(prime);
+            let image: Vec<Residue> = whole.iter().map(|c| field.whole(c)).collect();
+            let Some(&scale) = image.last().filter(|x| **x != 0) else { continue };
+            let parts = square_free(&field, &image);
+            let layout: Vec<(usize, usize)> = parts.iter().map(|(g, e)| (g.len() - 1, *e)).collect();
+            let low = |(g, _): &(Vec<Residue>, usize)| {
+                g[..g.len() - 1].iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>()
+            };
+            let values: Vec<u64> = parts.iter().flat_map(low).collect();
+            let known = groups.iter().position(|(other, ..)| *other == layout).unwrap_or_else(|| {
+                groups.push((layout, Reconstruction::new(), 0));
+                groups.len() - 1
+            });
+            let (layout, all, bits) = &mut groups[known];
+            if layout.iter().all(|(_, e)| *e == 1) {
+                return if self.degree() == 0 { Vec::new() } else { vec![(self.monic(), 1)] };
+            }
+            all.add(prime, &values);
+            *bits += 60;
+            if *bits < needed {
+                continue;
+            }
+            let mut lower = all.integers().into_iter().map(|x| Rational::from(x) / Rational::from(leading.clone()));
+            let parts: Vec<(Self, usize)> = layout
+                .iter()
+                .map(|&(degree, e)| (Self::new(lower.by_ref().take(degree).chain([Rational::ONE]).collect()), e))
+                .collect();
+            let product = parts.iter().fold(vec![IBig::ONE], |all, (g, e)| {
+                let g = g.whole_coefficients();
+                (0..*e).fold(all, |all, _| multiply_whole(&all, &g))
+            });
+            if product == own {
+                return parts;
+            }
+        }
+    }
+
+    /// Divided by the leading coefficient; the zero polynomial stays.
+    pub fn monic(&self) -> Self {
+        let Some(leading) = self.coefficients.last() else { return self.clone() };
+        Self { coefficients: self.coefficients.iter().map(|c| c.over(leading)).collect() }
+    }
+
     /// Splits off factors of degree one and two with rational coefficients that are found by way of the roots; each is
     /// confirmed by an exact division. What is left comes last; it may factor further.
     ///
     /// # Panics
     /// If the polynomial is zero.
     pub fn simple_factors(&self) -> Vec<Self> {
+        self.simple_factors_with_roots().into_iter().map(|(factor, _)| factor).collect()
+    }
+
+    /// The same with the roots of each factor, as [`roots`](Self::roots) gives them.
+    ///
+    /// # Panics
+    /// If the polynomial is zero.
+    pub fn simple_factors_with_roots(&self) -> Vec<(Self, Vec<(f64, f64)>)> {
         let mut rest = self.clone();
+        let mut rest_roots = self.roots();
         let mut out = Vec::new();
-        for (re, im) in self.roots().into_iter().filter(|root| root.1 >= 0.0) {
+        for (re, im) in rest_roots.clone().into_iter().filter(|root| root.1 >= 0.0) {
             let guess = if im == 0.0 {
                 nearby_fraction(-re, 1e-13).map(|x| vec![x, Rational::ONE])
             } else {
@@ -65,19 +141,33 @@ impl Polynomial {
                     .map(|(x, y)| vec![y, x, Rational::ONE])
             };
             let Some(factor) = guess.map(Self::new) else { continue };
-            if factor.degree() > rest.degree() {
+            if factor.degree() > rest.degree() || !rest.may_divide(&factor) {
                 continue;
             }
             let (quotient, remainder) = rest.divide(&factor);
             if remainder.coefficients.is_empty() {
-                out.push(factor);
+                for root in [(re, im), (re, -im)].into_iter().take(factor.degree()) {
+                    if let Some(at) = rest_roots.iter().position(|other| *other == root) {
+                        rest_roots.remove(at);
+                    }
+                }
+                let roots = factor.roots();
+                out.push((factor, roots));
                 rest = quotient;
             }
         }
         if rest.degree() > 0 {
-            out.push(rest);
+            out.push((rest, rest_roots));
         }
         out
+    }
+
+    /// Whether a divisor divides modulo a prime; if not, it does not divide.
+    fn may_divide(&self, divisor: &Self) -> bool {
+        let field = PrimeField::new((1 << 61) - 1);
+        let image = |p: &Self| p.whole_coefficients().iter().map(|c| field.whole(c)).collect::<Vec<_>>();
+        let (whole, divisor) = (image(self), image(divisor));
+        divisor.last() == Some(&0) || remainder(&field, &whole, &divisor).is_empty()
     }
 
     /// The roots of a polynomial without multiple roots, sorted by size, then imaginary part; nearly to the last bit.
@@ -127,9 +217,10 @@ impl Polynomial {
         };
         let whole = self.whole_coefficients();
         let mut previous = f64::INFINITY;
+        let mut settled = vec![false; degree];
         for round in 0..100 {
             let mut largest = 0.0f64;
-            for i in 0..degree {
+            for i in (0..degree).filter(|&i| !settled[i]).collect::<Vec<_>>() {
                 let newton = newton_step(&whole, z[i]);
                 let repulsion = z
                     .iter()
@@ -141,7 +232,9 @@ impl Polynomial {
                 let step = multiply(newton, reciprocal((1.0 - re, -im)));
                 if step.0.is_finite() && step.1.is_finite() {
                     z[i] = (z[i].0 - step.0, z[i].1 - step.1);
-                    largest = largest.max(step.0.hypot(step.1) / z[i].0.hypot(z[i].1).max(f64::MIN_POSITIVE));
+                    let change = step.0.hypot(step.1) / z[i].0.hypot(z[i].1).max(f64::MIN_POSITIVE);
+                    settled[i] = change < 1e-15;
+                    largest = largest.max(change);
                 }
             }
             if largest < 1e-15 || round > 10 && largest >= previous && largest < 1e-13 {
@@ -153,8 +246,8 @@ impl Polynomial {
         z
     }
 
-    /// Multiplied by the common denominator.
-    fn whole_coefficients(&self) -> Vec<IBig> {
+    /// The coefficients times their common denominator.
+    pub fn whole_coefficients(&self) -> Vec<IBig> {
         let common = self.coefficients.iter().fold(UBig::ONE, |all, c| {
             let d = c.denominator();
             let shared = dashu_int::ops::Gcd::gcd(&all, d);
@@ -162,6 +255,17 @@ impl Polynomial {
         });
         self.coefficients.iter().map(|c| c.numerator() * IBig::from(&common / c.denominator())).collect()
     }
+}
+
+/// The product of two polynomials with whole coefficients, of 1, s, s², …; neither is empty.
+pub fn multiply_whole(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
+    let mut out = vec![IBig::ZERO; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        for (j, y) in b.iter().enumerate() {
+            out[i + j] += x * y;
+        }
+    }
+    out
 }
 
 /// p(z)/p′(z), the polynomial evaluated exactly: z = (x + jy)/2ᵏ with whole x, y.
@@ -285,6 +389,20 @@ mod tests {
             assert!((re - (k + 1) as f64).abs() < 1e-13 && im == 0.0, "root {k}: {re} {im}");
         }
         assert_eq!(p.simple_factors().len(), 20);
+    }
+
+    /// (s² + 3)² (s − 1/2)³ (s + 7) comes apart, also times a constant that a prime divides.
+    #[test]
+    fn square_free_parts_are_exact() {
+        let half = Polynomial::new(vec![Rational::from_parts((-1).into(), 2u8.into()), Rational::ONE]);
+        let parts = [(polynomial(&[7, 1]), 1), (polynomial(&[3, 0, 1]), 2), (half, 3)];
+        let whole = parts.iter().fold(vec![IBig::from((1u64 << 61) - 1)], |all, (g, e)| {
+            (0..*e).fold(all, |all, _| multiply_whole(&all, &g.whole_coefficients()))
+        });
+        let whole = Polynomial::new(whole.into_iter().map(Rational::from).collect());
+        assert_eq!(whole.square_free(), parts);
+        assert_eq!(polynomial(&[2, 0, 2]).square_free(), [(polynomial(&[1, 0, 1]), 1)]);
+        assert_eq!(polynomial(&[5]).square_free(), []);
     }
 
     #[test]

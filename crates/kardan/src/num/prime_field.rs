@@ -75,12 +75,20 @@ impl PrimeField {
         self.reduce(u128::from(x))
     }
 
+    /// A whole number of any size.
+    pub fn whole(&self, value: &IBig) -> Residue {
+        let rest = IBig::rem_euclid(value.clone(), &IBig::from(self.prime));
+        self.element(u64::try_from(rest).unwrap_or_default())
+    }
+
     /// A fraction; `None` if p divides its denominator.
     pub fn rational(&self, value: &Rational) -> Option<Residue> {
-        let p = UBig::from(self.prime);
-        let numerator = u64::try_from(IBig::rem_euclid(value.numerator().clone(), &IBig::from(p.clone()))).ok()?;
-        let denominator = u64::try_from(value.denominator().clone() % &p).ok()?;
-        (denominator != 0).then(|| self.times(self.element(numerator), self.inverse(self.element(denominator))))
+        let numerator = self.whole(value.numerator());
+        if *value.denominator() == UBig::ONE {
+            return Some(numerator);
+        }
+        let denominator = u64::try_from(value.denominator() % &UBig::from(self.prime)).ok()?;
+        (denominator != 0).then(|| self.times(numerator, self.inverse(self.element(denominator))))
     }
 
     /// a + b.
@@ -193,6 +201,16 @@ pub fn random_prime(random: &mut Random) -> u64 {
     candidate
 }
 
+/// The largest odd prime below a number.
+///
+/// # Panics
+/// If the number is below 4.
+pub fn prime_below(number: u64) -> u64 {
+    assert!(number > 3, "no odd prime is below {number}");
+    let first = if number.is_multiple_of(2) { number - 1 } else { number - 2 };
+    (3..=first).rev().step_by(2).find(|&candidate| is_prime(candidate)).expect("3 is prime")
+}
+
 /// Whether a number is prime: Miller and Rabin with the first twelve primes as bases, which decides all below 2⁶⁴.
 ///
 /// ```
@@ -256,6 +274,12 @@ mod tests {
             }
             prop_assert_eq!(f.dot(&long, &vec![x; 1000]), sum);
         }
+    }
+
+    #[test]
+    fn primes_come_in_descending_order() {
+        assert_eq!(prime_below(1 << 61), (1 << 61) - 1);
+        assert_eq!([prime_below(30), prime_below(29), prime_below(24), prime_below(4)], [29, 23, 23, 3]);
     }
 
     #[test]

@@ -35,6 +35,16 @@ impl Reconstruction {
         self.modulus *= p;
     }
 
+    /// The whole numbers of least size that have these images, between −M/2 and M/2: the true ones, if those are smaller
+    /// than M/2.
+    pub fn integers(&self) -> Vec<IBig> {
+        let half = &self.modulus / UBig::from(2u8);
+        let signed = |x: &UBig| {
+            if *x > half { IBig::from(x.clone()) - IBig::from(self.modulus.clone()) } else { x.clone().into() }
+        };
+        self.residues.iter().map(signed).collect()
+    }
+
     /// The fractions with numerator and denominator below √(M/2) that have these images; `None` if one has none.
     pub fn fractions(&self) -> Option<Vec<Rational>> {
         self.residues.iter().map(|residue| fraction(residue, &self.modulus)).collect()
@@ -105,6 +115,17 @@ mod tests {
             }
             prop_assert_eq!(all.fractions(), Some(vec![value]));
         }
+    }
+
+    #[test]
+    fn whole_numbers_come_back_with_their_sign() {
+        let mut all = Reconstruction::new();
+        let values = [0i64, 1, -1, 123_456_789_012, -987_654_321_098];
+        for p in [(1u64 << 61) - 1, 1_000_003] {
+            let f = PrimeField::new(p);
+            all.add(p, &values.map(|x| f.value(f.integer(x))));
+        }
+        assert_eq!(all.integers(), values.map(IBig::from));
     }
 
     #[test]

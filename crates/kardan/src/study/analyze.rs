@@ -9,9 +9,9 @@ use super::prepare::{Purpose, prepare_for};
 use super::sensitivity::sensitivity;
 use super::{AnalysisSpec, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases, class,
-    constraint_forces, construction, failing_modes, linear_system, modes, modes_of_pencil, place, reduction, structure,
-    with_candidates,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases,
+    certified_structure, class, constraint_forces, construction, failing_modes, linear_system, modes, modes_of_pencil,
+    place, reduction, structure, with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
@@ -55,7 +55,7 @@ pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress
         return Err(diagnostics);
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
-    let mut analysis = analyze_variant(&prepared, variant, settings)?;
+    let mut analysis = analyze_variant(&prepared, variant, settings, progress)?;
     sensitivity(source, &prepared, variant, settings, &mut analysis, progress)?;
     analysis.notes.extend(diagnostics.into_iter().map(|warning| warning.message));
     Ok(analysis)
@@ -66,6 +66,7 @@ pub(super) fn analyze_variant(
     prepared: &Prepared,
     variant: &PreparedVariant,
     settings: &AnalyzeSettings,
+    progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
@@ -107,8 +108,7 @@ pub(super) fn analyze_variant(
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
         Vec::new()
     });
-    let mut structure =
-        structure(&linear).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    let mut structure = decided(&linear, settings.certify, progress, &variant.name)?;
     construct(&mut structure, &linear, &mut notes);
     let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
     if !regular {
@@ -181,7 +181,7 @@ fn charges(reduced: &Reduced) -> BTreeSet<String> {
 pub fn analyze_state_space(
     bytes: &[u8],
     settings: &AnalyzeSettings,
-    _progress: &dyn Progress,
+    progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let mut system = read_state_space(bytes)?;
     let mut wrong = Vec::new();
@@ -203,8 +203,7 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
-    let mut structure =
-        structure(&system).map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])?;
+    let mut structure = decided(&system, settings.certify, progress, "state space")?;
     let mut notes = Vec::new();
     let mut modes = modes_of_pencil(&system.states, &system.e.to_f64(), &system.a.to_f64()).unwrap_or_else(|| {
         notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
@@ -214,6 +213,18 @@ pub fn analyze_state_space(
     construct(&mut structure, &system, &mut notes);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
+}
+
+/// The exact structure; with `certify` every answer proven, which may take long and reports how far it is.
+fn decided(
+    system: &LinearSystem,
+    certify: bool,
+    progress: &dyn Progress,
+    name: &str,
+) -> Result<Structure, Vec<Diagnostic>> {
+    let report = |fraction: f64| progress.advance(0, name, fraction);
+    let found = if certify { certified_structure(system, &report) } else { structure(system) };
+    found.map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])
 }
 
 /// Builds the least number of inputs, or says that it is not done.

@@ -114,7 +114,7 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
-    analyze_variant(prepared, variant, &AnalyzeSettings::default()).map_err(|why| {
+    analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent).map_err(|why| {
         let why: Vec<String> = why.iter().map(|mistake| mistake.message.clone()).collect();
         format!("the structure of the model is not analysed: {}", why.join("; "))
     })

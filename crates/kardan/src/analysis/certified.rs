@@ -1,0 +1,714 @@
+//! Proofs over the rationals from computations modulo primes.
+//!
+//! # The argument
+//!
+//! **Setting.** Rows of `[E, A, B]` and of `[C, D]` are multiplied by their common denominators, which changes no answer;
+//! all entries are whole now. `S(s) = [sE − A, −B; C, D]`, `χ = det(sE − A)`, `G = E⁻¹A`, n states. Primes that divide
+//! det E are left out. Results modulo a prime are certain: no step of the computations below rests on luck.
+//!
+//! **One tool.** A whole number of size at most M that vanishes modulo primes whose product exceeds M is zero; one of size
+//! below M/2 is known from its images modulo primes with product M.
+//!
+//! **Bound.** A coefficient of a polynomial is at most its largest value on `|s| = 1` (Cauchy), and there a minor of S is at
+//! most the product H of the row norms `(Σ (|E_ij| + |A_ij|)² + Σ B_ij²)^½` and `(Σ C_ij² + Σ D_ij²)^½` (Hadamard; rows
+//! with norm below 1 count as 1). So H bounds all coefficients of all minors of S, of `sE − A` the part `H_χ ≤ H` without
+//! B, C and D. By Parseval the 2-norm of χ is at most H_χ too.
+//!
+//! **1. χ** has whole coefficients of size at most H_χ: known from enough primes.
+//!
+//! **2. Divisors of χ.** If q divides χ over ℚ and is monic, `det E · q` has whole coefficients (Gauss), of size at most
+//! `2ⁿ H_χ` (Mignotte). So divisors are known from enough primes modulo which they are known.
+//!
+//! **3. Degrees drop modulo p, never rise.** Let `f_1 | f_2 | … | f_m` be the non-trivial invariant factors of `sE − A`
+//! modulo p and `a_1, a_2, …` those over ℚ, *largest first*, `b_1, b_2, … = f_m, f_{m−1}, …`. The gcd D of all minors of
+//! order n − k, primitive with whole coefficients, divides those minors over ℤ (Gauss). Its leading coefficient divides
+//! det E, so its degree is the same modulo p, where it divides the gcd of the minors modulo p. Hence for all k
+//!
+//! ```text
+//! (U)   Σ_{j>k} deg a_j ≤ Σ_{j>k} deg b_j,     with equality for k = 0 (both are n).
+//! ```
+//!
+//! **4. Nullities rise modulo p, and enough primes prove them.** Let f be a polynomial of degree d with whole coefficients
+//! c_k. The equations `E x_{k+1} = A x_k` (k < d − 1), `c_d A x_{d−1} + Σ_k c_k E x_k = 0` have a whole matrix K of order
+//! nd; by the first ones `x_k = Gᵏ x_0`, so over any field in which det E ≠ 0 the nullity of K is that of f(G), which is
+//! `Σ_j deg gcd(f, a_j)`. If it is at least N modulo primes whose product exceeds the product of the norms of the rows of K
+//! (Hadamard again), all minors of order nd − N + 1 vanish over ℚ, and the nullity is at least N over ℚ.
+//!
+//! **5. Invariant factors.** Let the same `b_j`, monic with rational coefficients, be the invariant factors modulo all
+//! primes of a set, and let 4 be used with `f = b_k` for every k ≥ 2. Then over ℚ, since modulo p the nullity is
+//! `k deg b_k + Σ_{j>k} deg b_j`,
+//!
+//! ```text
+//! (L)   k deg b_k + Σ_{j>k} deg b_j ≤ Σ_j deg gcd(b_k, a_j) ≤ Σ_{j≤k} deg gcd(b_k, a_j) + Σ_{j>k} deg a_j
+//!                                   ≤ k deg b_k + Σ_{j>k} deg a_j ≤ k deg b_k + Σ_{j>k} deg b_j      (by U),
+//! ```
+//!
+//! so equality holds throughout: b_k divides a_j for all j ≤ k, and the sums of the degrees over j > k agree, for every
+//! k ≥ 2. Hence deg a_j = deg b_j and a_j = b_j for j ≥ 3; b_2 divides a_2 and by (U) with k = 1 has no smaller degree:
+//! a_2 = b_2; and a_1 = b_1 = χ divided by the others. With one factor nothing is to be done: (U) alone says it.
+//!
+//! **6. What is not reached.** Exact rows Y with `Y A = M Y E`, `Y B = 0` (independent, as many as n minus the rank modulo a
+//! prime) and that rank show what is not reached: the invariant factors of `[sE − A, B]` are those of sI − M, found as in
+//! 1 to 5 (its characteristic polynomial divides χ, so 2 bounds it). The same for what is not seen, with the transposed
+//! system.
+//!
+//! **7. Square-free factors.** Polynomials q_i, whose product is square-free modulo a prime and hence over ℚ, with
+//! exponents such that the products `Π q_i^e` *are* the invariant factors of 5 and 6, checked by multiplying out in whole
+//! numbers: all multiplicities and defects can be read off the exponents.
+//!
+//! **8. Relative degrees.** `C_i (sE − A)⁻¹ B_j + D_ij = N_ij / χ` with N_ij a minor of S; its coefficients vanish above the
+//! degree n − r modulo enough primes, hence vanish; the next does not modulo one prime.
+//!
+//! **9. Zeros.** The rank ρ of S over the rational functions is the largest one modulo a prime: all minors of order ρ + 1
+//! vanish modulo enough primes. If S is square and regular, its zeros are those of det S, known from enough primes. If not,
+//! the argument of 5 is repeated for S, with K the equations `E x_{k+1} = A x_k + B u_k`,
+//! `c_d (A x_{d−1} + B u_{d−1}) + Σ_k c_k E x_k = 0`, `C x_k + D u_k = 0`, whose nullity is
+//! `Σ_j deg gcd(f, a_j) + (columns of S − ρ) d` for the invariant polynomials a_j of S. (U) needs another reason, as there
+//! is no det E: if the gcd of the minors of order ρ − k had a greater degree than modulo p, p would divide its leading
+//! coefficient, which divides that of a minor and is at most H; primes with a product above H cannot all do so. The sum for
+//! k = 0 is no longer known beforehand, so (L) is used for k = 1 too.
+
+use std::sync::Arc;
+
+use dashu_int::ops::BitTest;
+use dashu_int::{IBig, UBig};
+use rayon::prelude::*;
+
+use super::LinearSystem;
+use super::images::Image;
+use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factors, in_words, with_leading_one};
+use super::structure::{Answers, SpectrumInWords, relative_degrees};
+use super::zeros::{self, ZeroStructure};
+use crate::num::modular_polynomial::{derivative, gcd, product};
+use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, multiply_whole};
+
+/// Most primes times states³ that are spent on one statement.
+const MOST_WORK: f64 = 1e13;
+
+/// What is proven.
+pub(super) struct Facts {
+    /// The primes used.
+    pub primes: Vec<u64>,
+    /// Invariant factors: of the system, of what no input reaches, of what no output shows.
+    lists: [Vec<Polynomial>; 3],
+    pieces: Vec<(Pattern, Polynomial)>,
+    relative_degrees: Vec<Vec<Option<usize>>>,
+    states: usize,
+    /// Rank of S.
+    rank: usize,
+    zeros: Option<Polynomial>,
+    zero_count: usize,
+    /// How each claim is proven.
+    pub statements: Vec<String>,
+    /// What could not be proven, and why.
+    pub open: Vec<String>,
+}
+
+impl Facts {
+    /// In words; long polynomials are known but not written out.
+    pub fn answers(&self) -> Answers {
+        let pieces = self.pieces.iter().map(|(pattern, p)| (pattern, Some(p), p.degree()));
+        let zeros = self.zeros.as_ref().filter(|p| p.degree() <= MOST_EXPANDED);
+        Answers {
+            spectrum: SpectrumInWords {
+                factors: spectrum::described(pieces),
+                invariant_factors: self.lists[0].iter().map(|f| in_words(Some(f), f.degree())).collect(),
+                common: self.lists[0].first().cloned(),
+            },
+            zeros: zeros::described(self.rank, self.states, self.zero_count, zeros),
+            relative_degrees: self.relative_degrees.clone(),
+        }
+    }
+}
+
+/// All that is computed modulo one prime; certain.
+struct Evidence {
+    field: PrimeField,
+    /// det E.
+    determinant: Residue,
+    spectrum: Spectrum,
+    relative_degrees: Vec<Vec<Option<usize>>>,
+    zeros: ZeroStructure,
+    /// det S, coefficients of 1, s, …, sⁿ, if S is square.
+    system_determinant: Vec<Residue>,
+}
+
+impl Evidence {
+    /// `None` if the prime divides det E or a denominator.
+    fn of(system: &LinearSystem, actions: [Option<&Matrix<Rational>>; 2], prime: u64) -> Option<Self> {
+        let image = Image::new(system, prime)?;
+        let field = image.field;
+        let of_action = |action: Option<&Matrix<Rational>>| match action {
+            Some(action) => Some(factors(&field, &ModularMatrix::from_rational(&field, action)?)),
+            None => Some(Vec::new()),
+        };
+        let lists = [factors(&field, &image.g), of_action(actions[0])?, of_action(actions[1])?];
+        let zeros = ZeroStructure::of(&image);
+        Some(Self {
+            field,
+            determinant: image.determinant,
+            spectrum: Spectrum::new(&field, lists),
+            relative_degrees: relative_degrees(&image),
+            system_determinant: system_determinant(&image, &zeros),
+            zeros,
+        })
+    }
+
+    /// Coefficients of det E times the characteristic polynomials, all of them, the leading ones too.
+    fn characteristic(&self) -> Vec<u64> {
+        let whole =
+            |list: &Vec<Vec<Residue>>| list.iter().fold(vec![self.determinant], |all, f| product(&self.field, &all, f));
+        self.spectrum.lists.iter().flat_map(whole).map(|x| self.field.value(x)).collect()
+    }
+
+    /// Coefficients of det E times the polynomials of the spectrum, without the leading ones.
+    fn divisors(&self) -> Vec<u64> {
+        let scaled = |x: &Residue| self.field.value(self.field.times(*x, self.determinant));
+        self.spectrum.polynomials().flat_map(|p| p[..p.len() - 1].iter().map(scaled)).collect()
+    }
+
+    /// Coefficients of the invariant polynomials of S, without the leading ones.
+    fn zero_factors(&self) -> Vec<u64> {
+        self.zeros.factors.iter().flat_map(|p| &p[..p.len() - 1]).map(|&x| self.field.value(x)).collect()
+    }
+}
+
+/// det S; its zeros are known, so one value of it is enough.
+fn system_determinant(image: &Image, zeros: &ZeroStructure) -> Vec<Residue> {
+    let field = &image.field;
+    let (n, m) = (image.g.rows, image.b.columns);
+    if image.c.rows != m {
+        return Vec::new();
+    }
+    let mut out = vec![0; n + 1];
+    if zeros.rank < n + m {
+        return out;
+    }
+    let monic = zeros.factors.iter().fold(vec![field.one()], |all, f| product(field, &all, f));
+    let value = |s: Residue| monic.iter().rev().fold(0, |sum, &c| field.plus(field.times(sum, s), c));
+    let at = (1..).map(|k| field.element(k)).find(|&s| value(s) != 0).expect("a polynomial has finitely many roots");
+    let matrix = ModularMatrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) if i == j => field.minus(at, image.g.row(i)[j]),
+        (true, true) => field.negate(image.g.row(i)[j]),
+        (true, false) => field.negate(image.b.row(i)[j - n]),
+        (false, true) => image.c.row(i - n)[j],
+        (false, false) => image.d.row(i - n)[j - n],
+    });
+    let there = field.times(image.determinant, matrix.determinant(field));
+    let factor = field.times(there, field.inverse(value(at)));
+    for (x, &c) in out.iter_mut().zip(&monic) {
+        *x = field.times(factor, c);
+    }
+    out
+}
+
+/// Images modulo primes that agree on a shape.
+struct Group<K> {
+    key: K,
+    /// The product of the primes is at least `2^bits`.
+    bits: u64,
+    primes: Vec<u64>,
+    values: Reconstruction,
+    sample: Arc<Evidence>,
+}
+
+fn add<K: PartialEq>(groups: &mut Vec<Group<K>>, key: K, values: &[u64], evidence: &Arc<Evidence>) {
+    let prime = evidence.field.prime();
+    let known = groups.iter().position(|group| group.key == key);
+    let known = known.unwrap_or_else(|| {
+        groups.push(Group {
+            key,
+            bits: 0,
+            primes: Vec::new(),
+            values: Reconstruction::new(),
+            sample: evidence.clone(),
+        });
+        groups.len() - 1
+    });
+    groups[known].values.add(prime, values);
+    groups[known].bits += bits(prime);
+    groups[known].primes.push(prime);
+}
+
+fn largest<K>(groups: &[Group<K>]) -> Option<&Group<K>> {
+    groups.iter().max_by_key(|group| group.bits)
+}
+
+/// log₂, rounded down.
+fn bits(prime: u64) -> u64 {
+    u64::from(63 - prime.leading_zeros())
+}
+
+/// Proves everything about a system. `actions` are M of [`structure`](super::structure)'s exact rows for what no input
+/// reaches and no output shows; the primes must differ from each other.
+///
+/// # Errors
+/// Why nothing but the ranks can be proven.
+pub(super) fn prove(
+    system: &LinearSystem,
+    actions: [Option<&Matrix<Rational>>; 2],
+    primes: &mut dyn FnMut() -> u64,
+    progress: &dyn Fn(f64),
+) -> Result<Facts, String> {
+    let system = whole(system);
+    // All is done only at the end.
+    let finished = progress;
+    let progress = &|fraction: f64| finished(fraction.min(0.99));
+    let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
+    let for_divisors = norm_bits(&without_ports(&system)) + n as u64 + 2;
+    let for_minors = norm_bits(&system) + 1;
+    let mut used = Vec::new();
+    let mut all = 0;
+    let (mut characteristic, mut determinant) = (Reconstruction::new(), Reconstruction::new());
+    let mut spectra: Vec<Group<Layout>> = Vec::new();
+    let mut zero_groups: Vec<Group<(usize, Vec<usize>)>> = Vec::new();
+    let (mut rank, mut table): (usize, Option<Vec<Vec<Option<usize>>>>) = (0, None);
+    loop {
+        let full = inputs == outputs && rank == n + inputs;
+        // Whole multiples are not at hand for zeros, fractions need twice the bits.
+        let for_zeros = match largest(&zero_groups) {
+            Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
+            _ => for_minors,
+        };
+        let spectrum = largest(&spectra).map_or(0, |group| group.bits);
+        let zeros = if full { all } else { largest(&zero_groups).map_or(0, |group| group.bits) };
+        let goal = for_divisors.max(for_zeros);
+        let missing = for_divisors.saturating_sub(spectrum).max(for_zeros.saturating_sub(zeros));
+        progress(1.0 - missing as f64 / goal as f64);
+        if missing == 0 {
+            break;
+        }
+        if all > 2 * goal + 10_000 {
+            return Err(format!("no structure is the same modulo enough of {} primes", used.len()));
+        }
+        let found = batch(missing, primes, |prime| Evidence::of(&system, actions, prime));
+        for (prime, evidence) in found {
+            let evidence = Arc::new(evidence);
+            used.push(prime);
+            all += bits(prime);
+            characteristic.add(prime, &evidence.characteristic());
+            let values: Vec<u64> = evidence.system_determinant.iter().map(|&x| evidence.field.value(x)).collect();
+            determinant.add(prime, &values);
+            add(&mut spectra, evidence.spectrum.layout(), &evidence.divisors(), &evidence);
+            let degrees = evidence.zeros.factors.iter().map(|f| f.len() - 1).collect();
+            add(&mut zero_groups, (evidence.zeros.rank, degrees), &evidence.zero_factors(), &evidence);
+            rank = rank.max(evidence.zeros.rank);
+            table = Some(least(table, &evidence.relative_degrees));
+        }
+    }
+    let mut facts = Facts {
+        primes: used,
+        lists: Default::default(),
+        pieces: Vec::new(),
+        relative_degrees: table.unwrap_or_default(),
+        states: n,
+        rank,
+        zeros: None,
+        zero_count: 0,
+        statements: Vec::new(),
+        open: Vec::new(),
+    };
+    facts.say(&format!(
+        "det(sE - A): coefficients known modulo {} primes, whose product exceeds twice their bound",
+        facts.primes.len()
+    ));
+    let group = largest(&spectra).expect("there is a prime that does not divide det E");
+    facts.take_spectrum(group, &characteristic.integers());
+    let pencils = [Some(without_ports(&system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
+    for (k, pencil) in pencils.iter().enumerate() {
+        if let Some(pencil) = pencil {
+            facts.prove_factors(k, pencil, group.bits, primes, progress);
+        }
+    }
+    facts.say("multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly");
+    facts.say("relative degrees: earlier coefficients vanish modulo primes with a product above their bound");
+    let group = largest(&zero_groups).expect("there is a prime that does not divide det E");
+    if inputs == outputs && rank == n + inputs {
+        let coefficients = determinant.integers().into_iter().map(Rational::from).collect();
+        let zeros = Polynomial::new(coefficients).monic();
+        facts.zero_count = zeros.degree();
+        facts.zeros = Some(zeros);
+        facts.say("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
+    } else {
+        facts.prove_zeros(&system, group, primes, progress);
+    }
+    finished(1.0);
+    Ok(facts)
+}
+
+impl Facts {
+    fn say(&mut self, what: &str) {
+        self.statements.push(format!("{what}; proven"));
+    }
+
+    /// Brings the polynomials back and checks that the pieces multiply to the invariant factors and these to the
+    /// characteristic polynomials.
+    fn take_spectrum(&mut self, group: &Group<Layout>, characteristic: &[IBig]) {
+        let (degrees, pieces) = &group.key;
+        let scale = Rational::from(characteristic[degrees[0].iter().sum::<usize>()].clone());
+        let mut values = group.values.integers().into_iter().map(|x| Rational::from(x) / &scale);
+        let mut next = |degree: usize| with_leading_one(values.by_ref().take(degree));
+        self.lists = std::array::from_fn(|k| degrees[k].iter().map(|&degree| next(degree)).collect());
+        self.pieces = pieces.iter().map(|(pattern, degree)| (pattern.clone(), next(*degree))).collect();
+        let integral: Vec<Vec<IBig>> = self.pieces.iter().map(|(_, p)| p.whole_coefficients()).collect();
+        let power = |exponent: &dyn Fn(&Pattern) -> usize| {
+            let factors = self.pieces.iter().zip(&integral);
+            factors.fold(vec![IBig::ONE], |all, ((pattern, _), p)| {
+                (0..exponent(pattern)).fold(all, |all, _| multiply_whole(&all, p))
+            })
+        };
+        let mut from = 0;
+        let mut right = true;
+        for (k, list) in self.lists.iter().enumerate() {
+            for (i, f) in list.iter().enumerate() {
+                right &= power(&|pattern| pattern[k][i]) == f.whole_coefficients();
+            }
+            // Each divides the next.
+            right &= self.pieces.iter().all(|(pattern, _)| pattern[k].is_sorted());
+            let degree: usize = degrees[k].iter().sum();
+            let whole = characteristic[from..=from + degree].iter().cloned().map(Rational::from).collect();
+            right &= power(&|pattern| pattern[k].iter().sum()) == Polynomial::new(whole).monic().whole_coefficients();
+            from += degree + 1;
+        }
+        let field = &group.sample.field;
+        let pieces = group.sample.spectrum.pieces.iter();
+        let radical = pieces.fold(vec![field.one()], |all, (_, p)| product(field, &all, p));
+        right &= gcd(field, &radical, &derivative(field, &radical)).len() == 1;
+        if !right {
+            self.open.push("the factors found do not multiply to the characteristic polynomial: multiplicities".into());
+        }
+    }
+
+    /// Step 5 of the argument for one list of invariant factors.
+    fn prove_factors(
+        &mut self,
+        number: usize,
+        pencil: &LinearSystem,
+        have: u64,
+        primes: &mut dyn FnMut() -> u64,
+        progress: &dyn Fn(f64),
+    ) {
+        let what = ["invariant factors", "what no input reaches", "what no output shows"][number];
+        let list = self.lists[number].clone();
+        if list.len() == 1 {
+            return self.say(&format!("{what}: one invariant factor, its degree does not drop modulo a prime"));
+        }
+        let needed = list[..list.len() - 1].iter().map(|f| nullity_bits(pencil, f)).max().unwrap_or(0);
+        let same = |prime| {
+            let image = Image::new(pencil, prime)?;
+            agree(&image.field, &list, &factors(&image.field, &image.g)).then_some(())
+        };
+        match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
+            Ok(count) => self.say(&format!(
+                "{what}: the same {} invariant factors modulo {count} primes, whose product exceeds the bound of the \
+                 minors for their nullities",
+                list.len()
+            )),
+            Err(why) => self.open.push(format!("{what}: {why}; multiplicities")),
+        }
+    }
+
+    /// Step 9 of the argument where S is not square or not regular.
+    fn prove_zeros(
+        &mut self,
+        system: &LinearSystem,
+        group: &Group<(usize, Vec<usize>)>,
+        primes: &mut dyn FnMut() -> u64,
+        progress: &dyn Fn(f64),
+    ) {
+        let (rank, degrees) = &group.key;
+        self.zero_count = degrees.iter().sum();
+        if *rank < self.rank {
+            return self
+                .open
+                .push("the normal rank was the largest one modulo few primes only: invariant zeros".into());
+        }
+        if degrees.is_empty() {
+            self.zeros = Some(Polynomial::new(vec![Rational::ONE]));
+            return self.say("invariant zeros: none modulo primes with a product above the bound of all minors");
+        }
+        let Some(values) = group.values.fractions() else {
+            return self.open.push("no fractions within their bound: invariant zeros".into());
+        };
+        // A denominator that one of the primes divides would say nothing modulo that prime.
+        let sound = |&prime: &u64| values.iter().all(|x| PrimeField::new(prime).rational(x).is_some());
+        if !group.primes.iter().all(sound) {
+            return self.open.push("a denominator is a multiple of a prime that was used: invariant zeros".into());
+        }
+        let mut values = values.into_iter();
+        let list: Vec<Polynomial> =
+            degrees.iter().map(|&degree| with_leading_one(values.by_ref().take(degree))).collect();
+        let needed = list.iter().map(|f| nullity_bits(system, f)).max().unwrap_or(0);
+        let same = |prime| {
+            let image = Image::new(system, prime)?;
+            let found = ZeroStructure::of(&image);
+            (found.rank == *rank && agree(&image.field, &list, &found.factors)).then_some(())
+        };
+        match self.repeat(needed, group.bits, system.states.len(), primes, progress, same) {
+            Ok(count) => self.say(&format!(
+                "invariant zeros: the same invariant polynomials modulo {count} primes, product above the bound of their \
+                 nullities"
+            )),
+            Err(why) => self.open.push(format!("invariant zeros: {why}")),
+        }
+        let product = list.iter().fold(vec![IBig::ONE], |all, f| multiply_whole(&all, &f.whole_coefficients()));
+        self.zeros = Some(Polynomial::new(product.into_iter().map(Rational::from).collect()).monic());
+    }
+
+    /// Takes primes until those that pass have a product above `2^needed`; their number (at least), or why not.
+    fn repeat(
+        &mut self,
+        needed: u64,
+        have: u64,
+        states: usize,
+        primes: &mut dyn FnMut() -> u64,
+        progress: &dyn Fn(f64),
+        same: impl Fn(u64) -> Option<()> + Sync,
+    ) -> Result<u64, String> {
+        let more = needed.saturating_sub(have);
+        let work = (more / 60) as f64 * (states as f64).powi(3);
+        if work > MOST_WORK {
+            return Err(format!("a proof takes {} primes, which is not attempted", needed / 60 + 1));
+        }
+        let (mut found, mut failed) = (0, 0);
+        while found < more {
+            progress((have + found) as f64 / needed as f64);
+            let batch = batch(more - found, primes, |prime| Some(same(prime).is_some()));
+            for (prime, passed) in batch {
+                self.primes.push(prime);
+                if passed { found += bits(prime) } else { failed += bits(prime) }
+            }
+            if failed > needed + 600 {
+                return Err("the structure is another one modulo many primes".into());
+            }
+        }
+        Ok(needed / 60 + 1)
+    }
+}
+
+/// Works on as many primes at once as there are threads, no more than are missing.
+fn batch<T: Send>(
+    missing: u64,
+    primes: &mut dyn FnMut() -> u64,
+    work: impl Fn(u64) -> Option<T> + Sync,
+) -> Vec<(u64, T)> {
+    let threads = rayon::current_num_threads() as u64;
+    let count = (missing / 60 + 1).min(4 * threads);
+    let chosen: Vec<u64> = (0..count).map(|_| primes()).collect();
+    chosen.into_par_iter().filter_map(|prime| Some((prime, work(prime)?))).collect()
+}
+
+/// Whether polynomials modulo a prime are the images of these.
+fn agree(field: &PrimeField, expected: &[Polynomial], found: &[Vec<Residue>]) -> bool {
+    let same = |(p, q): (&Polynomial, &Vec<Residue>)| {
+        p.coefficients().len() == q.len() && p.coefficients().iter().zip(q).all(|(c, &x)| field.rational(c) == Some(x))
+    };
+    expected.len() == found.len() && expected.iter().zip(found).all(same)
+}
+
+/// Entry by entry the least relative degree.
+fn least(known: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -> Vec<Vec<Option<usize>>> {
+    let Some(mut known) = known else { return found.to_vec() };
+    for (x, y) in known.iter_mut().flatten().zip(found.iter().flatten()) {
+        *x = match (*x, *y) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+    known
+}
+
+/// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
+fn whole(system: &LinearSystem) -> LinearSystem {
+    let mut out = system.clone();
+    let clear = |parts: &mut [&mut Matrix<Rational>], row: usize| {
+        let mut common = UBig::ONE;
+        for part in parts.iter() {
+            for x in part.row(row) {
+                let shared = dashu_int::ops::Gcd::gcd(&common, x.denominator());
+                common = common / shared * x.denominator();
+            }
+        }
+        if common != UBig::ONE {
+            let common = Rational::from(common);
+            for part in parts.iter_mut() {
+                for j in 0..part.columns() {
+                    part[(row, j)] = &part[(row, j)] * &common;
+                }
+            }
+        }
+    };
+    for i in 0..out.e.rows() {
+        clear(&mut [&mut out.e, &mut out.a, &mut out.b], i);
+    }
+    for i in 0..out.c.rows() {
+        clear(&mut [&mut out.c, &mut out.d], i);
+    }
+    out
+}
+
+/// `sE − A` alone.
+fn without_ports(system: &LinearSystem) -> LinearSystem {
+    let n = system.states.len();
+    LinearSystem {
+        e: system.e.clone(),
+        ..LinearSystem::state_space(system.a.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n))
+    }
+}
+
+/// `sI − M` with whole numbers.
+fn pencil_of(action: &Matrix<Rational>) -> LinearSystem {
+    let n = action.rows();
+    whole(&LinearSystem::state_space(action.clone(), Matrix::zeros(n, 0), Matrix::zeros(0, n)))
+}
+
+/// The square of the size of a whole number.
+fn square(x: &Rational) -> UBig {
+    let size = x.numerator().clone().into_parts().1;
+    &size * &size
+}
+
+fn squares(matrix: &Matrix<Rational>, row: usize) -> UBig {
+    matrix.row(row).iter().map(square).fold(UBig::ZERO, |sum, x| sum + x)
+}
+
+/// Twice log₂ of a norm given its square, rounded up.
+fn half_bits(square: &UBig) -> u64 {
+    square.bit_len() as u64
+}
+
+/// A bound of log₂ of the coefficients of all minors of S, whole numbers; [step "Bound"](self).
+fn norm_bits(system: &LinearSystem) -> u64 {
+    let state = |i: usize| {
+        let sum = |j: usize| {
+            let size = |m: &Matrix<Rational>| m[(i, j)].numerator().clone().into_parts().1;
+            let both = size(&system.e) + size(&system.a);
+            &both * &both
+        };
+        (0..system.e.columns()).map(sum).fold(squares(&system.b, i), |all, x| all + x)
+    };
+    let output = |i: usize| squares(&system.c, i) + squares(&system.d, i);
+    let states = (0..system.e.rows()).map(|i| half_bits(&state(i)));
+    let halves: u64 = states.chain((0..system.c.rows()).map(|i| half_bits(&output(i)))).sum();
+    halves / 2 + 1
+}
+
+/// A bound of log₂ of the minors of K for a polynomial f; steps 4 and 9 of [the argument](self).
+fn nullity_bits(system: &LinearSystem, f: &Polynomial) -> u64 {
+    let coefficients = f.whole_coefficients();
+    let degree = f.degree() as u64;
+    let size = |c: &IBig| {
+        let size = c.clone().into_parts().1;
+        &size * &size
+    };
+    let leading = size(&coefficients[f.degree()]);
+    let others = coefficients[..f.degree()].iter().map(size).fold(UBig::ZERO, |sum, x| sum + x);
+    let mut halves = 0;
+    for i in 0..system.e.rows() {
+        let (e, a) = (squares(&system.e, i), squares(&system.a, i) + squares(&system.b, i));
+        // (x + y)² ≤ 2x² + 2y² where E and A meet in a column.
+        halves += half_bits(&(UBig::from(2u8) * (&leading * &a + &others * &e)));
+        halves += (degree - 1) * half_bits(&(e + a));
+    }
+    for i in 0..system.c.rows() {
+        halves += degree * half_bits(&(squares(&system.c, i) + squares(&system.d, i)));
+    }
+    halves / 2 + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Random, prime_below};
+
+    fn integers(rows: &[&[i64]]) -> Matrix<Rational> {
+        Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
+    }
+
+    fn with_primes(system: &LinearSystem, mut primes: impl FnMut() -> u64) -> Facts {
+        let facts = prove(system, [None, None], &mut primes, &|_| ()).unwrap();
+        assert_eq!(facts.open, [""; 0]);
+        facts
+    }
+
+    fn descending() -> impl FnMut() -> u64 {
+        let mut last = 1 << 61;
+        move || {
+            last = prime_below(last);
+            last
+        }
+    }
+
+    /// All odd primes from 11 on, upwards: many of them are unlucky for matrices with entries of one digit.
+    fn ascending() -> impl FnMut() -> u64 {
+        let mut last = 9;
+        move || {
+            last += 2;
+            while !crate::num::is_prime(last) {
+                last += 2;
+            }
+            last
+        }
+    }
+
+    /// With primes so small that eigenvalues meet, minors and det E vanish by chance, the answers are the same.
+    #[test]
+    fn small_primes_prove_the_same() {
+        let mut random = Random::new(8);
+        for round in 0..30 {
+            let n = 2 + round % 4;
+            let mut small = |rows: usize, columns: usize, size: i64| {
+                Matrix::from_fn(rows, columns, |_, _| Rational::from(random.below(2 * size as u64 + 1) as i64 - size))
+            };
+            // Few different entries, so that multiple eigenvalues and zeros occur over the rationals too.
+            let size = 1 + (round % 3) as i64;
+            let (a, e) = (small(n, n, size), small(n, n, 4));
+            let (b, c) = (small(n, 1 + round % 2, 1), small(1 + round % 3, n, 1));
+            let system = LinearSystem { e, ..LinearSystem::state_space(a, b, c) };
+            if Image::new(&system, prime_below(1 << 61)).is_none() {
+                continue;
+            }
+            let (small, large) = (with_primes(&system, ascending()), with_primes(&system, descending()));
+            assert_eq!(small.lists, large.lists);
+            assert_eq!(small.pieces, large.pieces);
+            assert_eq!((small.rank, &small.zeros), (large.rank, &large.zeros));
+            assert_eq!(small.relative_degrees, large.relative_degrees);
+        }
+    }
+
+    /// Primes modulo which the matrices fall apart, before the good ones: the true structure is found all the same.
+    #[test]
+    fn injected_unlucky_primes_are_outvoted() {
+        let bad = [101u64, 103, 107, 109, 113, 127, 131, 137, 139, 149];
+        let product = bad.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+        let at = |x: i64| if x == 9 { product.clone() } else { Rational::from(x) };
+        let rows = [[0, 9, 0], [0, 0, 1], [0, 0, 9]];
+        let a = Matrix::from_fn(3, 3, |i, j| at(rows[i][j]));
+        let system = LinearSystem::state_space(a, integers(&[&[0], &[0], &[1]]), integers(&[&[1, 0, 0]]));
+        let (mut first, mut then) = (bad.into_iter(), descending());
+        let facts = with_primes(&system, || first.next().unwrap_or_else(&mut then));
+        // s² (s − product): one Jordan block at zero over the rationals; modulo each bad prime A² = 0 and rank A = 1.
+        assert_eq!(facts.lists[0].len(), 1);
+        assert_eq!(facts.pieces.len(), 2);
+        assert_eq!(facts.relative_degrees, [[Some(3)]]);
+        assert_eq!((facts.rank, facts.zero_count), (4, 0));
+        // Modulo each bad prime alone the system looks different.
+        let image = Evidence::of(&whole(&system), [None, None], 101).unwrap();
+        assert_eq!((image.spectrum.lists[0].len(), image.relative_degrees), (2, vec![vec![None]]));
+        assert_eq!(image.zeros.rank, 3);
+    }
+
+    /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.
+    #[test]
+    fn bounds_hold() {
+        let a = integers(&[&[1, 1, 1, 1], &[1, -1, 1, -1], &[1, 1, -1, -1], &[1, -1, -1, 1]]);
+        let system = LinearSystem::state_space(a, Matrix::zeros(4, 0), Matrix::zeros(0, 4));
+        // A² = 4: χ = (s² − 4)², coefficients up to 16.
+        assert!(norm_bits(&system) >= 4);
+        let facts = with_primes(&system, descending());
+        assert_eq!(facts.lists[0].iter().map(ToString::to_string).collect::<Vec<_>>(), ["s^2 - 4", "s^2 - 4"]);
+        let q = Polynomial::new([-4, 0, 1].map(Rational::from).to_vec());
+        // K has order 8 and nullity 4: minors of order 4, each row at most √5 resp. √(4 + 16).
+        assert!(nullity_bits(&system, &q) >= 4);
+    }
+}

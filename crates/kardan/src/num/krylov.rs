@@ -1,0 +1,111 @@
+use super::{ModularMatrix, PrimeField, Residue};
+
+/// A square matrix over a prime field for many products with vectors: rows with few entries are kept without their zeros.
+#[derive(Debug, Clone)]
+pub struct Operator {
+    rows: Vec<OperatorRow>,
+}
+
+#[derive(Debug, Clone)]
+enum OperatorRow {
+    Dense(Vec<Residue>),
+    Sparse(Vec<usize>, Vec<Residue>),
+}
+
+impl Operator {
+    /// From a matrix.
+    pub fn new(matrix: &ModularMatrix) -> Self {
+        let row = |i: usize| {
+            let row = matrix.row(i);
+            let places: Vec<usize> = (0..row.len()).filter(|&j| row[j] != 0).collect();
+            if 2 * places.len() > row.len() {
+                return OperatorRow::Dense(row.to_vec());
+            }
+            let values = places.iter().map(|&j| row[j]).collect();
+            OperatorRow::Sparse(places, values)
+        };
+        Self { rows: (0..matrix.rows).map(row).collect() }
+    }
+
+    /// The product with a vector.
+    pub fn apply(&self, field: &PrimeField, x: &[Residue]) -> Vec<Residue> {
+        let mut few = Vec::new();
+        let product = |row: &OperatorRow| match row {
+            OperatorRow::Dense(values) => field.dot(values, x),
+            OperatorRow::Sparse(places, values) => {
+                few.clear();
+                few.extend(places.iter().map(|&j| x[j]));
+                field.dot(values, &few)
+            }
+        };
+        self.rows.iter().map(product).collect()
+    }
+}
+
+/// The monic polynomial of least degree whose recurrence the sequence obeys, coefficients of 1, s, s², …
+///
+/// It is determined by the sequence if that has at least twice as many terms as the degree (Berlekamp and Massey). Cost:
+/// length² / 2.
+pub fn recurrence(field: &PrimeField, sequence: &[Residue]) -> Vec<Residue> {
+    let count = sequence.len();
+    let backwards: Vec<Residue> = sequence.iter().rev().copied().collect();
+    // c_0 s_i + c_1 s_{i−1} + … = 0 for all i seen so far.
+    let mut current = vec![field.one()];
+    let mut previous = current.clone();
+    let (mut degree, mut gap, mut last) = (0, 1, field.one());
+    for i in 0..count {
+        let used = current.len().min(degree + 1);
+        let discrepancy = field.dot(&current[..used], &backwards[count - 1 - i..count - 1 - i + used]);
+        if discrepancy == 0 {
+            gap += 1;
+            continue;
+        }
+        let factor = field.times(discrepancy, field.inverse(last));
+        let before = (2 * degree <= i).then(|| current.clone());
+        current.resize(current.len().max(previous.len() + gap), 0);
+        field.subtract(&mut current[gap..], factor, &previous);
+        match before {
+            Some(before) => {
+                degree = i + 1 - degree;
+                previous = before;
+                last = discrepancy;
+                gap = 1;
+            }
+            None => gap += 1,
+        }
+    }
+    current.resize(degree + 1, 0);
+    current.reverse();
+    current
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Random;
+
+    /// A sequence made with a recurrence gives it back.
+    #[test]
+    fn recurrences_come_back() {
+        let f = PrimeField::new((1 << 61) - 1);
+        let mut random = Random::new(3);
+        for degree in 0..12 {
+            let mut polynomial: Vec<Residue> = (0..degree).map(|_| random.below(f.prime())).collect();
+            polynomial.push(f.one());
+            let mut sequence: Vec<Residue> = (0..degree).map(|_| random.below(f.prime())).collect();
+            while sequence.len() < 2 * degree + 3 {
+                let from = sequence.len() - degree;
+                sequence.push(f.negate(f.dot(&polynomial[..degree], &sequence[from..])));
+            }
+            assert_eq!(recurrence(&f, &sequence), polynomial);
+        }
+    }
+
+    #[test]
+    fn sparse_and_dense_rows_agree_with_the_matrix() {
+        let f = PrimeField::new(1_000_003);
+        let m = ModularMatrix::from_fn(9, 9, |i, j| if j <= i { f.element((i * 9 + j) as u64) } else { 0 });
+        let x: Vec<Residue> = (0..9).map(|k| f.element(k * k + 1)).collect();
+        assert_eq!(Operator::new(&m).apply(&f, &x), m.apply(&f, &x));
+    }
+}
