@@ -463,9 +463,9 @@ mod tests {
         let said = |search: &LossSearch| loss("observability", search, FIGURES).join(" ");
         let nothing = said(&LossSearch::default());
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
-        let searched = LossSearch { method: "800 starts".into(), ..LossSearch::default() };
+        let searched = LossSearch { starts: 800, method: "too few cells".into(), ..LossSearch::default() };
         let searched = said(&searched);
-        assert!(searched.contains("found none within ten tolerances") && searched.contains("800 starts"), "{searched}");
+        assert!(searched.contains("found none within ten tolerances") && searched.contains("from 800 points"), "{searched}");
         assert!(!searched.contains("not searched"), "{searched}");
     }
 
