@@ -65,7 +65,7 @@ pub struct RunArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
-                        kardan analyze --state-space abcd.json")]
+                        kardan analyze my.toml --certify\n  kardan analyze --state-space abcd.json")]
 pub struct AnalyzeArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.

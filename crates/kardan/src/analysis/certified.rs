@@ -698,6 +698,17 @@ mod tests {
         assert_eq!(image.zeros.rank, 3);
     }
 
+    /// What takes too long is said and not claimed; so is a structure that does not come again.
+    #[test]
+    fn impossible_proofs_are_refused() {
+        let system = LinearSystem::state_space(integers(&[&[1]]), integers(&[&[1]]), integers(&[&[1]]));
+        let mut facts = with_primes(&system, descending());
+        let refused = facts.repeat(1 << 50, 0, 1000, &mut descending(), &|_| (), |_| Some(()));
+        assert!(refused.unwrap_err().contains("not attempted"));
+        let other = facts.repeat(1000, 0, 1, &mut descending(), &|_| (), |_| None);
+        assert!(other.unwrap_err().contains("another one"));
+    }
+
     /// The bounds bound: det(s − A) of a matrix with the largest possible determinant (Hadamard), and its nullities.
     #[test]
     fn bounds_hold() {
