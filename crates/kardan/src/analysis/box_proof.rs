@@ -10,7 +10,7 @@ use crate::results::Pole;
 /// A constrained mechanical system loses controllability where `[λ²H + λD + S, Cᵀ; C, 0; Fᵀ, 0]` has dependent columns;
 /// toleranced parameters p enter it as `pᵢ = centreᵢ (1 + toleranceᵢ xᵢ)`.
 #[derive(Debug, Clone)]
-pub struct Family {
+pub struct PencilBox {
     /// `L₀₀, L₁₀, L₂₀`: the coefficients of λ⁰, λ¹, λ² at `x = 0`. At least as many rows as columns.
     pub coefficients: [Matrix<Rational>; 3],
     /// `L₀ᵢ, L₁ᵢ, L₂ᵢ`: their change with each xᵢ.
@@ -57,11 +57,11 @@ pub enum BoxProof {
 /// and exponentially with the number of parameters that matter there.
 ///
 /// ```
-/// use kardan::analysis::{BoxProof, Family, prove_box};
+/// use kardan::analysis::{BoxProof, PencilBox, prove_box};
 /// use kardan::num::{Matrix, Rational};
 /// // λ² + 1 + x/2 over [λ + 2]: no common root.
 /// let column = |a: i64, b: i64, of: u32| Matrix::from_fn(2, 1, |i, _| Rational::from_parts([a, b][i].into(), of.into()));
-/// let family = Family {
+/// let family = PencilBox {
 ///     coefficients: [column(1, 2, 1), column(0, 1, 1), column(1, 0, 1)],
 ///     slopes: vec![[column(1, 0, 2), column(0, 0, 1), column(0, 0, 1)]],
 /// };
@@ -70,7 +70,7 @@ pub enum BoxProof {
 ///
 /// # Panics
 /// If the matrices differ in shape.
-pub fn prove_box(family: &Family, budget: usize, progress: &mut dyn FnMut(f64)) -> BoxProof {
+pub fn prove_box(family: &PencilBox, budget: usize, progress: &mut dyn FnMut(f64)) -> BoxProof {
     let mut parts = vec![family.coefficients.clone()];
     parts.extend(family.slopes.iter().cloned());
     let shape = (parts[0][0].rows(), parts[0][0].columns());
@@ -215,7 +215,7 @@ struct Scaled {
 const LARGEST_ENTRY: f64 = 1.0e60;
 /// Largest modulus of an entry of R.
 const LARGEST_INVERSE: f64 = 1.0e60;
-/// Covers everything that underflows (below 2⁻⁹⁰⁰ in total) in an entry of G.
+/// More than all that underflows in an entry of G.
 const UNDERFLOW: f64 = 1.0e-90;
 
 impl Scaled {
@@ -388,9 +388,12 @@ enum Verdict {
 /// `A = Σₑ (|c| + δ)ᵉ (|Lₑ₀| + Σᵢ |Lₑᵢ|)`, since `|yᵢ| + wᵢ ≤ 1` and `Σₚ δᵖ (e over p) |c|ᵉ⁻ᵖ = (|c| + δ)ᵉ`. N counts: rounding of a
 /// coefficient 1, `Lₑ(y)` q + 1, the product with R m + 1 (real times complex, so each part apart), the shift of
 /// the polynomial to c four complex operations of at most 3 each, modulus 3, powers and weights 6, the sum over parts q + 3:
-/// below `m + 2q + 32`. `slack` is eight times that times u, and multiplies both G and `|R| A + I`. Numbers stay below 1e60 · 1e60
-/// · 60, whose squares do not overflow; what underflows (results below 2⁻¹⁰²², squares below which a modulus is below 2⁻⁵⁰⁰),
-/// even times R, is far below [`UNDERFLOW`], which is added. NaN fails every comparison.
+/// below `m + 2q + 32`. `slack` is eight times that times u; it multiplies both G and `|R| A + I`, which also covers that these
+/// are themselves rounded.
+///
+/// Entries of L and R are below 1e60, so products and their squares do not overflow; if something does, NaN and infinity
+/// fail every comparison. What underflows is below 1e-160 (the square root of the least number), even times R below 1e-100,
+/// and far below [`UNDERFLOW`], which is added to every entry.
 struct Cells {
     m: usize,
     n: usize,
@@ -417,22 +420,25 @@ struct Cells {
     triangle: Vec<c64>,
     /// R, n × m.
     inverse: Vec<c64>,
-    /// Row vector or column vector of length m or n.
+    /// One column of length m; zero between uses where entries are summed up.
     vector: Vec<c64>,
     /// R times one column of each power, 3 × n.
     product: Vec<c64>,
-    /// Parts of G, n × n: what no division makes smaller, λ, the sum; and one column for each of `slope_columns`.
+    /// Moduli of R, n × m.
+    modulus: Vec<f64>,
+    /// Parts of G, n × n: what no division makes smaller, and what λ contributes; then one column for each of `slope_columns`.
     floor: Vec<f64>,
     lambda: Vec<f64>,
-    bound: Vec<f64>,
     slopes: Vec<f64>,
-    modulus: Vec<f64>,
+    /// G, rounding included, n × n.
+    bound: Vec<f64>,
+    /// I − G during elimination, n × n.
     triangular: Vec<f64>,
     /// Positive vectors: Perron's for G where a cell fails.
     right: Vec<f64>,
     left: Vec<f64>,
     work: Vec<f64>,
-    /// Contributions of λ (last) and the parameters to the spectral radius.
+    /// Contributions of the parameters and of λ (last) to the spectral radius of G.
     contributions: Vec<f64>,
 }
 
@@ -557,7 +563,7 @@ impl Cells {
             add(&mut self.vector, &column.rows, (self.width[*parameter] * scale[column.column]).powi(2));
         }
         let most = (0..m).map(|i| self.spread[i * m + i].re).fold(0.0, f64::max);
-        let least = if most > 0.0 { 1e-12 * most } else { 1.0 };
+        let least = if most > 0.0 { 1e-8 * most } else { 1.0 };
         for i in 0..m {
             self.spread[i * m + i] = c64::new(self.spread[i * m + i].re * (1.0 + 1e-4) + least, 0.0);
         }
@@ -576,10 +582,14 @@ impl Cells {
                     column[i] -= self.spread[k * m + i] * x;
                 }
             }
-            for (k, q) in before.chunks_exact(m).enumerate() {
-                let share: c64 = q.iter().zip(&*column).map(|(q, x)| q.conj() * x).sum();
-                self.triangle[j * n + k] = share;
-                column.iter_mut().zip(q).for_each(|(x, q)| *x -= share * q);
+            // Twice: otherwise R L − I has the square of the condition.
+            self.triangle[j * n..j * n + j].fill(zero);
+            for _ in 0..2 {
+                for (k, q) in before.chunks_exact(m).enumerate() {
+                    let share: c64 = q.iter().zip(&*column).map(|(q, x)| q.conj() * x).sum();
+                    self.triangle[j * n + k] += share;
+                    column.iter_mut().zip(q).for_each(|(x, q)| *x -= share * q);
+                }
             }
             let norm = column.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
             if !(norm > 0.0 && norm.is_finite()) {

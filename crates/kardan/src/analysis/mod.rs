@@ -23,7 +23,7 @@ mod system;
 mod zeros;
 
 pub use bases::{BasisError, bases, eigenvalue_bounds, gram_schmidt};
-pub use box_proof::{BoxProof, Family as PencilBox, prove_box};
+pub use box_proof::{BoxProof, PencilBox, prove_box};
 pub use class::class;
 pub use constraint_forces::constraint_forces;
 pub use construction::construction;

@@ -465,7 +465,10 @@ mod tests {
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
         let searched = LossSearch { starts: 800, method: "too few cells".into(), ..LossSearch::default() };
         let searched = said(&searched);
-        assert!(searched.contains("found none within ten tolerances") && searched.contains("from 800 points"), "{searched}");
+        assert!(
+            searched.contains("found none within ten tolerances") && searched.contains("from 800 points"),
+            "{searched}"
+        );
         assert!(!searched.contains("not searched"), "{searched}");
     }
 
