@@ -309,8 +309,8 @@ pub(super) fn prove(
         open: Vec::new(),
     };
     facts.say(&format!(
-        "det(sE - A): coefficients known modulo {} primes, whose product exceeds twice their bound",
-        facts.primes.len()
+        "det(sE - A): coefficients known modulo {}, whose product exceeds twice their bound",
+        counted(facts.primes.len() as u64)
     ));
     let group = largest(&spectra).expect("there is a prime that does not divide det E");
     facts.take_spectrum(group, &characteristic.integers());
@@ -400,9 +400,10 @@ impl Facts {
         };
         match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
             Ok(count) => self.say(&format!(
-                "{what}: the same {} invariant factors modulo {count} primes, whose product exceeds the bound of the \
+                "{what}: the same {} invariant factors modulo {}, whose product exceeds the bound of the \
                  minors for their nullities",
-                list.len()
+                list.len(),
+                counted(count)
             )),
             Err(why) => self.open.push(format!("{what}: {why}; multiplicities")),
         }
@@ -446,8 +447,9 @@ impl Facts {
         };
         match self.repeat(needed, group.bits, system.states.len(), primes, progress, same) {
             Ok(count) => self.say(&format!(
-                "invariant zeros: the same invariant polynomials modulo {count} primes, product above the bound of their \
-                 nullities"
+                "invariant zeros: the same invariant polynomials modulo {}, whose product exceeds the bound of the \
+                 minors for their nullities",
+                counted(count)
             )),
             Err(why) => self.open.push(format!("invariant zeros: {why}")),
         }
@@ -484,6 +486,10 @@ impl Facts {
         }
         Ok(needed / 60 + 1)
     }
+}
+
+fn counted(primes: u64) -> String {
+    if primes == 1 { "one prime".into() } else { format!("{primes} primes") }
 }
 
 /// Works on as many primes at once as there are threads, no more than are missing.
