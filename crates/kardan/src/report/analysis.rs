@@ -7,7 +7,7 @@ use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words;
 use crate::results::{
-    Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, Mode, Placement, PlacementSearch, Sensitivity,
+    Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, Loss, Mode, Placement, PlacementSearch, Sensitivity,
     Structure,
 };
 
@@ -350,10 +350,10 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
 }
 
 fn sensitivity(sensitivity: &Sensitivity) -> String {
-    let at = |search: &Option<crate::results::LossSearch>, name: &str| {
+    let at = |search: &Option<crate::results::LossSearch>, name: &str, nominal: f64| {
         let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
-        let found = loss.and_then(|loss| loss.at.iter().find(|(parameter, _, _)| parameter == name));
-        Cell::Number(found.map_or("–".into(), |(_, value, _)| number(*value)))
+        let value = |loss: &Loss| loss.at.iter().find(|(other, _, _)| other == name).map_or(nominal, |(_, x, _)| *x);
+        Cell::Number(loss.map_or("–".into(), |loss| number(value(loss))))
     };
     let row = |(name, nominal, low, high, what): &(String, f64, f64, f64, String)| {
         vec![
@@ -361,12 +361,13 @@ fn sensitivity(sensitivity: &Sensitivity) -> String {
             Cell::figure(*low),
             Cell::figure(*nominal),
             Cell::figure(*high),
-            at(&sensitivity.controllability, name),
-            at(&sensitivity.observability, name),
+            at(&sensitivity.controllability, name, *nominal),
+            at(&sensitivity.observability, name, *nominal),
         ]
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
-    let mut body = rows_of(&headers, sensitivity.parameters.iter().map(row).collect());
+    let mut body = pictures::margins(sensitivity);
+    body += &rows_of(&headers, sensitivity.parameters.iter().map(row).collect());
     for (title, what, search) in [
         ("Controllability", "controllability", &sensitivity.controllability),
         ("Observability", "observability", &sensitivity.observability),

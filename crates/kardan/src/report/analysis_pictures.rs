@@ -4,7 +4,7 @@ use super::curves::ON_WHITE;
 use super::text::{escape, figure};
 use super::ticks;
 use super::words;
-use crate::results::{EnergyKind, Mode, PlacementSearch, Pole, Zeros};
+use crate::results::{EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, Zeros};
 
 /// Width of a character of the labels, px, generously.
 const CHARACTER: f64 = 7.0;
@@ -405,4 +405,61 @@ pub(super) fn ranking(search: &PlacementSearch) -> String {
     let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
     let note = if logarithmic { "<p class=\"hint\">The bars are logarithmic.</p>\n" } else { "" };
     drawn + note
+}
+
+/// How far the next loss of structure is: what is proven, what is open, and where a loss was found.
+pub(super) fn margins(sensitivity: &Sensitivity) -> String {
+    let rows: Vec<(&str, &LossSearch)> =
+        [("controllability", &sensitivity.controllability), ("observability", &sensitivity.observability)]
+            .into_iter()
+            .filter_map(|(what, search)| Some((what, search.as_ref().filter(|search| searched(search))?)))
+            .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let found = |search: &LossSearch| search.nearest.as_ref().map(|loss| loss.distance).filter(|d| d.is_finite());
+    let farthest = rows.iter().map(|(_, s)| found(s).unwrap_or(0.0).max(s.proven_distance)).fold(1.0, f64::max);
+    let end = if rows.iter().any(|(_, s)| found(s).is_none()) { 10.0 } else { (1.2 * farthest).clamp(1.5, 12.0) };
+    let (left, width, row, top) = (CHARACTER * 16.0 + 16.0, 460.0, 30.0, 22.0);
+    let x = |distance: f64| left + width * (distance / end).clamp(0.0, 1.0);
+    let bottom = top + row * rows.len() as f64;
+    let mut body = String::new();
+    let step = if end > 5.0 {
+        2.0
+    } else if end > 2.0 {
+        1.0
+    } else {
+        0.5
+    };
+    for k in 0..=(end / step) as usize {
+        let at = step * k as f64;
+        body += &line((x(at), top), (x(at), bottom), "grid");
+        body += &text(x(at), bottom + 16.0, "middle faint", &figure(at, 3));
+    }
+    for (k, (what, search)) in rows.iter().enumerate() {
+        let y = top + row * k as f64 + 6.0;
+        body += &text(left - 10.0, y + 14.0, "end", what);
+        let proven = search.proven_distance;
+        let said = format!("no loss of {what} within {} tolerances: proven", figure(proven, 4));
+        body += &bar(left, y, x(proven) - left, 18.0, "safe", &said);
+        let until = found(search).unwrap_or(end);
+        body += &bar(x(proven), y, x(until) - x(proven), 18.0, "undecided", "neither proven nor found");
+        if let Some(distance) = found(search) {
+            body += &line((x(distance), y - 4.0), (x(distance), y + 22.0), "loss");
+        }
+    }
+    body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
+    body += &text(x(1.0), top - 8.0, "middle", "tolerances");
+    let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
+    figure_of(
+        "Distance to the nearest loss",
+        &drawn,
+        "Largest deviation of a parameter, in tolerances. <span class=\"entry\"><span class=\"swatch safe\"></span>proven: no \
+         loss</span><span class=\"entry\"><span class=\"swatch undecided\"></span>undecided</span><span class=\"entry\"><span \
+         class=\"swatch loss\"></span>a loss was found</span>",
+    )
+}
+
+fn searched(search: &LossSearch) -> bool {
+    search.nearest.is_some() || search.starts > 0 || search.proven_distance > 0.0
 }

@@ -281,7 +281,8 @@ impl Subject<'_> {
                 BoxProof::Undecided { .. } => high = middle,
             }
         }
-        out.proven_distance = low;
+        // Rounded down, so that what is printed is proven too.
+        out.proven_distance = (1000.0 * low).floor() / 1000.0;
     }
 }
 
