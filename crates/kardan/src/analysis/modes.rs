@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, Side, c64};
 
@@ -80,7 +82,7 @@ pub fn modes_of_pencil(states: &[String], e: &Matrix<f64>, a: &Matrix<f64>) -> O
     }
     let right = Mat::from_fn(n, n, |i, j| a[(i, j)]);
     let state = PartialPivLu::new(Mat::from_fn(n, n, |i, j| e[(i, j)]).as_ref()).solve(right);
-    let pairs = state_pairs(&state)?;
+    let pairs: Vec<Pair> = state_pairs(&state, null_vector)?;
     let mode = |pair: &Pair| Mode { shape: shape(states, pair.vector.iter().copied()), ..root(pair.value) };
     Some(sorted(pairs.iter().map(mode).collect()))
 }
@@ -245,6 +247,7 @@ fn transposed(rows: &[SparseRow], columns: usize) -> Vec<SparseRow> {
 /// Eigenvalues and vectors of `λ²H + λD + S`, all symmetric, H definite.
 fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> Option<Vec<Pair>> {
     let r = h.nrows();
+    let original = [h, d, s];
     let factor = h.llt(Side::Lower).ok()?;
     let l = factor.L();
     let unit_inertia = |m: &Mat<f64>| {
@@ -268,7 +271,7 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
         d = q.transpose() * &d * q;
         s = q.transpose() * &s * q;
     }
-    let (values, mut vectors) =
+    let (values, mut vectors, unsolved) =
         if d.norm_max() == 0.0 { undamped_pairs(&s, known)? } else { damped_pairs(&d, &s, free, known)? };
     if let Some(q) = &axes {
         vectors = [q * &vectors[0], q * &vectors[1]];
@@ -278,8 +281,13 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
     }
     let exact = |k: usize| Pair { value: c64::ZERO, vector: (0..r).map(|i| c64::new(motions[(i, k)], 0.0)).collect() };
     let mut out: Vec<Pair> = (0..free).chain(0..known).map(exact).collect();
+    let band = bandwidth(original);
     for (k, value) in values.into_iter().enumerate() {
-        let vector: Vec<c64> = (0..r).map(|i| c64::new(vectors[0][(i, k)], vectors[1][(i, k)])).collect();
+        let vector: Vec<c64> = if unsolved.contains(&k) {
+            quadratic_null_vector(original, band, value)?
+        } else {
+            (0..r).map(|i| c64::new(vectors[0][(i, k)], vectors[1][(i, k)])).collect()
+        };
         out.push(Pair { value, vector: normalised(&vector)? });
     }
     Some(out)
@@ -287,11 +295,14 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
 
 type Vectors = [Mat<f64>; 2]; // real and imaginary parts
 
+/// Eigenvalues, their vectors, and the numbers of those without a vector.
+type Found = (Vec<c64>, Vectors, BTreeSet<usize>);
+
 /// Without damping: `−λ²` are the eigenvalues of S beyond the `known` rigid motions.
-fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<(Vec<c64>, Vectors)> {
+fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<Found> {
     let (r, flexible) = (s.nrows(), s.nrows() - known);
     if flexible == 0 {
-        return Some((Vec::new(), [Mat::zeros(r, 0), Mat::zeros(r, 0)]));
+        return Some((Vec::new(), [Mat::zeros(r, 0), Mat::zeros(r, 0)], BTreeSet::new()));
     }
     let eigen = s.submatrix(known, known, flexible, flexible).self_adjoint_eigen(Side::Lower).ok()?;
     let (mut values, mut of) = (Vec::new(), Vec::new());
@@ -307,12 +318,12 @@ fn undamped_pairs(s: &Mat<f64>, known: usize) -> Option<(Vec<c64>, Vectors)> {
     }
     let real = Mat::from_fn(r, of.len(), |i, k| if i < known { 0.0 } else { eigen.U()[(i - known, of[k])] });
     let imaginary = Mat::zeros(r, of.len());
-    Some((values, [real, imaginary]))
+    Some((values, [real, imaginary], BTreeSet::new()))
 }
 
 /// First-order form with the states `ω y` (motions beyond the rigid ones) and all speeds but those of free rigid motions,
 /// which are constant.
-fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option<(Vec<c64>, Vectors)> {
+fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option<Found> {
     let r = s.nrows();
     let angles = r - known;
     let omega = if s.norm_max() > 0.0 { s.norm_max().sqrt() } else { 1.0 };
@@ -328,10 +339,12 @@ fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option
             a[(angles + i - free, angles + j - free)] = -d[(i, j)];
         }
     }
-    let pairs = state_pairs(&a)?;
+    // A vector without entries stands for none.
+    let pairs = state_pairs(&a, |_, _, _| Some(Vec::new()))?;
+    let unsolved: BTreeSet<usize> = (0..pairs.len()).filter(|&k| pairs[k].vector.is_empty()).collect();
     // λ times the motion, which needs no division by a small λ.
     let mut vectors = [Mat::zeros(r, pairs.len()), Mat::zeros(r, pairs.len())];
-    for (k, pair) in pairs.iter().enumerate() {
+    for (k, pair) in pairs.iter().enumerate().filter(|(k, _)| !unsolved.contains(k)) {
         let moved = |i: usize| pair.value * pair.vector[i - known] * (1.0 / omega);
         let mut motion: Vec<c64> =
             (free..r).map(|i| if i < known { pair.vector[angles + i - free] } else { moved(i) }).collect();
@@ -344,14 +357,14 @@ fn damped_pairs(d: &Mat<f64>, s: &Mat<f64>, free: usize, known: usize) -> Option
             vectors[1][(free + i, k)] = x.im;
         }
     }
-    Some((pairs.into_iter().map(|pair| pair.value).collect(), vectors))
+    Some((pairs.into_iter().map(|pair| pair.value).collect(), vectors, unsolved))
 }
 
 /// Eigenvalues with imaginary part ≥ 0 and eigenvectors of a matrix.
 ///
 /// `faer` returns overflowing or wrong vectors for eigenvalues that are nearly defective several times over, so every vector
-/// is checked by its residual.
-fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
+/// is checked by its residual; `otherwise` finds another one, of the balanced matrix with a residual below the tolerance.
+fn state_pairs(a: &Mat<f64>, otherwise: impl Fn(MatRef<'_, f64>, c64, f64) -> Option<Vec<c64>>) -> Option<Vec<Pair>> {
     if !a.is_all_finite() {
         return None;
     }
@@ -376,9 +389,9 @@ fn state_pairs(a: &Mat<f64>) -> Option<Vec<Pair>> {
         let solves = |vector: &Vec<c64>| {
             (0..n).all(|i| (c64::new(images[0][(i, k)], images[1][(i, k)]) - value * vector[i]).norm() <= tolerance)
         };
-        let vector = vector.filter(solves).or_else(|| null_vector(balanced.as_ref(), value, tolerance))?;
+        let vector = vector.filter(solves).or_else(|| otherwise(balanced.as_ref(), value, tolerance))?;
         let vector: Vec<c64> = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect();
-        out.push(Pair { value, vector: normalised(&vector)? });
+        out.push(Pair { value, vector: if vector.is_empty() { vector } else { normalised(&vector)? } });
     }
     Some(out)
 }
@@ -398,4 +411,131 @@ fn null_vector(a: MatRef<'_, f64>, value: c64, tolerance: f64) -> Option<Vec<c64
     }
     let null = null_vectors(shifted.as_ref(), 1)?;
     Some(null.vectors[0].iter().map(|(re, im)| c64::new(*re, *im)).collect())
+}
+
+/// Largest distance of an entry from the diagonal.
+fn bandwidth(matrices: [&Mat<f64>; 3]) -> usize {
+    let r = matrices[0].nrows();
+    let occupied = |i: usize, j: usize| matrices.iter().any(|m| m[(i, j)] != 0.0);
+    (0..r)
+        .flat_map(|j| (0..r).map(move |i| (i, j)))
+        .filter(|&(i, j)| occupied(i, j))
+        .map(|(i, j)| i.abs_diff(j))
+        .max()
+        .unwrap_or(0)
+}
+
+/// The null vector of `λ²H + λD + S` at a known eigenvalue: inverse iteration within the band, else the singular value
+/// decomposition.
+fn quadratic_null_vector([h, d, s]: [&Mat<f64>; 3], band: usize, value: c64) -> Option<Vec<c64>> {
+    let r = h.nrows();
+    let size = value.norm();
+    let largest_of = |i: usize| h[(i, i)].abs() * size * size + d[(i, i)].abs() * size + s[(i, i)].abs();
+    // Rows and columns of the size of one, as inertias may differ by powers of ten.
+    let scales: Vec<f64> = (0..r).map(|i| 1.0 / largest_of(i).max(f64::MIN_POSITIVE).sqrt()).collect();
+    let entry =
+        |i: usize, j: usize| (value * value * h[(i, j)] + value * d[(i, j)] + s[(i, j)]) * (scales[i] * scales[j]);
+    // The eigenvalue is as exact as rounding of the largest ones leaves it.
+    let fastest =
+        (0..r).map(|i| (s[(i, i)].abs() / h[(i, i)]).sqrt() + d[(i, i)].abs() / h[(i, i)]).fold(size, f64::max);
+    let tolerance = 1e-14 * r as f64 * fastest / size.max(f64::MIN_POSITIVE);
+    let mut x: Vec<c64> = (0..r).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
+    for _ in 0..2 {
+        let before = x.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+        x = solve_banded(r, band, entry, x);
+        let after = largest(&x).norm();
+        if !after.is_finite() || after == 0.0 {
+            break;
+        }
+        if before <= tolerance * after {
+            return normalised(&x.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>());
+        }
+        x.iter_mut().for_each(|x| *x /= after);
+    }
+    let matrix = Mat::from_fn(r, r, entry);
+    let null = null_vectors(matrix.as_ref(), 1)?;
+    let of = null.vectors[0].iter().zip(&scales).map(|((re, im), scale)| c64::new(*re, *im) * *scale);
+    normalised(&of.collect::<Vec<_>>())
+}
+
+/// Gaussian elimination with row exchanges of a matrix whose entries lie within `band` of the diagonal; a pivot that
+/// vanishes is taken as the rounding unit. Cost O(n · band²).
+fn solve_banded(n: usize, band: usize, entry: impl Fn(usize, usize) -> c64, mut x: Vec<c64>) -> Vec<c64> {
+    // Row i holds the columns from i − band to i + 2 band.
+    let width = 3 * band + 1;
+    let mut rows = vec![c64::ZERO; n * width];
+    let at = |i: usize, j: usize| i * width + j + band - i;
+    for i in 0..n {
+        for j in i.saturating_sub(band)..(i + band + 1).min(n) {
+            rows[at(i, j)] = entry(i, j);
+        }
+    }
+    for k in 0..n {
+        let below = (k + band + 1).min(n);
+        let last = (k + 2 * band + 1).min(n);
+        let pivot =
+            (k..below).fold(k, |best, i| if rows[at(i, k)].norm() > rows[at(best, k)].norm() { i } else { best });
+        if pivot != k {
+            (k..last).for_each(|j| rows.swap(at(k, j), at(pivot, j)));
+            x.swap(k, pivot);
+        }
+        if rows[at(k, k)].norm() < f64::EPSILON {
+            rows[at(k, k)] = c64::new(f64::EPSILON, 0.0);
+        }
+        let inverse = rows[at(k, k)].inv();
+        for i in k + 1..below {
+            let factor = rows[at(i, k)] * inverse;
+            if factor == c64::ZERO {
+                continue;
+            }
+            for j in k + 1..last {
+                let above = rows[at(k, j)];
+                rows[at(i, j)] -= factor * above;
+            }
+            let above = x[k];
+            x[i] -= factor * above;
+        }
+    }
+    for k in (0..n).rev() {
+        let sum = (k + 1..(k + 2 * band + 1).min(n)).fold(x[k], |sum, j| sum - rows[at(k, j)] * x[j]);
+        x[k] = sum * rows[at(k, k)].inv();
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Random;
+
+    /// Against the product: `A x = b`, with small pivots on the diagonal so that rows are exchanged.
+    #[test]
+    fn banded_systems_are_solved() {
+        for (n, band) in [(1, 0), (5, 0), (6, 1), (30, 3), (12, 11)] {
+            let mut random = Random::new(n as u64);
+            let mut number = || c64::new(2.0 * random.unit() - 1.0, 2.0 * random.unit() - 1.0);
+            let a = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+                0 => number() * if band > 0 { 1e-3 } else { 1.0 },
+                apart if apart <= band => number(),
+                _ => c64::ZERO,
+            });
+            let b: Vec<c64> = (0..n).map(|_| number()).collect();
+            let x = solve_banded(n, band, |i, j| a[(i, j)], b.clone());
+            for i in 0..n {
+                let sum = (0..n).fold(c64::ZERO, |sum, j| sum + a[(i, j)] * x[j]);
+                assert!((sum - b[i]).norm() < 1e-9, "n = {n}, band = {band}");
+            }
+        }
+    }
+
+    /// `(λ² + 3)` of the difference of two equal bodies: the vector is (1, −1), whatever the scale of one coordinate.
+    #[test]
+    fn a_null_vector_of_the_quadratic() {
+        let unit = [1.0, 1e-4];
+        let scaled = |m: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| m[i][j] * unit[i] * unit[j]);
+        let (h, d) = (scaled([[1.0, 0.0], [0.0, 1.0]]), scaled([[0.0, 0.0], [0.0, 0.0]]));
+        let s = scaled([[2.0, -1.0], [-1.0, 2.0]]);
+        let v = quadratic_null_vector([&h, &d, &s], 1, c64::new(0.0, 3f64.sqrt())).unwrap();
+        assert!((v[0] * 1e4 + v[1]).norm() < 1e-10, "{v:?}");
+    }
 }
