@@ -102,6 +102,88 @@ fn one_parameter_at_a_time() {
     }
 }
 
+/// Tolerances that differ on the two sides, or exist on one only: within γ tolerances d² = sJ can be met unless the ends of
+/// both sides keep apart.
+#[test]
+fn unequal_tolerances() {
+    let names = ["a".to_string(), "b".to_string()];
+    // J, s, d as (below, nominal, above), in ten thousandths.
+    for values in [
+        [(10000, 10000, 11615), (15840, 19600, 29880), (9273, 11510, 13683)],
+        [(9700, 10000, 10000), (20000, 20000, 20040), (13000, 13400, 13400)],
+        [(9999, 10000, 17000), (19900, 20000, 20000), (15000, 16000, 16001)],
+        [(10000, 10000, 10200), (20000, 20000, 20300), (15000, 16000, 17000)],
+    ] {
+        let p = [0, 1, 2].map(|i| {
+            let [low, nominal, high] = [values[i].0, values[i].1, values[i].2].map(|x: i64| fraction(x, 10_000));
+            parameter(["J", "s", "d"][i], nominal, low, high)
+        });
+        let end = |i: usize, distance: f64, above: bool| {
+            let (low, nominal, high) = (values[i].0 as f64, values[i].1 as f64, values[i].2 as f64);
+            (nominal + distance * if above { high - nominal } else { low - nominal }) / 1e4
+        };
+        let (mut low, mut high) = (0.0, 10.0);
+        let nominally_below = end(2, 0.0, true).powi(2) < end(0, 0.0, true) * end(1, 0.0, true);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let (d, product) =
+                (end(2, middle, nominally_below), end(0, middle, !nominally_below) * end(1, middle, !nominally_below));
+            if (d * d < product) == nominally_below { low = middle } else { high = middle }
+        }
+        let family = Family::new(&p, &two_bodies, Side::Inputs, &[]).unwrap();
+        let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 0.0), (-0.8, 1.3), (-1.5, 1.0)], 48).unwrap();
+        assert!((loss.distance - low).abs() < 1e-8 * low, "{loss:?} instead of {low}");
+    }
+}
+
+/// A loss just beyond an end that is the value itself does not lie in the box, and at no finite distance.
+#[test]
+fn a_side_without_tolerance_is_not_left() {
+    let source = kardan::model::builtin("two-bodies").unwrap().source;
+    let with = |d: &str| {
+        let source = source.replace("1 kg m^2 ± 20 %", "1 kg m^2").replace("2 N m/rad ± 20 %", "1 N m/rad");
+        analysis(&source.replace("0.5 N m s/rad ± 20 %", d))
+    };
+    for search in both(&with("0.9999 N m s/rad [0.5, 0.9999]")) {
+        assert_eq!((&search.nearest, search.box_verdict), (&None, BoxVerdict::Certified));
+        assert_eq!(search.proven_distance, 10.0);
+    }
+    // Five tolerances of 0.00002.
+    for search in both(&with("0.9999 N m s/rad [0.5, 0.99992]")) {
+        assert!((search.nearest.as_ref().unwrap().distance - 5.0).abs() < 1e-6, "{search:?}");
+        assert_eq!(search.box_verdict, BoxVerdict::Certified);
+        assert!(search.proven_distance < 5.0 && search.proven_distance > 4.5);
+    }
+}
+
+/// Twins that differ by 1e-10 of their stiffness are apart, if a parameter says so.
+#[test]
+fn a_small_distance_is_not_zero() {
+    let tiny = |x: i64| fraction(x, 10_000_000_000_000);
+    let build = |p: &[Rational]| {
+        let spring = |other: i64, value: Rational| along("s", &[(other as usize, 1), (1, -1)], value);
+        Some(ConstrainedSystem {
+            shafts: ["a", "b", "c"].map(String::from).to_vec(),
+            inertias: (0..3).map(|i| along("j", &[(i, 1)], whole(1))).collect(),
+            springs: vec![
+                spring(0, whole(2)),
+                spring(0, p[0].clone()),
+                spring(2, whole(2)),
+                // 5 % of a tolerance above p.
+                spring(2, tiny(10_050)),
+                along("g", &[(1, 1)], whole(1)),
+            ],
+            inputs: vec![along("m", &[(1, 1)], ())],
+            ..ConstrainedSystem::default()
+        })
+    };
+    let p = [parameter("p", tiny(10_000), tiny(9_000), tiny(11_000))];
+    let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
+    let names = ["a", "b", "c"].map(String::from);
+    let loss = nearest_loss(&family, &names, &[(0.0, 0.44), (0.0, 1.5), (0.0, 2.6)], 48).unwrap();
+    assert!((loss.distance - 0.05).abs() < 1e-3, "{loss:?}");
+}
+
 /// Without damping, a pendulum chain: a lost mode has imaginary λ. Bodies 1 and 3 hang on body 2 by springs s and t; a
 /// force on body 2 cannot reach the motion of 1 against 3 where s/J₁ = t/J₃.
 #[test]
@@ -305,6 +387,8 @@ fn built_in_models_are_certified() {
         assert_eq!(search.box_verdict, BoxVerdict::Certified);
         // What is proven never reaches what is found, and comes close to it.
         assert!(search.proven_distance < distance && search.proven_distance > 0.95 * distance, "{search:?}");
+        // In four digits, so that no report rounds it up.
+        assert_eq!(format!("{:.3e}", search.proven_distance).parse(), Ok(search.proven_distance));
         assert_eq!(search.sampling.as_ref().unwrap().probability, 0.0);
     }
     for search in both(&analysis(kardan::model::builtin("sia-steering").unwrap().source)) {

@@ -3,7 +3,7 @@ use faer::{Mat, c64};
 use rayon::prelude::*;
 
 use super::Family;
-use crate::num::{Random, rational_to_f64};
+use crate::num::{Random, Rational, rational_to_f64};
 use crate::results::{Loss, Pole};
 
 /// How far the search goes, in tolerances.
@@ -27,8 +27,9 @@ const SOLVED: f64 = 1e-13;
 /// Solves `min γ(y)` subject to `L(λ, y) v = 0`, `v ≠ 0` by sequential linear programming from many starts: v and λ are
 /// eliminated from the linearised equations (left null space of `[L, L'v; vᴴ, 0]`), what remains are m real equations (2m
 /// for complex λ) for the parameters, whose solution with the least gauge γ is found. γ is the largest `yᵢ` over the
-/// tolerance on its side. Nothing is assumed on how a loss comes about. Starts: the eigenvalues given, and real numbers of
-/// their sizes, at the nominal parameters and at random ones up to `FARTHEST` tolerances away.
+/// tolerance on its side; where there is none, the parameter does not move. Nothing is assumed on how a loss comes
+/// about. Starts: the eigenvalues given, and real numbers of their sizes, at the nominal parameters and at random ones up
+/// to `FARTHEST` tolerances away.
 ///
 /// A point counts only if rounding errors cannot have made it: shifted by them, it must stay within 1/1000 tolerance. Losses
 /// where a parameter vanishes are often degenerate in this sense and better tested exactly.
@@ -87,7 +88,8 @@ fn tidied(family: &Family<'_>, limits: &Limits, mut found: Found) -> Found {
     for i in 0..found.y.len() {
         let mut y = found.y.clone();
         y[i] = 0.0;
-        if found.y[i] == 0.0 {
+        // What sets the distance matters, however little.
+        if found.y[i] == 0.0 || limits.gauge(&y) < found.gauge * (1.0 - 1e-6) {
             continue;
         }
         let Some((rows, columns)) = equilibrium(family, &y, found.lambda) else { continue };
@@ -143,10 +145,10 @@ impl Limits {
             let (nominal, low, high) =
                 (rational_to_f64(&p.nominal), rational_to_f64(&p.lower), rational_to_f64(&p.upper));
             let half = 0.5 * (high - low);
-            // A side without tolerance costs as much as a thousand tolerances.
-            let side = |width: f64| (width / half).max(1e-3);
-            out.lower.push(side(nominal - low));
-            out.upper.push(side(high - nominal));
+            // From exact differences: a side without tolerance has exactly none.
+            let side = |width: Rational| rational_to_f64(&width) / half;
+            out.lower.push(side(&p.nominal - &p.lower));
+            out.upper.push(side(&p.upper - &p.nominal));
             out.half.push(half);
             // A value whose interval has one sign keeps it.
             let signed = nominal != 0.0 && low * high >= 0.0;
@@ -156,11 +158,17 @@ impl Limits {
     }
 
     fn clamp(&self, i: usize, y: f64) -> f64 {
+        let y = if self.forbids(i, y) { 0.0 } else { y };
         match self.zero[i] {
             zero if zero.is_infinite() => y,
             zero if zero < 0.0 => y.max(zero),
             zero => y.min(zero),
         }
+    }
+
+    /// Whether there is no tolerance on this side.
+    fn forbids(&self, i: usize, y: f64) -> bool {
+        y < 0.0 && self.lower[i] == 0.0 || y > 0.0 && self.upper[i] == 0.0
     }
 
     fn gauge(&self, y: &[f64]) -> f64 {
@@ -258,7 +266,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
                 (0..y.len()).fold(-part(of_residual[q / 2]), |sum, i| sum + g[(q, i)] * y[i])
             })
             .collect();
-        let (target, steepness) = least_gauge(&g, &right, limits)?;
+        let (target, steepness) = least_gauge(g, &right, limits)?;
         // Rounding must not be able to make or unmake the loss: where the equations hardly depend on the parameters, it could.
         if candidate && size * NOISE < DOUBT * steepness {
             let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
@@ -268,7 +276,8 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
             break;
         }
         let change: Vec<f64> = target.iter().zip(&y).map(|(t, y)| t - y).collect();
-        let stretch = limits.gauge(&change).max(limits.gauge(&change.iter().map(|x| -x).collect::<Vec<_>>()));
+        let widest = |i: usize| limits.lower[i].max(limits.upper[i]);
+        let stretch = change.iter().enumerate().map(|(i, x)| x.abs() / widest(i)).fold(0.0, f64::max);
         let most = 0.5 + 0.3 * gauge;
         let factor = if stretch > most { most / stretch } else { 1.0 };
         let before = y.clone();
@@ -344,12 +353,25 @@ fn max_norm(m: &Mat<c64>) -> f64 {
     (0..m.nrows()).map(|i| m[(i, 0)].norm()).fold(0.0, f64::max)
 }
 
-/// `min γ(y)` subject to `G y = b` (in the least-squares sense where it cannot be met).
+/// `min γ(y)` subject to `G y = b` (in the least-squares sense where it cannot be met), and the smallest singular value of G
+/// that counts. Parameters that would move to a side without tolerance stay where they are.
+fn least_gauge(mut g: Mat<f64>, b: &[f64], limits: &Limits) -> Option<(Vec<f64>, f64)> {
+    loop {
+        let (y, steepness) = least_two_sided(&g, b, limits)?;
+        let wrong: Vec<usize> = (0..y.len()).filter(|&i| limits.forbids(i, y[i])).collect();
+        if wrong.is_empty() {
+            return Some((y, steepness));
+        }
+        wrong.into_iter().for_each(|i| g.col_mut(i).fill(0.0));
+    }
+}
+
+/// The same; a side without tolerance is left by rounding errors at most, as long as the equations allow it.
 ///
-/// The dual is to minimise a weighted sum of absolute values `|Vᵀa|`, done by reweighted least squares with a vanishing
-/// floor: `y = Ω V (VᵀΩV)⁻¹ c` with `Ωᵢ = 1/|aᵢ|`. Parameters without influence stay at zero. Also the smallest singular value
-/// of G that counts.
-fn least_gauge(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<(Vec<f64>, f64)> {
+/// With `h, k` half the sum and half the difference of the tolerances above and below, the dual is to minimise
+/// `Σ hᵢ |aᵢ| + kᵢ aᵢ` with `a = V x, cᵀx = 1`, done by reweighted least squares with a vanishing floor:
+/// `y = (Ω a + k)/τ` with `Ωᵢ = hᵢ/|aᵢ|`, where τ is such that `Vᵀy = c`. Parameters without influence stay at zero.
+fn least_two_sided(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<(Vec<f64>, f64)> {
     let k = g.ncols();
     let svd = g.thin_svd().ok()?;
     let largest = svd.S()[0];
@@ -361,26 +383,35 @@ fn least_gauge(g: &Mat<f64>, b: &[f64], limits: &Limits) -> Option<(Vec<f64>, f6
     // Orthonormal equations Vᵀ y = c.
     let c: Vec<f64> =
         (0..rank).map(|q| (0..b.len()).map(|i| svd.U()[(i, q)] * b[i]).sum::<f64>() / svd.S()[q]).collect();
-    let v = Mat::from_fn(k, rank, |i, q| svd.V()[(i, q)]);
+    let idle: Vec<bool> = (0..k).map(|i| g.col(i).norm_max() == 0.0).collect();
+    let v = Mat::from_fn(k, rank, |i, q| if idle[i] { 0.0 } else { svd.V()[(i, q)] });
     let mut y: Vec<f64> = (0..k).map(|i| (0..rank).map(|q| v[(i, q)] * c[q]).sum()).collect();
-    let mut weights = vec![1.0; k];
+    let half: Vec<f64> = (0..k).map(|i| 0.5 * (limits.upper[i] + limits.lower[i])).collect();
+    let shift: Vec<f64> =
+        (0..k).map(|i| if idle[i] { 0.0 } else { 0.5 * (limits.upper[i] - limits.lower[i]) }).collect();
+    let mut weights = half.clone();
     let mut floor = 0.1;
-    for _ in 0..60 {
-        // z = y over the tolerance on the side where it is.
-        let side: Vec<f64> = (0..k).map(|i| if y[i] < 0.0 { limits.lower[i] } else { limits.upper[i] }).collect();
-        let normal = Mat::from_fn(rank, rank, |p, q| {
-            (0..k).map(|i| v[(i, p)] * v[(i, q)] * side[i] * side[i] * weights[i]).sum::<f64>()
+    for step in 0..60 {
+        let normal =
+            Mat::from_fn(rank, rank, |p, q| (0..k).map(|i| v[(i, p)] * v[(i, q)] * half[i] * weights[i]).sum::<f64>());
+        // Without the shift first: the size of the weights is not known yet.
+        let shift = |i: usize| if step == 0 { 0.0 } else { shift[i] };
+        let right = Mat::from_fn(rank, 2, |q, side| match side {
+            0 => c[q],
+            _ => (0..k).map(|i| v[(i, q)] * shift(i)).sum(),
         });
-        let right = Mat::from_fn(rank, 1, |q, _| c[q]);
-        let a = normal.full_piv_lu().solve(&right);
-        let dual: Vec<f64> = (0..k).map(|i| side[i] * (0..rank).map(|q| v[(i, q)] * a[(q, 0)]).sum::<f64>()).collect();
-        let largest = dual.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if !(largest > 0.0 && largest.is_finite()) {
+        let x = normal.full_piv_lu().solve(&right);
+        let onto = |side: usize| (0..rank).map(|q| c[q] * x[(q, side)]).sum::<f64>();
+        let tau = (1.0 + onto(1)) / onto(0);
+        let dual: Vec<f64> =
+            (0..k).map(|i| (0..rank).map(|q| v[(i, q)] * (tau * x[(q, 0)] - x[(q, 1)])).sum()).collect();
+        let largest = (0..k).fold(0.0, |most: f64, i| most.max(half[i] * dual[i].abs()));
+        if !(tau > 0.0 && tau.is_finite() && largest > 0.0 && largest.is_finite()) {
             break;
         }
         for i in 0..k {
-            y[i] = side[i] * weights[i] * dual[i];
-            weights[i] = largest / dual[i].abs().max(floor * largest);
+            y[i] = (half[i] * weights[i] * dual[i] + shift(i)) / tau;
+            weights[i] = half[i] / (half[i] * dual[i].abs()).max(floor * largest);
         }
         floor = (floor * 0.7).max(1e-9);
     }
