@@ -224,6 +224,94 @@ fn unlucky_primes_do_not_mislead() {
     }
 }
 
+/// `ẋ` in companion form for a characteristic polynomial with these coefficients of 1, s, …, driven at the end.
+fn chain(coefficients: &[i64], c: Matrix<Rational>) -> LinearSystem {
+    let n = coefficients.len();
+    let a = Matrix::from_fn(n, n, |i, j| match (i + 1 == n, i + 1 == j) {
+        (true, _) => Rational::from(-coefficients[j]),
+        (false, yes) => {
+            if yes {
+                Rational::ONE
+            } else {
+                Rational::ZERO
+            }
+        }
+    });
+    let b = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });
+    LinearSystem::state_space(a, b, c)
+}
+
+/// `s² + a s + b` with `a² − 4 b = 3 (2⁶¹ − 1)`: a double root modulo the only prime that the bound asks for.
+#[test]
+fn a_double_root_modulo_the_first_prime_is_none() {
+    let found = certified(&chain(&[939_872_593, 2_630_119_585], integers(&[&[1, 0]])));
+    assert_eq!(found.factors.iter().map(|f| f.algebraic).collect::<Vec<_>>(), [1]);
+    assert_eq!(found.invariant_factors, ["s^2 + 2630119585 s + 939872593"]);
+}
+
+/// Outputs `(p s − 1) s` and `(p s − 1) (s − p)` of one input: modulo p = 2⁶¹ − 1 the common zero is 0 instead of 1/p.
+#[test]
+fn a_zero_with_the_first_prime_as_denominator_is_proven() {
+    let p = whole((1 << 61) - 1);
+    let other = Rational::ZERO.minus(&p.times(&p).plus(&Rational::ONE));
+    let rows = [[Rational::ZERO, Rational::from(-1), p.clone()], [p.clone(), other, p.clone()]];
+    let found = certified(&chain(&[3, 2, 1], Matrix::from_fn(2, 3, |i, j| rows[i][j].clone())));
+    assert_eq!((found.zeros.polynomial.as_str(), found.zeros.normal_rank), ("s - 1/2305843009213693951", 1));
+}
+
+/// A feedthrough that vanishes modulo the prime of the fast mode: it does not say that it has proven relative degree one.
+#[test]
+fn a_hidden_feedthrough_is_not_denied() {
+    let p = whole(random_prime(&mut Random::new(1)));
+    let system = LinearSystem {
+        d: Matrix::from_fn(1, 1, |_, _| p.clone()),
+        ..LinearSystem::state_space(integers(&[&[-1]]), integers(&[&[1]]), integers(&[&[1]]))
+    };
+    assert_eq!(certified(&system).relative_degrees, [[Some(0)]]);
+    let fast = structure(&system).unwrap();
+    let statement = fast.certificate.statements.iter().find(|s| s.starts_with("relative degrees")).unwrap();
+    assert!(fast.relative_degrees == [[Some(0)]] || !statement.ends_with("proven"), "{statement}");
+}
+
+/// One prime, one left vector.
+#[test]
+fn statements_count_to_one() {
+    let system =
+        LinearSystem::state_space(integers(&[&[-1, 0], &[0, -2]]), integers(&[&[1], &[0]]), integers(&[&[1, 0]]));
+    let statements = certified(&system).certificate.statements.join("\n");
+    assert!(statements.contains("modulo one prime above") && statements.contains("an exact left vector is"));
+    assert!(!statements.contains(" 1 primes") && !statements.contains(" 1 exact"));
+}
+
+/// Ports at their limits: no input, no output, one state, numbers of 10³⁰⁰ and 10⁻³⁰⁰, all entries zero.
+#[test]
+fn extreme_systems_are_proven() {
+    let huge = Rational::from_parts(dashu_int::UBig::from(10u8).pow(300).into(), dashu_int::UBig::ONE);
+    let tiny = Rational::ONE.over(&huge);
+    for x in [huge.clone(), tiny.clone(), Rational::ZERO] {
+        let a = Matrix::from_fn(2, 2, |i, j| if i == 0 && j == 1 { x.clone() } else { Rational::ZERO });
+        let (b, c) = (Matrix::from_fn(2, 1, |i, _| Rational::from(i as u64)), integers(&[&[1, 0], &[0, 0]]));
+        let found = certified(&LinearSystem {
+            e: Matrix::from_fn(2, 2, |i, j| match i == j {
+                true => huge.clone(),
+                false => Rational::ZERO,
+            }),
+            ..LinearSystem::state_space(a, b, c)
+        });
+        let linked = !Scalar::is_zero(&x);
+        let (rank, inputs) = if linked { (2, 1) } else { (1, 2) };
+        assert_eq!((found.controllable_rank, found.min_inputs), (rank, inputs));
+        assert_eq!(found.relative_degrees, [[linked.then_some(2)], [None]]);
+    }
+    for (inputs, outputs) in [(0, 0), (0, 2), (2, 0), (3, 2)] {
+        let zero = LinearSystem::state_space(Matrix::zeros(1, 1), Matrix::zeros(1, inputs), Matrix::zeros(outputs, 1));
+        let found = certified(&zero);
+        assert_eq!((found.controllable_rank, found.observable_rank, found.min_inputs), (0, 0, 1));
+        // Neither reached nor seen: the eigenvalue is an invariant zero of [s, 0; 0, 0].
+        assert_eq!((found.zeros.polynomial.as_str(), found.zeros.normal_rank), ("s", 0));
+    }
+}
+
 /// Eigenvalues that differ by 10⁻³⁰ of their size, and the same ones made equal.
 #[test]
 fn nearly_equal_is_not_equal() {

@@ -66,7 +66,11 @@
 //! `Σ_j deg gcd(f, a_j) + (columns of S − ρ) d` for the invariant polynomials a_j of S. (U) needs another reason, as there
 //! is no det E: if the gcd of the minors of order ρ − k had a greater degree than modulo p, p would divide its leading
 //! coefficient, which divides that of a minor and is at most H; primes with a product above H cannot all do so. The sum for
-//! k = 0 is no longer known beforehand, so (L) is used for k = 1 too.
+//! k = 0 is no longer known beforehand, so (L) is used for k = 1 too. Of the primes whose images the b_j were made from, those
+//! count for 4 modulo which the b_j are the factors found; the degrees are the same modulo all of them.
+//!
+//! **10. Wrong guesses.** What 5, 7 and 9 start from is the structure modulo most primes. If it cannot be confirmed, all is
+//! begun anew with other primes; after a few attempts it is left open.
 
 use std::sync::Arc;
 
@@ -77,13 +81,17 @@ use rayon::prelude::*;
 use super::LinearSystem;
 use super::images::Image;
 use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factors, in_words, with_leading_one};
-use super::structure::{Answers, SpectrumInWords, relative_degrees};
+use super::structure::{SpectrumInWords, relative_degrees};
 use super::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::{derivative, gcd, product};
 use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, multiply_whole};
+use crate::results::Zeros;
 
 /// Most primes times states³ that are spent on one statement.
 const MOST_WORK: f64 = 1e13;
+
+/// How often a structure that cannot be confirmed is looked for anew.
+const ATTEMPTS: usize = 4;
 
 /// What is proven.
 pub(super) struct Facts {
@@ -92,7 +100,7 @@ pub(super) struct Facts {
     /// Invariant factors: of the system, of what no input reaches, of what no output shows.
     lists: [Vec<Polynomial>; 3],
     pieces: Vec<(Pattern, Polynomial)>,
-    relative_degrees: Vec<Vec<Option<usize>>>,
+    pub relative_degrees: Vec<Vec<Option<usize>>>,
     states: usize,
     /// Rank of S.
     rank: usize,
@@ -100,24 +108,29 @@ pub(super) struct Facts {
     zero_count: usize,
     /// How each claim is proven.
     pub statements: Vec<String>,
-    /// What could not be proven, and why.
-    pub open: Vec<String>,
+    /// What could not be proven about multiplicities and invariant factors, and why.
+    pub open_spectrum: Vec<String>,
+    /// The same about zeros.
+    pub open_zeros: Vec<String>,
+    /// The structure modulo most of the primes was not that over the rationals.
+    unlucky: bool,
 }
 
 impl Facts {
-    /// In words; long polynomials are known but not written out.
-    pub fn answers(&self) -> Answers {
+    /// Eigenvalues in words, if all about them is proven; long polynomials are known but not written out.
+    pub fn spectrum(&self) -> Option<SpectrumInWords> {
         let pieces = self.pieces.iter().map(|(pattern, p)| (pattern, Some(p), p.degree()));
+        self.open_spectrum.is_empty().then(|| SpectrumInWords {
+            factors: spectrum::described(pieces),
+            invariant_factors: self.lists[0].iter().map(|f| in_words(Some(f), f.degree())).collect(),
+            common: self.lists[0].first().cloned(),
+        })
+    }
+
+    /// Zeros in words, if they are proven.
+    pub fn zeros(&self) -> Option<Zeros> {
         let zeros = self.zeros.as_ref().filter(|p| p.degree() <= MOST_EXPANDED);
-        Answers {
-            spectrum: SpectrumInWords {
-                factors: spectrum::described(pieces),
-                invariant_factors: self.lists[0].iter().map(|f| in_words(Some(f), f.degree())).collect(),
-                common: self.lists[0].first().cloned(),
-            },
-            zeros: zeros::described(self.rank, self.states, self.zero_count, zeros),
-            relative_degrees: self.relative_degrees.clone(),
-        }
+        self.open_zeros.is_empty().then(|| zeros::described(self.rank, self.states, self.zero_count, zeros))
     }
 }
 
@@ -251,12 +264,28 @@ pub(super) fn prove(
     progress: &dyn Fn(f64),
 ) -> Result<Facts, String> {
     let system = whole(system);
+    for _ in 1..ATTEMPTS {
+        let facts = attempt(&system, actions, primes, progress)?;
+        if !facts.unlucky {
+            return Ok(facts);
+        }
+    }
+    attempt(&system, actions, primes, progress)
+}
+
+/// One attempt for a system with whole numbers.
+fn attempt(
+    system: &LinearSystem,
+    actions: [Option<&Matrix<Rational>>; 2],
+    primes: &mut dyn FnMut() -> u64,
+    progress: &dyn Fn(f64),
+) -> Result<Facts, String> {
     // All is done only at the end.
     let finished = progress;
     let progress = &|fraction: f64| finished(fraction.min(0.99));
     let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
-    let for_divisors = norm_bits(&without_ports(&system)) + n as u64 + 2;
-    let for_minors = norm_bits(&system) + 1;
+    let for_divisors = norm_bits(&without_ports(system)) + n as u64 + 2;
+    let for_minors = norm_bits(system) + 1;
     let mut used = Vec::new();
     let mut all = 0;
     let (mut characteristic, mut determinant) = (Reconstruction::new(), Reconstruction::new());
@@ -281,7 +310,7 @@ pub(super) fn prove(
         if all > 2 * goal + 10_000 {
             return Err(format!("no structure is the same modulo enough of {} primes", used.len()));
         }
-        let found = batch(missing, primes, |prime| Evidence::of(&system, actions, prime));
+        let found = batch(missing, primes, |prime| Evidence::of(system, actions, prime));
         for (prime, evidence) in found {
             let evidence = Arc::new(evidence);
             used.push(prime);
@@ -306,21 +335,27 @@ pub(super) fn prove(
         zeros: None,
         zero_count: 0,
         statements: Vec::new(),
-        open: Vec::new(),
+        open_spectrum: Vec::new(),
+        open_zeros: Vec::new(),
+        unlucky: false,
     };
-    facts.say(&format!(
-        "det(sE - A): coefficients known modulo {}, whose product exceeds twice their bound",
-        counted(facts.primes.len() as u64)
-    ));
+    facts.say(&format!("det(sE - A): coefficients known {} twice their bound", modulo(facts.primes.len() as u64)));
     let group = largest(&spectra).expect("there is a prime that does not divide det E");
     facts.take_spectrum(group, &characteristic.integers());
-    let pencils = [Some(without_ports(&system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
+    if facts.unlucky {
+        facts.open_zeros.push("not looked for".into());
+        return Ok(facts);
+    }
+    let pencils = [Some(without_ports(system)), actions[0].map(pencil_of), actions[1].map(pencil_of)];
     for (k, pencil) in pencils.iter().enumerate() {
         if let Some(pencil) = pencil {
             facts.prove_factors(k, pencil, group.bits, primes, progress);
         }
     }
-    facts.say("multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly");
+    if facts.open_spectrum.is_empty() {
+        facts
+            .say("multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly");
+    }
     facts.say("relative degrees: earlier coefficients vanish modulo primes with a product above their bound");
     let group = largest(&zero_groups).expect("there is a prime that does not divide det E");
     if inputs == outputs && rank == n + inputs {
@@ -330,7 +365,7 @@ pub(super) fn prove(
         facts.zeros = Some(zeros);
         facts.say("invariant zeros: the determinant of the system matrix, known like det(sE - A)");
     } else {
-        facts.prove_zeros(&system, group, primes, progress);
+        facts.prove_zeros(system, group, primes, progress);
     }
     finished(1.0);
     Ok(facts)
@@ -375,7 +410,8 @@ impl Facts {
         let radical = pieces.fold(vec![field.one()], |all, (_, p)| product(field, &all, p));
         right &= gcd(field, &radical, &derivative(field, &radical)).len() == 1;
         if !right {
-            self.open.push("the factors found do not multiply to the characteristic polynomial: multiplicities".into());
+            self.unlucky = true;
+            self.open_spectrum.push("the factors found do not multiply to the characteristic polynomial".into());
         }
     }
 
@@ -400,12 +436,11 @@ impl Facts {
         };
         match self.repeat(needed, have, pencil.states.len(), primes, progress, same) {
             Ok(count) => self.say(&format!(
-                "{what}: the same {} invariant factors modulo {}, whose product exceeds the bound of the \
-                 minors for their nullities",
+                "{what}: the same {} invariant factors {} the bound of the minors for their nullities",
                 list.len(),
-                counted(count)
+                modulo(count)
             )),
-            Err(why) => self.open.push(format!("{what}: {why}; multiplicities")),
+            Err(why) => self.open_spectrum.push(format!("{what}: {why}")),
         }
     }
 
@@ -420,22 +455,22 @@ impl Facts {
         let (rank, degrees) = &group.key;
         self.zero_count = degrees.iter().sum();
         if *rank < self.rank {
+            self.unlucky = true;
             return self
-                .open
-                .push("the normal rank was the largest one modulo few primes only: invariant zeros".into());
+                .open_zeros
+                .push("invariant zeros: the normal rank was the largest one modulo few primes only".into());
         }
         if degrees.is_empty() {
             self.zeros = Some(Polynomial::new(vec![Rational::ONE]));
             return self.say("invariant zeros: none modulo primes with a product above the bound of all minors");
         }
         let Some(values) = group.values.fractions() else {
-            return self.open.push("no fractions within their bound: invariant zeros".into());
+            self.unlucky = true;
+            return self.open_zeros.push("invariant zeros: no fractions within their bound".into());
         };
-        // A denominator that one of the primes divides would say nothing modulo that prime.
-        let sound = |&prime: &u64| values.iter().all(|x| PrimeField::new(prime).rational(x).is_some());
-        if !group.primes.iter().all(sound) {
-            return self.open.push("a denominator is a multiple of a prime that was used: invariant zeros".into());
-        }
+        // A prime may divide a denominator, or the image of the zeros may be another one there.
+        let agreeing = group.primes.iter().filter(|&&prime| group.values.agrees(prime, &values));
+        let have = agreeing.map(|&prime| bits(prime)).sum();
         let mut values = values.into_iter();
         let list: Vec<Polynomial> =
             degrees.iter().map(|&degree| with_leading_one(values.by_ref().take(degree))).collect();
@@ -445,13 +480,12 @@ impl Facts {
             let found = ZeroStructure::of(&image);
             (found.rank == *rank && agree(&image.field, &list, &found.factors)).then_some(())
         };
-        match self.repeat(needed, group.bits, system.states.len(), primes, progress, same) {
+        match self.repeat(needed, have, system.states.len(), primes, progress, same) {
             Ok(count) => self.say(&format!(
-                "invariant zeros: the same invariant polynomials modulo {}, whose product exceeds the bound of the \
-                 minors for their nullities",
-                counted(count)
+                "invariant zeros: the same invariant polynomials {} the bound of their nullities",
+                modulo(count)
             )),
-            Err(why) => self.open.push(format!("invariant zeros: {why}")),
+            Err(why) => self.open_zeros.push(format!("invariant zeros: {why}")),
         }
         let product = list.iter().fold(vec![IBig::ONE], |all, f| multiply_whole(&all, &f.whole_coefficients()));
         self.zeros = Some(Polynomial::new(product.into_iter().map(Rational::from).collect()).monic());
@@ -481,15 +515,20 @@ impl Facts {
                 if passed { found += bits(prime) } else { failed += bits(prime) }
             }
             if failed > needed + 600 {
+                self.unlucky = true;
                 return Err("the structure is another one modulo many primes".into());
             }
         }
-        Ok(needed / 60 + 1)
+        Ok(needed.div_ceil(60).max(1))
     }
 }
 
-fn counted(primes: u64) -> String {
-    if primes == 1 { "one prime".into() } else { format!("{primes} primes") }
+/// `modulo … primes with a product above`, in words.
+fn modulo(primes: u64) -> String {
+    match primes {
+        1 => "modulo one prime above".into(),
+        _ => format!("modulo {primes} primes with a product above"),
+    }
 }
 
 /// Works on as many primes at once as there are threads, no more than are missing.
@@ -525,7 +564,7 @@ fn least(known: Option<Vec<Vec<Option<usize>>>>, found: &[Vec<Option<usize>>]) -
 }
 
 /// The same system with whole numbers: rows of `[E, A, B]` and of `[C, D]` times their common denominators.
-fn whole(system: &LinearSystem) -> LinearSystem {
+pub(super) fn whole(system: &LinearSystem) -> LinearSystem {
     let mut out = system.clone();
     let clear = |parts: &mut [&mut Matrix<Rational>], row: usize| {
         let mut common = UBig::ONE;
@@ -584,7 +623,7 @@ fn half_bits(square: &UBig) -> u64 {
 }
 
 /// A bound of log₂ of the coefficients of all minors of S, whole numbers; [step "Bound"](self).
-fn norm_bits(system: &LinearSystem) -> u64 {
+pub(super) fn norm_bits(system: &LinearSystem) -> u64 {
     let state = |i: usize| {
         let sum = |j: usize| {
             let size = |m: &Matrix<Rational>| m[(i, j)].numerator().clone().into_parts().1;
@@ -633,7 +672,7 @@ mod tests {
 
     fn with_primes(system: &LinearSystem, mut primes: impl FnMut() -> u64) -> Facts {
         let facts = prove(system, [None, None], &mut primes, &|_| ()).unwrap();
-        assert_eq!(facts.open, [""; 0]);
+        assert_eq!([&facts.open_spectrum[..], &facts.open_zeros].concat(), [""; 0]);
         facts
     }
 

@@ -66,9 +66,13 @@ impl<'a> Images<'a> {
     }
 
     /// Puts the image of that number first.
-    pub fn prefer(&mut self, number: usize) {
+    pub fn prefer(&mut self, number: usize, image: &Arc<Image>) {
         self.primes.swap(0, number);
-        self.images.swap(0, number);
+        if number < self.images.len() {
+            self.images.swap(0, number);
+        } else if let Some(first) = self.images.first_mut() {
+            *first = image.clone();
+        }
     }
 
     /// The primes used so far.

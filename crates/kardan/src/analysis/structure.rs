@@ -1,7 +1,5 @@
 use std::sync::Arc;
 
-use dashu_int::ops::BitTest;
-
 use super::images::{Image, Images};
 use super::spectrum::{MOST_EXPANDED, Spectrum, factors, in_words, quotient_factors, with_leading_one};
 use super::zeros::ZeroStructure;
@@ -149,33 +147,36 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
         facts.map_err(|why| proof.statements.push(format!("no proof of the rest: {why}"))).ok()
     });
 
-    let answers = match &facts {
-        Some(facts) => facts.answers(),
-        None => Answers {
-            spectrum: spectrum(&mut images, &first, &reached, &dual_first, &seen, &limits),
-            zeros: zeros(&mut images, &first, &limits),
-            relative_degrees: relative_degrees(&first),
-        },
-    };
-    let m = answers.spectrum.invariant_factors.len();
-    let common = answers.spectrum.common.as_ref();
+    // What is not proven is found modulo random primes.
+    let known = facts.as_ref().and_then(certified::Facts::spectrum);
+    let proven = known.is_some();
+    let spectrum = known.unwrap_or_else(|| spectrum(&mut images, &first, &reached, &dual_first, &seen, &limits));
+    let known = facts.as_ref().and_then(certified::Facts::zeros);
+    let zeros_proven = known.is_some();
+    let zeros = known.unwrap_or_else(|| zeros(&mut images, &first, &limits));
+    let table = facts.as_ref().map_or_else(|| relative_degrees(&first), |facts| facts.relative_degrees.clone());
+    let m = spectrum.invariant_factors.len();
+    let common = spectrum.common.as_ref();
     let kind = Kind::of(system);
-    let proven = facts.as_ref().is_some_and(|facts| facts.open.is_empty());
     let (inputs, outputs) = rayon::join(
         || count(&mut images, &first, m, common, kind.freedoms.map(|r| (r, true)), proven),
         || count(&mut dual_images, &dual_first, m, common, kind.freedoms.map(|r| (r, false)), proven),
     );
     if let Some(facts) = &facts {
         proof.statements.extend(facts.statements.iter().cloned());
-        facts.open.iter().for_each(|what| proof.modular(what));
-    } else {
+        let open = facts.open_spectrum.iter().chain(&facts.open_zeros);
+        proof.statements.extend(open.map(|why| format!("no proof: {why}")));
+    }
+    if !proven {
         proof.modular("multiplicities and invariant factors");
     }
     proof.count("inputs", m, inputs.as_ref(), proven);
     proof.count("outputs", m, outputs.as_ref(), proven);
-    if facts.is_none() {
+    if !zeros_proven {
         proof.modular("invariant zeros");
-        if n <= MOST_EXPANDED && vanish_exactly(system, &answers.relative_degrees) {
+    }
+    if facts.is_none() {
+        if n <= MOST_EXPANDED && vanish_exactly(system, &table) {
             proof.statements.push("relative degrees: the leading Markov parameters vanish exactly; proven".into());
         } else {
             proof.modular("relative degrees");
@@ -204,25 +205,18 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
         outputs: system.outputs.clone(),
         controllable_rank: reached.rank,
         observable_rank: seen.rank,
-        factors: answers.spectrum.factors,
+        factors: spectrum.factors,
         uncontrollable: Vec::new(),
         unobservable: Vec::new(),
-        relative_degrees: answers.relative_degrees,
-        zeros: answers.zeros,
-        invariant_factors: answers.spectrum.invariant_factors,
+        relative_degrees: table,
+        zeros,
+        invariant_factors: spectrum.invariant_factors,
         min_inputs: m,
         min_outputs: m,
         kind: kind.name.into(),
         construction: None,
         certificate,
     })
-}
-
-/// What is found modulo primes, in words.
-pub(super) struct Answers {
-    pub spectrum: SpectrumInWords,
-    pub zeros: Zeros,
-    pub relative_degrees: Vec<Vec<Option<usize>>>,
 }
 
 /// Eigenvalues in words, and the smallest invariant factor.
@@ -264,7 +258,7 @@ fn best_image(images: &mut Images<'_>, limits: &Limits) -> (Arc<Image>, Reach) {
         let reach = Reach::of(&image);
         let full = reach.rank == image.g.rows;
         if best.as_ref().is_none_or(|(_, found)| found.rank < reach.rank) {
-            images.prefer(number);
+            images.prefer(number, &image);
             best = Some((image, reach));
         }
         if full {
@@ -318,17 +312,17 @@ struct Proof {
 }
 
 impl Proof {
+    /// Every claim holds unless a prime that was drawn divides one of a few whole numbers other than zero. With minors of S
+    /// of at most H bits (see the bound in [`certified`]) these are: a minor of the block matrix of all [E, −A, B], n H bits;
+    /// for the invariant factors of the system, of what is not reached and of what is not seen, and for the zeros, minors for
+    /// the nullities, 2 n (H + n) bits, and leading coefficients of gcds of minors, n H bits, each; the discriminant of the
+    /// square-free part, 2 n (H + 2 n) bits; numerators of differences between a coefficient and the candidates for it,
+    /// 100 (H + n) bits. For each claim that is less than 32 (size + 4) (H + size) bits altogether.
     fn new(system: &LinearSystem) -> Self {
-        // A rank of the block matrix of all [E, −A, B] decides every claim; its minors have at most size² · bits bits.
-        let bits = [&system.e, &system.a, &system.b, &system.c, &system.d]
-            .iter()
-            .flat_map(|matrix| matrix.as_slice())
-            .map(|x| x.numerator().clone().into_parts().1.bit_len() + x.denominator().bit_len())
-            .max()
-            .unwrap_or(1) as f64;
         let size = (system.states.len() + system.inputs.len() + system.outputs.len()) as f64;
-        let bad = size * size * (bits + size.log2().max(1.0)) / 60.0;
-        Self { statements: Vec::new(), open: 0, each: bad / PrimeField::CHOICES + size * size / (1u64 << 60) as f64 }
+        let norm = certified::norm_bits(&certified::whole(system)) as f64;
+        let bad = 32.0 * (size + 4.0) * (norm + size) / 60.0;
+        Self { statements: Vec::new(), open: 0, each: (bad / PrimeField::CHOICES).min(1.0) }
     }
 
     fn modular(&mut self, what: &str) {
@@ -344,9 +338,11 @@ impl Proof {
             format!("{what} rank {n} of {n}: a minor does not vanish modulo a prime; proven")
         } else {
             format!(
-                "{what} rank {rank} of {n}: a minor does not vanish modulo a prime, and {} exact left vectors are never \
-                 reached; proven",
-                n - rank
+                "{what} rank {rank} of {n}: a minor does not vanish modulo a prime, and {} never reached; proven",
+                match n - rank {
+                    1 => "an exact left vector is".into(),
+                    many => format!("{many} exact left vectors are"),
+                }
             )
         });
     }
@@ -374,7 +370,7 @@ impl Proof {
     }
 
     fn failure_probability(&self) -> f64 {
-        self.open as f64 * self.each
+        (self.open as f64 * self.each).min(1.0)
     }
 }
 
@@ -698,9 +694,13 @@ pub(super) fn relative_degrees(image: &Image) -> Vec<Vec<Option<usize>>> {
     table
 }
 
-/// Whether `C (E⁻¹A)ᵏ E⁻¹B = 0` for all powers below the relative degrees.
+/// Whether D and `C (E⁻¹A)ᵏ E⁻¹B` vanish for all powers below the relative degrees.
 fn vanish_exactly(system: &LinearSystem, table: &[Vec<Option<usize>>]) -> bool {
     let n = system.states.len();
+    let through = |i: usize, j: usize| table[i][j] != Some(0) && !system.d[(i, j)].is_zero();
+    if (0..table.len()).any(|i| (0..table[i].len()).any(|j| through(i, j))) {
+        return false;
+    }
     let transposed = system.e.transpose();
     let mut v = system.c.transpose();
     let deepest = table.iter().flatten().map(|degree| degree.unwrap_or(n + 1)).max().unwrap_or(0);

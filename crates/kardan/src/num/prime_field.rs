@@ -22,8 +22,9 @@ pub type Residue = u64;
 const PRODUCTS: usize = 48;
 
 impl PrimeField {
-    /// The number of primes that [`random_prime`] chooses from is at least this (2⁶⁰ / (61 ln 2), rounded down).
-    pub const CHOICES: f64 = 2.7e16;
+    /// No prime is chosen by [`random_prime`] with a probability above one over this: it is chosen from the numbers of the
+    /// gap before it, and no gap between primes below 2⁶⁴ is longer than 1550 (2⁶⁰ / 1550, rounded down).
+    pub const CHOICES: f64 = 7.4e14;
 
     /// The field of a prime.
     ///

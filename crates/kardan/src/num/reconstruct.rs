@@ -45,7 +45,19 @@ impl Reconstruction {
         self.residues.iter().map(signed).collect()
     }
 
+    /// Whether numbers have these images modulo one of the primes.
+    pub fn agrees(&self, prime: u64, numbers: &[Rational]) -> bool {
+        let field = super::PrimeField::new(prime);
+        let same = |(x, residue): (&Rational, &UBig)| {
+            field.rational(x).map(|x| UBig::from(field.value(x))) == Some(residue % UBig::from(prime))
+        };
+        numbers.len() == self.residues.len() && numbers.iter().zip(&self.residues).all(same)
+    }
+
     /// The fractions with numerator and denominator below √(M/2) that have these images; `None` if one has none.
+    ///
+    /// They are in lowest terms: a prime that numerator and denominator had in common is one whose image does not
+    /// [agree](Self::agrees).
     pub fn fractions(&self) -> Option<Vec<Rational>> {
         self.residues.iter().map(|residue| fraction(residue, &self.modulus)).collect()
     }
@@ -126,6 +138,22 @@ mod tests {
             all.add(p, &values.map(|x| f.value(f.integer(x))));
         }
         assert_eq!(all.integers(), values.map(IBig::from));
+    }
+
+    /// One wrong image does not keep a small fraction from being found; it is told from the right ones.
+    #[test]
+    fn wrong_images_are_told_apart() {
+        let value = Rational::from_parts(5.into(), 7u32.into());
+        let (good, bad) = ([(1u64 << 61) - 1, 1_000_000_007, 998_244_353], 1_000_003);
+        let mut all = Reconstruction::new();
+        for p in good {
+            let f = PrimeField::new(p);
+            all.add(p, &[f.value(f.rational(&value).unwrap())]);
+        }
+        all.add(bad, &[1]);
+        assert_eq!(all.fractions(), Some(vec![value.clone()]));
+        assert!(good.iter().all(|&p| all.agrees(p, std::slice::from_ref(&value))));
+        assert!(!all.agrees(bad, &[value]));
     }
 
     #[test]
