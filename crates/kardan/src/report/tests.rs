@@ -269,10 +269,12 @@ fn the_page_of_an_analysis_shows_what_was_found() {
         "Table of 14 sets",
         "nonlinear",
         "joint - 2 rack",
+        "Distance to the nearest loss",
+        "no loss of observability within 4 tolerances: proven",
     ] {
         assert!(train.contains(text), "{text:?} is missing");
     }
-    assert_eq!(train.matches("<figure").count(), 3);
+    assert_eq!(train.matches("<figure").count(), 4);
 }
 
 #[test]
