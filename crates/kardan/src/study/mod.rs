@@ -114,7 +114,11 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }
-    analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent).map_err(|why| {
+    let mut found = analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent);
+    if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
+        analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
+    }
+    found.map_err(|why| {
         let why: Vec<String> = why.iter().map(|mistake| mistake.message.clone()).collect();
         format!("the structure of the model is not analysed: {}", why.join("; "))
     })

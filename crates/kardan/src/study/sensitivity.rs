@@ -136,6 +136,10 @@ impl Subject<'_> {
     }
 
     fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> LossSearch {
+        // A bar of its own beside that of the structure; one half for each side.
+        let (begin, end) = if side == Side::Inputs { (0.0, 0.5) } else { (0.5, 1.0) };
+        let advance = |part: f64| progress.advance(1, "sensitivity", begin + (end - begin) * part);
+        advance(0.0);
         let shafts = &self.variant.reduced.equations.shafts;
         let failing = match side {
             Side::Inputs => &self.structure.uncontrollable,
@@ -173,7 +177,9 @@ impl Subject<'_> {
                 let mut nominal = moved.iter();
                 loss.at.retain(|(_, value, _)| nominal.next() != Some(value));
             }
+            advance(0.4);
             self.judge(family, &mut out);
+            advance(0.8);
         }
         let spec = &self.variant.analysis;
         if failing.is_empty() || spec.threshold.is_some() {
@@ -194,7 +200,7 @@ impl Subject<'_> {
             };
             out.sampling = sample(family, side, shafts.len(), &self.coordinates, &plan, unit);
         }
-        progress.advance(0, "sensitivity", 1.0);
+        advance(1.0);
         out
     }
 
@@ -240,7 +246,7 @@ impl Subject<'_> {
         let nearest = out.nearest.as_ref().map_or(FARTHEST, |loss| loss.distance);
         if nearest <= 1.0 {
             out.box_verdict = BoxVerdict::Lost;
-            out.method = "a loss was found in it".into();
+            out.method = "a loss was found in it, to rounding".into();
         }
         let Some(proof) = Proof::of(family) else {
             if nearest > 1.0 {
