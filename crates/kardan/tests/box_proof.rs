@@ -414,6 +414,34 @@ fn branches_are_told_apart() {
     assert!(at.0.hypot(at.1 - (11f64 / 9.0).sqrt()) < 1e-2, "{at:?}");
 }
 
+#[test]
+fn gear_trains_are_proven() {
+    // Motor, gear, spring and damper, gear, ..., with tolerances: two shafts and four parameters per stage.
+    for stages in 1..=3 {
+        let tolerance = ratio(1, 10);
+        let about = |a, b| around(ratio(a, b), &tolerance);
+        let exactly = |x: Rational| (x.clone(), x);
+        let mut system = System::new(2 * stages, stages, 1, 4 * stages);
+        for k in 0..stages {
+            let (a, b, first) = (2 * k, 2 * k + 1, 4 * k);
+            system.term(INERTIA, &about(1, 10), Some(first), &[(a, 1)]);
+            system.term(INERTIA, &about(2, 1), Some(first + 1), &[(b, 1)]);
+            system.gear(k, a, b, &about(5, 1), Some(first + 2));
+            if k > 0 {
+                system.term(SPRING, &about(30, 1), Some(first + 3), &[(a - 1, 1), (a, -1)]);
+                system.term(DAMPER, &exactly(ratio(1, 20)), None, &[(a - 1, 1), (a, -1)]);
+            } else {
+                system.term(DAMPER, &about(1, 5), Some(first + 3), &[(b, 1)]);
+            }
+        }
+        system.input(0, 0);
+        proven(&system.family, 1000);
+        // Without the input everything is lost.
+        system.family.coefficients[0][(3 * stages, 0)] = Rational::zero();
+        undecided(&system.family, 1000);
+    }
+}
+
 fn power_of_ten(power: i64) -> Rational {
     let power_of = |n: u64| (0..n).fold(Rational::one(), |x, _| x.times(&Rational::from(10)));
     if power < 0 { Rational::one().over(&power_of(power.unsigned_abs())) } else { power_of(power as u64) }

@@ -26,6 +26,8 @@ pub enum BoxProof {
         cells: usize,
     },
     /// No proof: a loss lies in the box, or close to it, or the budget was too small.
+    ///
+    /// Without any cell and at zero if columns are dependent everywhere, or entries too many orders of magnitude apart.
     Undecided {
         /// Cells that were looked at.
         cells: usize,
@@ -46,12 +48,12 @@ pub enum BoxProof {
 /// `Im ≥ 0` suffices, times the box. The reversed polynomial is `diag(μ^aᵣ) L(1/μ, x) diag(μ^bⱼ)` with the degree bⱼ of each
 /// column and the least aᵣ without negative powers: for the matrix of a constrained system, `[H, Cᵀ; C, 0; Fᵀ, 0]` at
 /// `μ = 0`, so that inertias regular on the kernel of C leave nothing open at infinity. Rows and columns that do
-/// not depend on λ and x are eliminated exactly before. In a cell `λ = c + ε, |ε| ≤ δ, x = y + wξ` with any R, to which an
-/// approximate left inverse of `L(c, y)` lends itself,
-/// `R L(λ, x) = I + Δ` with `|Δ| ≤ G = |R L(c, y) − I| + Σₚ δᵖ |R ∂ᵖL(c, y)/p!| + Σᵢ wᵢ Σₚ δᵖ |R ∂ᵖLᵢ(c)/p!|` for each entry, which
-/// is exact since L is quadratic in λ and affine in x. A positive vector d with `G d < d` bounds the spectral radius of Δ below
-/// one. Of all left inverses the one is taken that is least sensitive to the uncertainties of its cell (weighted least
-/// squares); a failing cell is divided along what contributes most to the spectral radius of G.
+/// not depend on λ and x are eliminated exactly before. In a cell `λ = c + ε, |ε| ≤ δ, x = y + wξ, |ξᵢ| ≤ 1`, for any R,
+/// `R L(λ, x) = I + Δ` with `|Δ| ≤ G = |R L(c, y) − I| + Σₚ δᵖ |R ∂ᵖL(c, y)/p!| + Σᵢ wᵢ Σₚ δᵖ |R ∂ᵖLᵢ(c)/p!|` entry by entry
+/// (p ≥ 1 in the first sum, p ≥ 0 in the second): no term is neglected, L is quadratic in λ and affine in x. A positive vector d
+/// with `G d < d` proves that the spectral radius of Δ is below one, hence `R L` regular. R is the left inverse of `L(c, y)` that
+/// is least sensitive to the uncertainties of the cell (weighted least squares); a cell that fails is divided along what
+/// contributes most to the spectral radius of G.
 ///
 /// Cost per cell about `m³ + 4 m²n` complex flops for m × n matrices; the number of cells grows with the closeness of a loss,
 /// and exponentially with the number of parameters that matter there.
@@ -862,5 +864,80 @@ fn normalise(vector: &mut [f64], raw: &[f64]) {
     let largest = raw.iter().copied().fold(0.0, f64::max);
     for (x, raw) in vector.iter_mut().zip(raw) {
         *x = f64::max(raw / largest, 1e-8);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::Random;
+
+    /// G of a cell, and the largest `|R L − I|` at its corners relative to it, for each entry.
+    fn largest_share(parts: &Parts, reversed: bool, at: c64, half: f64, width: f64) -> f64 {
+        let scaled = Scaled::new(parts).unwrap();
+        let mut cells = Cells::new(&scaled, reversed);
+        let (m, n, q) = (cells.m, cells.n, cells.centre.len());
+        cells.width.fill(width);
+        cells.centre.fill(1.0 - width);
+        if matches!(cells.decide(at, half, &vec![1.0; n]), Verdict::Singular) {
+            return 0.0;
+        }
+        let mut worst = 0.0f64;
+        for corner in 0..4 << q {
+            let side = |k: usize| if corner >> k & 1 == 0 { -1.0 } else { 1.0 };
+            let lambda = at + c64::new(half * side(0), half * side(1));
+            let mut level = vec![c64::new(0.0, 0.0); m * n];
+            for term in &scaled.terms {
+                let x = if term.part == 0 { 1.0 } else { 1.0 - width + width * side(term.part + 1) };
+                let degree = scaled.row_degrees[term.row] + scaled.column_degrees[term.column] as isize;
+                let power = if reversed { (degree - term.power as isize) as usize } else { term.power };
+                level[term.column * m + term.row] += lambda.powi(power as i32) * (x * term.value);
+            }
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let product: c64 = (0..m).map(|r| cells.inverse[r * n + i] * level[j * m + r]).sum();
+                let change = (product - f64::from(u8::from(i == j))).norm();
+                worst = worst.max(change / cells.bound[j * n + i]);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn what_happens_at_corners_is_within_the_bound() {
+        let mut closest = 0.0f64;
+        for seed in 0..500 {
+            let random = &mut Random::new(seed);
+            let (n, q) = (1 + random.below(3) as usize, random.below(4) as usize);
+            let m = n + random.below(3) as usize;
+            let part = |density| {
+                [0; 3].map(|_| {
+                    Matrix::from_fn(m, n, |_, _| {
+                        let is_there = random.below(100) < density;
+                        Rational::from(if is_there { random.below(19) as i64 - 9 } else { 0 })
+                    })
+                })
+            };
+            let parts: Parts = [80].into_iter().chain((0..q).map(|_| 30)).map(part).collect();
+            let random = &mut Random::new(seed + 1000);
+            let half = 1.0 / (1u64 << (1 + random.below(6))) as f64;
+            let at = c64::new(random.below(100) as f64 / 50.0 - 1.0, random.below(100) as f64 / 100.0);
+            let width = 1.0 / (1u64 << random.below(6)) as f64;
+            for reversed in [false, true] {
+                let share = largest_share(&parts, reversed, at, half, width);
+                assert!(share <= 1.0, "{share} for seed {seed}");
+                closest = closest.max(share);
+            }
+        }
+        assert!(closest > 0.9, "the bound is never close: {closest}");
+    }
+
+    /// `1 + x (λ² + 10⁻⁹)` reaches its bound in a corner of the cell.
+    #[test]
+    fn a_parameter_at_several_powers_is_bounded_closely() {
+        let scalar = |x: i64, of: u32| Matrix::from_fn(1, 1, |_, _| Rational::from_parts(x.into(), of.into()));
+        let parts =
+            vec![[scalar(1, 1), scalar(0, 1), scalar(0, 1)], [scalar(1, 1_000_000_000), scalar(0, 1), scalar(1, 1)]];
+        let share = largest_share(&parts, false, c64::new(0.5, 0.5), 0.5, 1.0);
+        assert!(share <= 1.0 && share > 0.999, "{share}");
     }
 }
