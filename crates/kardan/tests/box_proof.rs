@@ -95,6 +95,16 @@ impl System {
         }
     }
 
+    /// Inertias `j`, a spring `s` between, dampers `d` between and to the ground: parameters 0, 1, 2 on shafts 0 and 1.
+    fn bodies_of_appendix_b(&mut self, j: Range, s: Range, d: Range) {
+        self.term(INERTIA, &j, Some(0), &[(0, 1)]);
+        self.term(INERTIA, &j, Some(0), &[(1, 1)]);
+        self.term(SPRING, &s, Some(1), &[(0, 1), (1, -1)]);
+        self.term(DAMPER, &d, Some(2), &[(0, 1), (1, -1)]);
+        self.term(DAMPER, &d, Some(2), &[(0, 1)]);
+        self.term(DAMPER, &d, Some(2), &[(1, 1)]);
+    }
+
     fn input(&mut self, index: usize, shaft: usize) {
         self.family.coefficients[0][(self.columns + index, shaft)] = Rational::one();
     }
@@ -103,12 +113,7 @@ impl System {
 /// Two equal bodies of appendix B: a loss exactly where `d² = sJ` or `s = 0`.
 fn two_bodies(j: Range, s: Range, d: Range) -> PencilBox {
     let mut system = System::new(2, 0, 1, 3);
-    system.term(INERTIA, &j, Some(0), &[(0, 1)]);
-    system.term(INERTIA, &j, Some(0), &[(1, 1)]);
-    system.term(SPRING, &s, Some(1), &[(0, 1), (1, -1)]);
-    system.term(DAMPER, &d, Some(2), &[(0, 1), (1, -1)]);
-    system.term(DAMPER, &d, Some(2), &[(0, 1)]);
-    system.term(DAMPER, &d, Some(2), &[(1, 1)]);
+    system.bodies_of_appendix_b(j, s, d);
     system.input(0, 1);
     system.family
 }
@@ -116,12 +121,7 @@ fn two_bodies(j: Range, s: Range, d: Range) -> PencilBox {
 /// The same with a third body of inertia k geared to the first, `q₁ = γ q₃`: a loss where `d² = s (J + k/γ²)`.
 fn geared_bodies(j: Range, s: Range, d: Range, k: Range, gamma: Range) -> PencilBox {
     let mut system = System::new(3, 1, 1, 5);
-    system.term(INERTIA, &j, Some(0), &[(0, 1)]);
-    system.term(INERTIA, &j, Some(0), &[(1, 1)]);
-    system.term(SPRING, &s, Some(1), &[(0, 1), (1, -1)]);
-    system.term(DAMPER, &d, Some(2), &[(0, 1), (1, -1)]);
-    system.term(DAMPER, &d, Some(2), &[(0, 1)]);
-    system.term(DAMPER, &d, Some(2), &[(1, 1)]);
+    system.bodies_of_appendix_b(j, s, d);
     system.term(INERTIA, &k, Some(3), &[(2, 1)]);
     system.gear(0, 0, 2, &gamma, Some(4));
     system.input(0, 1);

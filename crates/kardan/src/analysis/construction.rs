@@ -1,9 +1,7 @@
-use super::LinearSystem;
 use super::images::{Image, Images};
+use super::{LinearSystem, spectrum};
 use crate::num::modular_polynomial::{divide, gcd, monic, product, square_free};
-use crate::num::{
-    ModularMatrix, Polynomial, PrimeField, Random, Rational, Residue, invariant_factors, quotient_action, reachable,
-};
+use crate::num::{ModularMatrix, Polynomial, PrimeField, Residue, reachable};
 use crate::results::{Construction, ConstructionStep};
 
 /// Largest number of states.
@@ -82,8 +80,7 @@ pub fn construction(system: &LinearSystem) -> Option<Construction> {
 fn factors(images: &mut Images<'_>) -> Option<(usize, Vec<Polynomial>)> {
     let pieces = |image: &Image| {
         let field = &image.field;
-        let invariant = invariant_factors(field, &image.g, &mut Random::new(field.prime()));
-        let radicals: Vec<Vec<Residue>> = invariant
+        let radicals: Vec<Vec<Residue>> = spectrum::factors(field, &image.g)
             .iter()
             .map(|f| square_free(field, f).iter().fold(vec![field.one()], |all, (part, _)| product(field, &all, part)))
             .collect();
@@ -106,8 +103,7 @@ fn factors(images: &mut Images<'_>) -> Option<(usize, Vec<Polynomial>)> {
     let mut lower = flat.into_iter();
     let mut out = Vec::new();
     for &length in &layout {
-        let coefficients = lower.by_ref().take(length - 1).chain([Rational::ONE]).collect();
-        out.extend(Polynomial::new(coefficients).simple_factors());
+        out.extend(spectrum::with_leading_one(lower.by_ref().take(length - 1)).simple_factors());
     }
     Some((layout.len(), out))
 }
@@ -146,11 +142,7 @@ impl Plan<'_> {
     /// Invariant factors of what is not reached.
     fn missed(&self) -> Vec<Vec<Residue>> {
         let (field, g) = (&self.image.field, &self.image.g);
-        let span = reachable(field, g, &self.columns()).span;
-        if span.dimension() == g.rows {
-            return Vec::new();
-        }
-        invariant_factors(field, &quotient_action(field, g, &span), &mut Random::new(11))
+        spectrum::quotient_factors(field, g, &reachable(field, g, &self.columns()).span)
     }
 
     /// The entry to change and by how much: of the rows that help, the one with which most states are reached.

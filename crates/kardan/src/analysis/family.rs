@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use faer::Mat;
 
 use super::{ConstrainedSystem, OutputSignal, Side};
@@ -19,6 +21,18 @@ pub struct Parameter {
     pub unit: String,
     /// The confidence of the interval (0.95), if it is one of confidence; else it is a tolerance.
     pub confidence: Option<f64>,
+}
+
+impl Parameter {
+    /// `(upper − lower)/2`.
+    pub fn half_width(&self) -> Rational {
+        self.upper.minus(&self.lower).over(&Rational::from(2))
+    }
+
+    /// The middle of the interval.
+    fn middle(&self) -> Rational {
+        self.upper.plus(&self.lower).over(&Rational::from(2))
+    }
 }
 
 /// The coefficients of 1, λ, λ² of a matrix polynomial.
@@ -155,9 +169,9 @@ impl<'a> Family<'a> {
     }
 
     /// Derivatives of the coefficients for every entry of y: exact slopes, or central differences of exact values.
-    pub fn derivatives(&self, y: &[f64]) -> Option<Vec<[Mat<f64>; 3]>> {
+    pub fn derivatives(&self, y: &[f64]) -> Option<Cow<'_, [[Mat<f64>; 3]]>> {
         if self.affine.is_some() {
-            return Some(self.slopes.clone());
+            return Some(Cow::Borrowed(&self.slopes));
         }
         // The values are exact, so a short step costs no digits.
         let step = (-20f64).exp2();
@@ -171,7 +185,8 @@ impl<'a> Family<'a> {
                 let (above, below) = (end(1.0)?, end(-1.0)?);
                 Some([0, 1, 2].map(|k| faer::Scale(0.5 / step) * (&above[k] - &below[k])))
             })
-            .collect()
+            .collect::<Option<_>>()
+            .map(Cow::Owned)
     }
 }
 
@@ -183,12 +198,7 @@ impl std::fmt::Debug for Family<'_> {
 
 /// The exact value of a parameter at a deviation of y half widths.
 fn value(parameter: &Parameter, y: f64) -> Option<Rational> {
-    Some(parameter.nominal.plus(&half_width(parameter).times(&rational_from_f64(y)?)))
-}
-
-/// `(upper − lower)/2`.
-pub(super) fn half_width(parameter: &Parameter) -> Rational {
-    parameter.upper.minus(&parameter.lower).over(&Rational::from(2))
+    Some(parameter.nominal.plus(&parameter.half_width().times(&rational_from_f64(y)?)))
 }
 
 pub(super) fn to_mat(m: &Matrix<Rational>) -> Mat<f64> {
@@ -211,8 +221,8 @@ fn slopes(
     let mut slopes = Vec::new();
     for (i, parameter) in parameters.iter().enumerate() {
         let two = Rational::from(2);
-        let middle = parameter.lower.plus(&parameter.upper).over(&two);
-        let ends = (along(i, parameter.lower.clone())?, along(i, middle)?, along(i, parameter.upper.clone())?);
+        let ends =
+            (along(i, parameter.lower.clone())?, along(i, parameter.middle())?, along(i, parameter.upper.clone())?);
         let mut slope = [0; 3].map(|_| Matrix::<Rational>::zeros(base[0].rows(), base[0].columns()));
         for k in 0..3 {
             let entries = ends.0[k].as_slice().iter().zip(ends.1[k].as_slice()).zip(ends.2[k].as_slice());
@@ -233,17 +243,11 @@ fn slopes(
             .iter()
             .map(|_| Rational::from_parts((random.below(1 << 32) as i64 - (1 << 31)).into(), (1u64 << 31).into()))
             .collect();
-        let values: Vec<Rational> = parameters
-            .iter()
-            .zip(&y)
-            .map(|(p, y)| {
-                let middle = p.lower.plus(&p.upper).over(&Rational::from(2));
-                middle.plus(&half_width(p).times(y))
-            })
-            .collect();
+        let values: Vec<Rational> =
+            parameters.iter().zip(&y).map(|(p, y)| p.middle().plus(&p.half_width().times(y))).collect();
         let there = build(&values).filter(same_size)?;
         let deviations: Vec<Rational> =
-            parameters.iter().zip(&values).map(|(p, x)| x.minus(&p.nominal).over(&half_width(p))).collect();
+            parameters.iter().zip(&values).map(|(p, x)| x.minus(&p.nominal).over(&p.half_width())).collect();
         for k in 0..3 {
             for (at, x) in there[k].as_slice().iter().enumerate() {
                 let sum = slopes.iter().zip(&deviations).fold(base[k].as_slice()[at].clone(), |sum, (slope, y)| {

@@ -78,7 +78,8 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
             found.lambda.re,
             if found.lambda.im.abs() < 1e-12 * found.lambda.re.abs() { 0.0 } else { found.lambda.im.abs() },
         ),
-        residual: found.residual,
+        // Zero is kept for what is decided exactly.
+        residual: found.residual.max(f64::EPSILON),
         shafts: shares(shafts, &found.v),
     })
 }

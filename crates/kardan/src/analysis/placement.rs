@@ -1,6 +1,7 @@
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use super::family::to_mat;
 use super::images::Images;
 use super::{Gramian, LinearSystem, gramian, smallest_eigenvalue, transfer_energy};
 use crate::num::{Matrix, Rational, rational_to_f64, reachable};
@@ -193,10 +194,9 @@ pub fn with_candidates(system: &LinearSystem, side: Side, candidates: &[Candidat
 
 /// The Gramian of every single candidate: of (E⁻¹A, E⁻¹b), for a sensor of its dual ((E⁻¹A)ᵀ, cᵀ).
 fn gramians(system: &LinearSystem, side: Side, candidates: &[Candidate], horizon: f64) -> Option<Vec<Gramian>> {
-    let number = |m: &Matrix<Rational>| Mat::from_fn(m.rows(), m.columns(), |i, j| rational_to_f64(&m[(i, j)]));
-    let e = number(&system.e).full_piv_lu();
+    let e = to_mat(&system.e).full_piv_lu();
     let columns = Mat::from_fn(system.states.len(), candidates.len(), |i, j| rational_to_f64(&candidates[j].column[i]));
-    let a = e.solve(number(&system.a));
+    let a = e.solve(to_mat(&system.a));
     let (a, b) = match side {
         Side::Inputs => (a, e.solve(columns)),
         Side::Outputs => (a.transpose().to_owned(), columns),

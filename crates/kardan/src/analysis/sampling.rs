@@ -28,7 +28,7 @@ pub struct SamplingPlan {
 ///
 /// `family` is a loss pencil of n shafts and its constraints, `coordinates` are the columns of the reduced coordinates. A
 /// sample without a Gramian (singular inertia, overflow) counts as zero. `None` if there is none at the nominal
-/// values, or the threshold is left open and the nominal eigenvalue is lost in rounding.
+/// values, no sample is asked for, or the threshold is left open and the nominal eigenvalue is lost in rounding.
 pub fn sample(
     family: &Family<'_>,
     side: Side,
@@ -37,6 +37,9 @@ pub fn sample(
     plan: &SamplingPlan,
     unit: &str,
 ) -> Option<Sampling> {
+    if plan.samples == 0 {
+        return None;
+    }
     let k = family.parameters().len();
     let measure = |y: &[f64]| smallest(&family.at(y)?, side, shafts, coordinates, plan.horizon);
     let nominal = measure(&vec![0.0; k])?;

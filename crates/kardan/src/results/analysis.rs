@@ -456,7 +456,7 @@ pub struct Loss {
     pub at: Vec<(String, f64, String)>,
     /// Eigenvalue that is lost there, 1/s.
     pub eigenvalue: Pole,
-    /// Residual of the defining equations there, relative.
+    /// Residual of the defining equations there, relative; 0 if the loss was decided exactly.
     pub residual: f64,
     /// Shafts that move in the lost mode: `(name, share)`.
     pub shafts: Vec<(String, f64)>,

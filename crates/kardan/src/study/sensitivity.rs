@@ -173,9 +173,8 @@ impl Subject<'_> {
             let close = all.iter().position(|loss| loss.residual == 0.0 && loss.distance <= least * (1.0 + 1e-6));
             out.nearest = (!all.is_empty()).then(|| all.swap_remove(close.unwrap_or(0)));
             if let Some(loss) = &mut out.nearest {
-                let moved = family.parameters().iter().map(|p| rational_to_f64(&p.nominal)).collect::<Vec<_>>();
-                let mut nominal = moved.iter();
-                loss.at.retain(|(_, value, _)| nominal.next() != Some(value));
+                let mut nominal = family.parameters().iter().map(|p| rational_to_f64(&p.nominal));
+                loss.at.retain(|(_, value, _)| nominal.next() != Some(*value));
             }
             advance(0.4);
             self.judge(family, &mut out);
@@ -246,7 +245,8 @@ impl Subject<'_> {
         let nearest = out.nearest.as_ref().map_or(FARTHEST, |loss| loss.distance);
         if nearest <= 1.0 {
             out.box_verdict = BoxVerdict::Lost;
-            out.method = "a loss was found in it, to rounding".into();
+            let exact = out.nearest.as_ref().is_some_and(|loss| loss.residual == 0.0);
+            out.method = format!("a loss was found in it, {}", if exact { "exactly" } else { "to rounding" });
         }
         let Some(proof) = Proof::of(family) else {
             if nearest > 1.0 {
@@ -278,7 +278,7 @@ impl Subject<'_> {
         }
         // How far the proof reaches: bisection between what is proven and the loss that was found.
         for _ in 0..5 {
-            let middle: f64 = if low == 0.0 { 0.7 * high } else { (low * high).sqrt() };
+            let middle = if low == 0.0 { 0.7 * high } else { (low * high).sqrt() };
             // Four digits, which reports show as they are: no rounding may add to what is proven.
             let middle: f64 = format!("{middle:.3e}").parse().expect("Rust reads what it prints");
             if high < 1.02 * low || middle < 1e-3 {
@@ -289,8 +289,7 @@ impl Subject<'_> {
                 BoxProof::Undecided { .. } => high = middle,
             }
         }
-        // Rounded down, so that what is printed is proven too.
-        out.proven_distance = (1000.0 * low).floor() / 1000.0;
+        out.proven_distance = low;
     }
 }
 
@@ -319,7 +318,7 @@ impl<'a> Proof<'a> {
         let mut slopes = Vec::new();
         for (parameter, slope) in self.parameters.iter().zip(self.slopes) {
             let Parameter { nominal, lower, upper, .. } = parameter;
-            let half = (upper - lower) / Rational::from(2);
+            let half = parameter.half_width();
             let (mut low, mut high) = (nominal - &reach * (nominal - lower), nominal + &reach * (upper - nominal));
             if lower >= &Rational::ZERO && nominal > &Rational::ZERO {
                 low = low.max(Rational::ZERO);
