@@ -448,3 +448,19 @@ fn tolerances_that_do_not_matter_are_named() {
     let note = "these tolerances do not enter the linear model: body_1.friction";
     assert!(found.notes.iter().any(|n| n == note), "{:?}", found.notes);
 }
+
+/// Two bodies on one spring, driven at one end: lost where the spring vanishes and nowhere else.
+#[test]
+fn a_loss_at_zero_is_decided_exactly() {
+    let source = "[model]\nname = \"m\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"2 kg m^2\"\n\
+                  [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"2 N m/rad [0, 3]\"\n[motor.m]\nshaft = \"a\"\n\
+                  [analysis]\noutputs = [\"a.phi\"]\nsamples = 10\n";
+    for search in both(&analysis(source)) {
+        let nearest = search.nearest.as_ref().unwrap();
+        assert_eq!((nearest.distance, nearest.residual, nearest.eigenvalue), (1.0, 0.0, (0.0, 0.0)));
+        assert_eq!(nearest.at, [("k.stiffness".to_string(), 0.0, "N m/rad".to_string())]);
+        assert_eq!(nearest.shafts, [("b".to_string(), 1.0)]);
+        assert_eq!((search.box_verdict, search.method.as_str()), (BoxVerdict::Lost, "a loss was found in it, exactly"));
+        assert!(search.proven_distance > 0.9 && search.proven_distance < 1.0, "{search:?}");
+    }
+}
