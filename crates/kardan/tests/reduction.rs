@@ -677,6 +677,23 @@ fn two_bodies() {
     }
 }
 
+/// A periodic chain has clusters of close eigenvalues, for some of which the solver returns wrong vectors.
+#[test]
+fn close_eigenvalues_have_right_shapes() {
+    let n = 120;
+    let inertia = |i: usize| if i % 4 == 0 { int(1) } else { frac(1, 100) };
+    let between = |i: usize| [(i, int(1)), (i + 1, int(-1))];
+    let system = ConstrainedSystem {
+        inertias: (0..n).map(|i| term(&format!("b{i:04}"), &[(i, int(1))], inertia(i))).collect(),
+        springs: (0..n - 1).map(|i| term(&format!("s{i}"), &between(i), int(100))).collect(),
+        dampers: (0..n - 1).map(|i| term(&format!("s{i}"), &between(i), frac(1 + (i % 3) as i128, 50))).collect(),
+        constraints: Vec::new(),
+        ..chain(n)
+    };
+    let found = modes(&system, &reduction(&system, &[])).expect("regular");
+    check_modes(&system, &found, 1e-10).expect("the chain");
+}
+
 /// A free motion is a double root 0 with one eigenvector; rounding would move it by the root of the rounding unit.
 #[test]
 fn free_motions_are_double_roots_without_spreading() {

@@ -301,6 +301,15 @@ fn loss_pencil_and_structure_agree() {
     }
 }
 
+/// A speed does not show where a free body stands, an angle does.
+#[test]
+fn a_speed_hides_the_rigid_motion() {
+    let system = two_bodies(&[whole(1), whole(2), whole(0)]).unwrap();
+    let rank = |output: OutputSignal| echelon(&loss_pencil(&system, Side::Outputs, &[output])[0], &[0, 1]).rank();
+    assert_eq!(rank(OutputSignal { name: "b.w".into(), measured: Measured::Speed("b".into()) }), 1);
+    assert_eq!(rank(angle("b")), 2);
+}
+
 /// A free body of inertia J under a force: W(1) = [1/3, 1/2; 1/2, 1]/J², whose smallest eigenvalue is μ/J² with
 /// μ = (4 − √13)/6. With J uniform in [1, 3], `P(μ/J² < c) = (3 − √(μ/c))/2`.
 #[test]
@@ -391,10 +400,15 @@ fn built_in_models_are_certified() {
         assert_eq!(format!("{:.3e}", search.proven_distance).parse(), Ok(search.proven_distance));
         assert_eq!(search.sampling.as_ref().unwrap().probability, 0.0);
     }
-    for search in both(&analysis(kardan::model::builtin("sia-steering").unwrap().source)) {
+    let sia = analysis(kardan::model::builtin("sia-steering").unwrap().source);
+    for search in both(&sia) {
         assert_eq!(search.box_verdict, BoxVerdict::Certified);
         assert!(search.nearest.as_ref().is_none_or(|loss| loss.distance > search.proven_distance));
     }
+    // Without its spring the torsion bar shows nothing beyond it: ten tolerances of 10 %, and exact.
+    let nearest = both(&sia)[1].nearest.as_ref().unwrap();
+    assert_eq!((nearest.distance, nearest.residual), (10.0, 0.0));
+    assert_eq!(nearest.at, [("torsion_bar.stiffness".to_string(), 0.0, "N m/rad".to_string())]);
 }
 
 #[test]

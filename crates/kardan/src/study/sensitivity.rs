@@ -319,13 +319,11 @@ impl<'a> Proof<'a> {
         for (parameter, slope) in self.parameters.iter().zip(self.slopes) {
             let Parameter { nominal, lower, upper, .. } = parameter;
             let half = parameter.half_width();
-            let (mut low, mut high) = (nominal - &reach * (nominal - lower), nominal + &reach * (upper - nominal));
-            if lower >= &Rational::ZERO && nominal > &Rational::ZERO {
-                low = low.max(Rational::ZERO);
-            }
-            if upper <= &Rational::ZERO && nominal < &Rational::ZERO {
-                high = high.min(Rational::ZERO);
-            }
+            // A value whose interval has one sign keeps it.
+            let keeps = !nominal.is_zero() && lower * upper >= Rational::ZERO;
+            let clipped = |x: Rational| if keeps && &x * nominal < Rational::ZERO { Rational::ZERO } else { x };
+            let low = clipped(nominal - &reach * (nominal - lower));
+            let high = clipped(nominal + &reach * (upper - nominal));
             // In half widths of the tolerance: the middle and the half width of what is covered.
             let two = Rational::from(2);
             let (middle, width) = ((&low + &high) / &two - nominal, (&high - &low) / &two);
