@@ -61,7 +61,7 @@ pub struct RunArgs {
 }
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
-/// and sensors.
+/// and sensors, and how far toleranced parameters are from losing it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \

@@ -681,7 +681,7 @@ fn two_bodies() {
 #[test]
 fn close_eigenvalues_have_right_shapes() {
     let n = 120;
-    let inertia = |i: usize| if i % 4 == 0 { int(1) } else { frac(1, 100) };
+    let inertia = |i: usize| if i.is_multiple_of(4) { int(1) } else { frac(1, 100) };
     let between = |i: usize| [(i, int(1)), (i + 1, int(-1))];
     let system = ConstrainedSystem {
         inertias: (0..n).map(|i| term(&format!("b{i:04}"), &[(i, int(1))], inertia(i))).collect(),
