@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// From what knows nothing to what knows everything. A layer is a folder or a file of `src`.
 ///
-/// `synthesis` stands above `analysis` and `simulate` because both take a designed law as given (`synthesis::Law`), and
-/// above `model` because the keys of a `[control.<name>]` table come from the registry of laws.
+/// `synthesis` stands above `simulate` because a run takes a designed law as given (`synthesis::Law`), and above `model`
+/// because the keys of a `[control.<name>]` table come from the registry of laws.
 const LAYERS: &[&str] = &[
     "num",         // numbers and small matrices; no mechanics
     "diagnostics", // mistakes with a place in a file
@@ -20,8 +20,8 @@ const LAYERS: &[&str] = &[
     "element",     // named handfuls of terms, one registry
     "assemble",    // terms to matrices
     "reduce",      // constraints out of the equations
+    "analysis",    // structure, modes, zeros
     "synthesis",   // control laws, one registry
-    "analysis",    // poles of a model under its laws
     "simulate",    // runs of the closed loop
     "model",       // the syntax of the file
     "study",       // what a file asks for → results

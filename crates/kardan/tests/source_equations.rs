@@ -10,7 +10,7 @@
 mod common;
 
 use common::*;
-use kardan::analysis::closed_loop_poles;
+use kardan::synthesis::closed_loop_poles;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
 use kardan::study::PreparedVariant;

@@ -209,6 +209,12 @@ impl LinearSystem {
         }
     }
 
+    /// The same system with E = I: A and B multiplied by the inverse of E; `None` if E is singular.
+    pub fn explicit(&self) -> Option<Self> {
+        let n = self.states.len();
+        Some(Self { e: Matrix::identity(n), a: self.e.solve(&self.a)?, b: self.e.solve(&self.b)?, ..self.clone() })
+    }
+
     /// The dual system, `Eᵀ ẋ = Aᵀ x + Cᵀ u`, `y = Bᵀ x + Dᵀ u`: its inputs are the outputs of this one.
     pub fn transpose(&self) -> Self {
         Self {

@@ -1,10 +1,12 @@
 //! What a study produces: plain data with names and units, nothing computed here.
 
 mod analysis;
+mod design;
 #[cfg(test)]
 pub(crate) mod example;
 
 pub use analysis::*;
+pub use design::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -20,7 +20,7 @@ pub use prepare::{Prepared, PreparedVariant, check, prepare};
 use analyze::analyze_variant;
 use rayon::prelude::*;
 
-use crate::analysis::closed_loop_poles;
+use crate::synthesis::closed_loop_poles;
 use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::equations::Domain;
 use crate::num::Matrix;

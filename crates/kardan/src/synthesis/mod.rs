@@ -2,9 +2,11 @@
 //!
 //! [`REGISTRY`] is the one list of laws; the parser of `[control.<name>]` tables, the manual and the tests read it.
 
+mod closed_loop;
 mod noninteracting;
 mod position_loop;
 
+pub use closed_loop::closed_loop_poles;
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
 
 use crate::element::Values;

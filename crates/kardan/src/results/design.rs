@@ -1,0 +1,269 @@
+//! What a design gives: chapter 6 of the source for one controller, proven and measured.
+
+use super::{LawSummary, Pole};
+
+/// A matrix that is known exactly, with the same numbers as `f64`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExactMatrix {
+    /// Short name, a key of the JSON object: `K`, `L`, `Kx`, `observer_gain`.
+    pub name: String,
+    /// What it is, for a reader: `state gain, u = -K x + L r`.
+    pub title: String,
+    /// SI unit of the entries, if they share one.
+    pub unit: String,
+    /// Row names.
+    pub rows: Vec<String>,
+    /// Column names.
+    pub columns: Vec<String>,
+    /// Entries as the nearest `f64`, row by row.
+    pub values: Vec<Vec<f64>>,
+    /// Entries as fractions (`-51/50`), where they are exact; `None` for results of floating point (LQR, Kalman).
+    pub exact: Option<Vec<Vec<String>>>,
+}
+
+/// Everything that `kardan design` finds for one controller. Parts that do not apply to its law are empty or `None`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Design {
+    /// Name of the model.
+    pub model: String,
+    /// From the file.
+    pub description: String,
+    /// Variant that it was designed for; the model's name if there are none.
+    pub variant: String,
+    /// Name of the controller in the file; `design` for one asked for on the command line.
+    pub controller: String,
+    /// Keyword of its law.
+    pub law: String,
+    /// Names of the other controllers of the file, which are in the loop too.
+    pub others: Vec<String>,
+    /// The model it is designed on, in words: `linear, at the initial position, beta = 0 deg`.
+    pub design_model: String,
+    /// States of the design model after the reduction.
+    pub states: Vec<String>,
+    /// Inputs that it commands.
+    pub inputs: Vec<String>,
+    /// Outputs that it controls.
+    pub outputs: Vec<String>,
+    /// Combinations of coordinates that replace them: `(z1, wg.phi - 51 rk.phi + 50 fs.phi)`; empty if nothing was reduced.
+    pub definitions: Vec<(String, String)>,
+    /// What of the model the outputs do not show: eigenvalues that the reduction took away.
+    pub hidden: Vec<Pole>,
+    /// Relative degree of each output: derivatives until an input appears (6.64). `None`: no input ever reaches it.
+    pub relative_degrees: Vec<Option<usize>>,
+    /// G (6.66): outputs × inputs.
+    pub decoupling_matrix: ExactMatrix,
+    /// Whether and how the outputs can be decoupled.
+    pub decouplability: Decouplability,
+    /// The gains by name.
+    pub gains: Vec<ExactMatrix>,
+    /// The canonically decoupled form (6.73)-(6.81).
+    pub canonical: Option<Canonical>,
+    /// What each channel does.
+    pub channels: Vec<ChannelResult>,
+    /// Poles of the linear loop with all controllers of the file, at the design point, 1/s, by size.
+    pub closed_loop_poles: Vec<Pole>,
+    /// What the outputs do not show of the decoupled loop.
+    pub zero_dynamics: ZeroDynamics,
+    /// The observer.
+    pub observer: Option<ObserverResult>,
+    /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.
+    pub transfer: Vec<TransferEntry>,
+    /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` where no such claim is made.
+    pub decoupled: Option<bool>,
+    /// What steps of each reference do to the outputs of the other channels in the nonlinear simulation.
+    pub cross_coupling: Vec<CrossCoupling>,
+    /// Whether the outputs are flat (Theorem 6.4).
+    pub flatness: Option<Flatness>,
+    /// What runs in firmware.
+    pub controller_data: ControllerData,
+    /// The law in words, with its matrices.
+    pub summary: LawSummary,
+    /// What must not be overlooked: cancellations of lightly damped or unstable poles, torques beyond limits.
+    pub warnings: Vec<String>,
+    /// What the reader must know: choices made for him, parts left out.
+    pub notes: Vec<String>,
+}
+
+/// How outputs can be decoupled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Feedback {
+    /// By static state feedback: every output its own channel.
+    #[default]
+    Static,
+    /// By static state feedback, in blocks of outputs only.
+    Block,
+    /// By dynamic state feedback: integrators before some inputs.
+    Dynamic,
+    /// Not at all: the outputs depend on each other, or no input reaches one of them.
+    Impossible,
+}
+
+/// The verdict on decoupling, decided exactly.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Decouplability {
+    /// Exact rank of G.
+    pub rank: usize,
+    /// Exact rank of the transfer matrix over the rational functions.
+    pub normal_rank: usize,
+    /// The best that can be done.
+    pub possible: Feedback,
+    /// Finest blocks of outputs that static feedback can decouple, as numbers of outputs; empty if there are none.
+    pub blocks: Vec<Vec<usize>>,
+    /// Integrators that a dynamic extension puts before inputs: (combination of inputs in words, how many).
+    pub integrators: Vec<(String, usize)>,
+    /// The proof of impossibility or the reason why static feedback fails, in terms of shafts; one sentence each.
+    pub reasons: Vec<String>,
+}
+
+/// The canonically decoupled form of the integrator-decoupled system \[diss. (6.73)-(6.81)\].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Canonical {
+    /// p_1 … p_m, p_{m+1} (no channel's own), p_{m+2} (not controllable).
+    pub sizes: Vec<usize>,
+    /// Rank of the controllability matrix L_i of all inputs but the i-th (6.82).
+    pub ranks: Vec<usize>,
+    /// Q (6.79).
+    pub transformation: ExactMatrix,
+    /// A in the new coordinates.
+    pub a: ExactMatrix,
+    /// B in the new coordinates.
+    pub b: ExactMatrix,
+    /// C in the new coordinates.
+    pub c: ExactMatrix,
+}
+
+/// One channel of a decoupled loop.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChannelResult {
+    /// The output.
+    pub output: String,
+    /// Its reference.
+    pub reference: String,
+    /// `position`, `torque`, …
+    pub kind: String,
+    /// The transfer function in words: `400/(s^2 + 28 s + 400)`.
+    pub transfer: String,
+    /// Poles of the channel, 1/s.
+    pub poles: Vec<Pole>,
+}
+
+/// The zero dynamics of the decoupled loop: what goes on while the outputs are held still.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ZeroDynamics {
+    /// The exact polynomial: `11 s^2 + 2060 s + 10000000`; `1` if there is none.
+    pub polynomial: String,
+    /// Its modes, by size.
+    pub modes: Vec<ZeroMode>,
+    /// Whether all poles are in the open left half plane (decided exactly).
+    pub stable: bool,
+}
+
+/// A pole of the zero dynamics: an invariant zero of the plant, which the law cancels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ZeroMode {
+    /// 1/s; the one with imaginary part ≥ 0 of a pair.
+    pub pole: Pole,
+    /// |λ|, rad/s.
+    pub natural_frequency: f64,
+    /// −Re λ/|λ|; 1 for λ = 0.
+    pub damping_ratio: f64,
+    /// Share of the energy stored during the motion, by element; adds up to one.
+    pub stored: Vec<(String, f64)>,
+    /// Shares of the loss by element.
+    pub dissipated: Vec<(String, f64)>,
+    /// Shape of the motion in words: `cj 1, wg -51`.
+    pub shape: Vec<(String, f64, f64)>,
+    /// Set if the cancellation is dangerous: unstable, on the axis, or lightly damped.
+    pub warning: Option<String>,
+}
+
+/// A designed observer.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ObserverResult {
+    /// Signals that it measures.
+    pub sensors: Vec<String>,
+    /// Its states: those of the plant, then the disturbance torques.
+    pub states: Vec<String>,
+    /// Shafts along which it estimates a torque.
+    pub disturbances: Vec<String>,
+    /// Poles of its error, 1/s.
+    pub poles: Vec<Pole>,
+    /// `poles` or `kalman`.
+    pub method: String,
+    /// Its gain L, states × sensors.
+    pub gain: ExactMatrix,
+    /// What can be told apart with these sensors: one sentence each.
+    pub distinguishable: Vec<String>,
+}
+
+/// One entry of an exact transfer matrix.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TransferEntry {
+    /// The output.
+    pub output: String,
+    /// The reference.
+    pub reference: String,
+    /// Coefficients of 1, s, s², …; empty: exactly zero.
+    pub numerator: Vec<String>,
+    /// Coefficients of 1, s, s², …
+    pub denominator: Vec<String>,
+}
+
+/// What a step of one reference does to another output, or to its own.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CrossCoupling {
+    /// The reference that steps.
+    pub reference: String,
+    /// Size of the step, SI.
+    pub step: f64,
+    /// Unit of the step.
+    pub step_unit: String,
+    /// The output that is watched.
+    pub output: String,
+    /// Unit of the output.
+    pub unit: String,
+    /// Whether the output belongs to the same channel.
+    pub own: bool,
+    /// Largest deviation from the start, SI.
+    pub peak: f64,
+    /// Root mean square of the deviation over the window, SI.
+    pub rms: f64,
+    /// Length of the window, s.
+    pub window: f64,
+    /// Why there is no number (the run failed), if so.
+    pub failure: Option<String>,
+}
+
+/// Whether outputs are flat, and how states and inputs follow from them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Flatness {
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    /// Whether all variables are functions of the outputs and finitely many derivatives (no invariant zeros).
+    pub flat: bool,
+    /// The polynomial of the filter that remains otherwise: `s + 5000`.
+    pub remainder: String,
+    /// Its roots, 1/s.
+    pub poles: Vec<Pole>,
+    /// Highest derivative of each output that is needed.
+    pub derivatives: Vec<usize>,
+    /// One sentence.
+    pub statement: String,
+}
+
+/// A designed controller as data: what a `kardan-rt` block needs to run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ControllerData {
+    /// The block: `StateSpace`, `Noninteracting`, …
+    pub block: String,
+    /// Signals that it reads, in order, with units.
+    pub reads: Vec<(String, String)>,
+    /// Inputs that it writes.
+    pub writes: Vec<String>,
+    /// Sample time, s; `None`: continuous time.
+    pub sample_time: Option<f64>,
+    /// Its matrices, row by row: name and entries.
+    pub matrices: Vec<(String, Vec<Vec<f64>>)>,
+    /// Its numbers by name.
+    pub numbers: Vec<(String, f64)>,
+}
