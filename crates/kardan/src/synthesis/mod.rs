@@ -3,8 +3,12 @@
 //! [`REGISTRY`] is the one list of laws; the parser of `[control.<name>]` tables, the manual and the tests read it.
 
 mod closed_loop;
+pub mod decoupling;
+pub mod inversion;
 mod noninteracting;
+pub mod observer;
 mod position_loop;
+pub mod regulator;
 
 pub use closed_loop::closed_loop_poles;
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
