@@ -10,10 +10,10 @@
 mod common;
 
 use common::*;
-use kardan::synthesis::closed_loop_poles;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
 use kardan::study::PreparedVariant;
+use kardan::synthesis::closed_loop_poles;
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting, effective_inertia};
 
 const TOLERANCE: f64 = 1e-12;

@@ -20,7 +20,6 @@ pub use prepare::{Prepared, PreparedVariant, check, prepare};
 use analyze::analyze_variant;
 use rayon::prelude::*;
 
-use crate::synthesis::closed_loop_poles;
 use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::equations::Domain;
 use crate::num::Matrix;
@@ -29,6 +28,7 @@ use crate::results::{
     Analysis, LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
 };
 use crate::simulate::{Setup, signal_names, simulate};
+use crate::synthesis::closed_loop_poles;
 
 /// Hears how far the runs are. Called from several threads.
 pub trait Progress: Sync {
