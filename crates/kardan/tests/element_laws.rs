@@ -15,7 +15,7 @@ use kardan::num::{Definiteness, Matrix, Rational, definiteness};
 use kardan::reduce::{Reduced, linearise};
 use kardan::results::Run;
 use kardan::schema::{Field, Kind, Table, Value};
-use kardan::synthesis::{self, ChannelDesign, design_noninteracting};
+use kardan::synthesis::{self, ChannelDesign, LinearLaw, Seen, design_noninteracting};
 
 // ---- all elements -------------------------------------------------------------------------------------------------
 
@@ -220,7 +220,7 @@ fn every_element_keeps_the_laws() {
 fn every_file_of_the_folder_is_in_the_registry() {
     for (folder, keywords) in [
         ("element", element::REGISTRY.iter().map(|kind| kind.keyword).collect::<BTreeSet<_>>()),
-        ("synthesis", synthesis::REGISTRY.iter().map(|law| law.keyword).collect()),
+        ("synthesis/law", synthesis::REGISTRY.iter().map(|law| law.keyword).collect()),
     ] {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
         let files: BTreeSet<String> = std::fs::read_dir(path)
@@ -253,10 +253,14 @@ fn every_law_is_what_its_gains_say() {
         let (m, n) = (law.inputs().len(), variant.reduced.equations.shafts.len());
         assert!(m > 0);
         let references = vec![0.0; law.references().len()];
-        let (on_angles, on_speeds) = law.gains();
+        let LinearLaw { on_angles, on_speeds, .. } = law.linear();
         assert_eq!((on_angles.rows(), on_angles.columns()), (m, n));
+        let states = vec![0.0; law.states().len()];
         let mut base = vec![0.0; m];
-        law.command(&vec![0.0; n], &vec![0.0; n], &references, &mut base);
+        let rest = vec![0.0; n];
+        let nothing =
+            Seen { angles: &rest, speeds: &rest, references: &references, disturbances: &[], states: &states };
+        law.command(nothing, &mut base);
         assert!(base.iter().all(|u| *u == 0.0), "at rest with nothing asked, nothing is commanded");
         // Linear in the state: one evaluation per column gives the gain but for rounding of its own terms.
         for shaft in 0..n {
@@ -266,7 +270,7 @@ fn every_law_is_what_its_gains_say() {
                 let (angles, speeds) =
                     if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
                 let mut out = vec![0.0; m];
-                law.command(&angles, &speeds, &references, &mut out);
+                law.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
                 for input in 0..m {
                     close(out[input], gains[(input, shaft)], 1e-12, &format!("{} gain {input}, {shaft}", kind.keyword));
                 }
@@ -274,7 +278,7 @@ fn every_law_is_what_its_gains_say() {
         }
         // In closed loop without friction the linear model is stable where the law says so: no pole to the right beyond
         // what a double pole at zero makes of rounding, √(1e-16 · 1e6) = 1e-5 1/s.
-        let poles = kardan::synthesis::closed_loop_poles(&variant.design_models[0], &laws).expect("poles");
+        let poles = kardan::synthesis::closed_loop_poles(&variant.design_models[0].linear, &laws).expect("poles");
         assert!(poles.iter().all(|(re, _)| *re < 1e-4), "{}: {poles:?}", kind.keyword);
         exercised.insert(kind.keyword);
     }

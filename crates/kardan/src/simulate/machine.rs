@@ -1,12 +1,14 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
+use std::ops::Range;
+
 use super::drive::{Drive, Limit, Rate};
 use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::Law;
+use crate::synthesis::{Law, Seen};
 
 /// A law with its wiring.
 struct Wired {
@@ -15,6 +17,10 @@ struct Wired {
     references: Vec<usize>,
     reference_values: Vec<f64>,
     commands: Vec<f64>,
+    /// Torques that its inputs apply.
+    torques: Vec<f64>,
+    /// Where its own states are.
+    states: Range<usize>,
 }
 
 /// What a machine is made of.
@@ -29,7 +35,7 @@ pub struct Setup<'a> {
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
 ///
-/// State: reduced coordinates, their speeds, motor states, work of the inputs \[J\], loss \[J\].
+/// State: reduced coordinates, their speeds, states of motors and laws, work of the inputs \[J\], loss \[J\].
 pub struct Machine {
     pub(super) dynamics: Dynamics,
     pub(super) work: Work,
@@ -119,9 +125,13 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+                let first = size;
+                size += law.states().len();
                 Wired {
                     reference_values: vec![0.0; references.len()],
                     commands: vec![0.0; wired.len()],
+                    torques: vec![0.0; wired.len()],
+                    states: first..size,
                     inputs: wired,
                     references,
                     law,
@@ -176,6 +186,16 @@ impl Machine {
         &self.profiles[source]
     }
 
+    /// Sets the states of the laws at the start of a run.
+    pub(super) fn start_laws(&mut self, state: &mut [f64]) {
+        let r = self.freedoms;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        let kinematics = &self.work.kinematics;
+        for wired in &self.laws {
+            wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()]);
+        }
+    }
+
     /// Takes the lines of all sources that hold from a time on.
     pub fn enter_segment(&mut self, time: f64) {
         for (line, profile) in self.lines.iter_mut().zip(&self.profiles) {
@@ -201,7 +221,14 @@ impl Machine {
                 *value = self.sources[source];
             }
             let kinematics = &self.work.kinematics;
-            wired.law.command(&kinematics.angles, &kinematics.speeds, &wired.reference_values, &mut wired.commands);
+            let seen = Seen {
+                angles: &kinematics.angles,
+                speeds: &kinematics.speeds,
+                disturbances: &[],
+                references: &wired.reference_values,
+                states: &state[wired.states.clone()],
+            };
+            wired.law.command(seen, &mut wired.commands);
             for (&input, command) in wired.inputs.iter().zip(&wired.commands) {
                 self.commands[input] += command;
             }
@@ -334,6 +361,20 @@ impl Machine {
                 out[place] = (drive.after_rate(self.commands[k], state) - state[place]) / lag;
             }
             input_power += self.torques[k] * self.dynamics.input_speed(k, &self.work);
+        }
+        for wired in self.laws.iter_mut().filter(|wired| !wired.states.is_empty()) {
+            for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
+                *torque = self.torques[input];
+            }
+            let kinematics = &self.work.kinematics;
+            let seen = Seen {
+                angles: &kinematics.angles,
+                speeds: &kinematics.speeds,
+                disturbances: &[],
+                references: &wired.reference_values,
+                states: &state[wired.states.clone()],
+            };
+            wired.law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
         }
         let mut loss = self.dynamics.damping_power(&self.work);
         for (k, mode) in self.modes.iter().enumerate() {

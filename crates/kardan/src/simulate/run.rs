@@ -89,7 +89,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
     let names = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
     let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
     let outputs = Outputs::new(reduced, scenario);
-    let machine = Machine::new(setup);
+    let mut machine = Machine::new(setup);
     let (r, size) = (machine.freedoms(), machine.size());
     let mut absolute = vec![tolerance.absolute; size];
     absolute[size - 2..].fill(ENERGY * tolerance.relative);
@@ -105,6 +105,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
     let mut state = vec![0.0; size];
     state[..r].copy_from_slice(&scenario.position);
     state[r..2 * r].copy_from_slice(&scenario.speed);
+    machine.start_laws(&mut state);
     let mut runner = Runner {
         solver: Dop853::new(tolerance.relative, &absolute),
         machine,

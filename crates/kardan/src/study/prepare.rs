@@ -14,10 +14,10 @@ use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, read};
 use crate::num::{Definiteness, Scalar, definiteness};
-use crate::reduce::{LinearModel, Reduced, linearise, reduce};
+use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
-use crate::synthesis::{Law, Request, SynthesisError};
+use crate::synthesis::{Law, Plant, Request, SynthesisError};
 use std::collections::BTreeSet;
 
 /// A study that is ready to run, as far as the file is right.
@@ -47,7 +47,7 @@ pub struct PreparedVariant {
     /// In explicit form.
     pub reduced: Reduced,
     /// The models that the laws are designed on, in the order of `model.controls`.
-    pub design_models: Vec<LinearModel>,
+    pub design_models: Vec<Plant>,
     /// What happens.
     pub scenario: Scenario,
     /// What to analyse.
@@ -75,9 +75,8 @@ impl PreparedVariant {
     }
 
     fn try_laws(&self) -> Vec<Result<Box<dyn Law>, SynthesisError>> {
-        let design = |(control, model): (&ControlSpec, &LinearModel)| {
-            let shafts = &self.reduced.equations.shafts;
-            (control.law.design)(&Request { name: &control.name, values: &control.values, model, shafts })
+        let design = |(control, plant): (&ControlSpec, &Plant)| {
+            (control.law.design)(&Request { name: &control.name, values: &control.values, plant })
         };
         self.model.controls.iter().zip(&self.design_models).map(design).collect()
     }
@@ -259,7 +258,7 @@ fn prepare_variant(
     }
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let design_models: Vec<Option<LinearModel>> =
+    let design_models: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
     if !is_finite_at(&reduced, &scenario.position) {
@@ -279,7 +278,7 @@ fn prepare_variant(
         let before = out.len();
         for signal in signals_of(control.law.fields, &control.values) {
             let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
-            if shaft.is_some_and(|shaft| design.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
+            if shaft.is_some_and(|shaft| design.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
                 let message =
                     format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
                 out.push(
@@ -292,12 +291,10 @@ fn prepare_variant(
         if out.len() > before {
             continue;
         }
-        let shafts = &reduced.equations.shafts;
-        let request = Request { name: &control.name, values: &control.values, model: &design, shafts };
+        let request = Request { name: &control.name, values: &control.values, plant: &design };
         match (control.law.design)(&request) {
             Ok(law) => {
-                let (on_angles, on_speeds) = law.gains();
-                if on_angles.as_slice().iter().chain(on_speeds.as_slice()).all(|gain| gain.is_finite()) {
+                if law.linear().is_finite() {
                     designed.push(design);
                 } else {
                     out.push(
@@ -324,17 +321,17 @@ fn prepare_variant(
     })
 }
 
-/// The linear model that a law is designed on: its own parameter values, no friction.
+/// The model that a law is designed on: its own parameter values, no friction.
 fn design_model(
     document: &Document,
     reduced: &Reduced,
     settings: &[Setting],
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
-) -> Option<LinearModel> {
+) -> Option<Plant> {
     let zero = vec![0.0; reduced.freedoms()];
     if control.design.is_empty() {
-        return Some(linearise(reduced, &zero));
+        return Some(Plant::new(reduced.clone(), zero));
     }
     let kept = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
     let all: Vec<Setting> = kept.chain(&control.design).cloned().collect();
@@ -358,8 +355,10 @@ fn design_model(
     match reduce(assemble(&model.shafts, &model.terms), Some(&reduced.coordinate_names())) {
         Ok(design) => {
             let finite = is_finite_at(&design, &zero);
-            let linear = finite.then(|| linearise(&design, &zero));
-            let good = linear.filter(|m| definiteness(&m.inertia) == Definiteness::Positive && is_representable(m));
+            let plant = finite.then(|| Plant::new(design, zero));
+            let good = plant.filter(|plant| {
+                definiteness(&plant.linear.inertia) == Definiteness::Positive && is_representable(&plant.linear)
+            });
             if good.is_none() {
                 let message =
                     format!("control `{}`: in its design model a motion without inertia is possible", control.name);

@@ -1,23 +1,84 @@
-//! Control laws, one file each: from a linear model and what is asked of it to gains that a `kardan-rt` block runs.
+//! Control laws: from a model and what is asked of it to gains that a `kardan-rt` block runs.
 //!
-//! [`REGISTRY`] is the one list of laws; the parser of `[control.<name>]` tables, the manual and the tests read it.
+//! `law/` holds one file for each law and [`REGISTRY`], the one list of them; the parser of `[control.<name>]` tables, the
+//! manual and the tests read it. The other folders hold the theory that the laws share.
 
 mod closed_loop;
 pub mod decoupling;
 pub mod inversion;
-mod noninteracting;
+mod law;
 pub mod observer;
-mod position_loop;
 pub mod regulator;
 
-pub use closed_loop::closed_loop_poles;
-pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
+pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
+pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 
+use std::collections::BTreeSet;
+
+use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::element::Values;
 use crate::num::{Matrix, Rational};
-use crate::reduce::LinearModel;
+use crate::reduce::{LinearModel, Reduced, linearise};
 use crate::results::{LawSummary, Physical};
 use crate::schema::Field;
+
+/// What a law sees at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// Angles of all shafts, sorted by name, rad.
+    pub angles: &'a [f64],
+    /// Their speeds, rad/s.
+    pub speeds: &'a [f64],
+    /// Disturbance torques along the reduced coordinates of the design model, N m; empty if nobody estimates them.
+    pub disturbances: &'a [f64],
+    /// What the scenario tells it, in the order of [`Law::references`].
+    pub references: &'a [f64],
+    /// Its own states.
+    pub states: &'a [f64],
+}
+
+/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bτ τ`, `u = C ξ + Dφ φ + Dω ω`, over the angles φ and speeds ω of all
+/// shafts and the torques τ of its own inputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearLaw {
+    /// A, states × states.
+    pub states: Matrix<f64>,
+    /// Bφ, states × shafts.
+    pub angles: Matrix<f64>,
+    /// Bω, states × shafts.
+    pub speeds: Matrix<f64>,
+    /// Bτ, states × inputs.
+    pub torques: Matrix<f64>,
+    /// C, inputs × states.
+    pub on_states: Matrix<f64>,
+    /// Dφ, inputs × shafts.
+    pub on_angles: Matrix<f64>,
+    /// Dω, inputs × shafts.
+    pub on_speeds: Matrix<f64>,
+}
+
+impl LinearLaw {
+    /// A law without states.
+    pub fn gains(on_angles: Matrix<f64>, on_speeds: Matrix<f64>) -> Self {
+        let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
+        Self {
+            states: Matrix::zeros(0, 0),
+            angles: Matrix::zeros(0, shafts),
+            speeds: Matrix::zeros(0, shafts),
+            torques: Matrix::zeros(0, inputs),
+            on_states: Matrix::zeros(inputs, 0),
+            on_angles,
+            on_speeds,
+        }
+    }
+
+    /// Whether all entries are finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { states, angles, speeds, torques, on_states, on_angles, on_speeds } = self;
+        let all = [states, angles, speeds, torques, on_states, on_angles, on_speeds];
+        all.iter().all(|matrix| matrix.as_slice().iter().all(|x| x.is_finite()))
+    }
+}
 
 /// A designed law that can run in the loop. Measures angles and speeds of shafts, commands inputs.
 pub trait Law: Send {
@@ -25,10 +86,20 @@ pub trait Law: Send {
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
-    /// Commands in N m from the angles (rad) and speeds (rad/s) of all shafts, sorted by name, and the references.
-    fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]);
-    /// The linear part of [`Law::command`]: gains on angles and speeds, one row per input, one column per shaft.
-    fn gains(&self) -> (Matrix<f64>, Matrix<f64>);
+    /// Names of its own states: estimates of an observer, integrators, filters.
+    fn states(&self) -> Vec<String> {
+        Vec::new()
+    }
+    /// Its own states at the start, from the angles (rad) and speeds (rad/s) of all shafts there.
+    fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
+    /// Commands in N m.
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
+    /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
+    fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// The linear part.
+    fn linear(&self) -> LinearLaw;
     /// What was designed, for a reader.
     fn summary(&self) -> LawSummary;
 }
@@ -52,9 +123,53 @@ pub struct Request<'a> {
     /// Its keys.
     pub values: &'a Values,
     /// The model to design on.
-    pub model: &'a LinearModel,
-    /// Shaft names, sorted.
-    pub shafts: &'a [String],
+    pub plant: &'a Plant,
+}
+
+/// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// In explicit form.
+    pub reduced: Reduced,
+    /// The reduced position of the design, rad.
+    pub position: Vec<f64>,
+    /// Linear there.
+    pub linear: LinearModel,
+}
+
+impl Plant {
+    /// The model at a position.
+    ///
+    /// # Panics
+    /// If `position` has not one entry per coordinate or gives a slope that is not finite.
+    pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
+        let linear = linearise(&reduced, &position);
+        Self { reduced, position, linear }
+    }
+
+    /// Names of all shafts, sorted.
+    pub fn shafts(&self) -> &[String] {
+        &self.reduced.equations.shafts
+    }
+
+    /// The linear model as terms along directions, with these inputs.
+    ///
+    /// # Panics
+    /// If an input is not there.
+    pub fn constrained(&self, inputs: &[String]) -> ConstrainedSystem {
+        ConstrainedSystem::at(&self.reduced, &self.position, &BTreeSet::new(), inputs)
+    }
+
+    /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]`, exact.
+    ///
+    /// # Panics
+    /// If an input, or what an output names, is not there, or the inertia is singular (the model checks this before).
+    pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
+        let system = self.constrained(inputs);
+        let (coordinates, basis) = system.explicit_basis(&self.reduced.coordinates);
+        let pencil = linear_system(&system, &coordinates, &basis, outputs);
+        pencil.explicit().expect("reduced inertia is positive definite")
+    }
 }
 
 /// The description of a kind of law.
@@ -74,14 +189,6 @@ pub struct LawKind {
     pub references: fn(&Values) -> Vec<Reference>,
     /// The design.
     pub design: fn(&Request<'_>) -> Result<Box<dyn Law>, SynthesisError>,
-}
-
-/// All laws.
-pub const REGISTRY: &[LawKind] = &[noninteracting::NONINTERACTING, position_loop::POSITION_LOOP];
-
-/// The law with that keyword.
-pub fn find(keyword: &str) -> Option<&'static LawKind> {
-    REGISTRY.iter().find(|law| law.keyword == keyword)
 }
 
 /// Why a law cannot be designed.

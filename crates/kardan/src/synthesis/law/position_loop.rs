@@ -1,10 +1,12 @@
 use kardan_rt::PositionLoop;
 
-use super::{Law, LawKind, Reference, Request, SynthesisError, input_inertia, output_shaft};
 use crate::element::Values;
 use crate::num::{Matrix, rational_to_f64};
 use crate::results::{LawSummary, Physical};
 use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::{
+    Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
+};
 use crate::units::Dimension;
 
 /// A position loop on one input, the driver model of \[diss. (6.138)\].
@@ -76,11 +78,12 @@ struct Running {
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let values = request.values;
     let output = values.word("output").unwrap_or_default().to_string();
-    let shaft = output_shaft(&output, request.shafts)?;
+    let shaft = output_shaft(&output, request.plant.shafts())?;
     let inputs = (POSITION_LOOP.inputs)(values);
     let input = inputs.first().cloned().unwrap_or_default();
-    let number = request.model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
-    let inertia = match (values.number("inertia"), input_inertia(request.model, shaft, number)) {
+    let number =
+        request.plant.linear.inputs.iter().position(|name| *name == input).expect("the model file names an input");
+    let inertia = match (values.number("inertia"), input_inertia(&request.plant.linear, shaft, number)) {
         (Some(given), _) => given,
         (None, Some(found)) => rational_to_f64(&found),
         (None, None) => return Err(SynthesisError::NotReached { input, output }),
@@ -91,7 +94,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         output,
         references: references(values),
         shaft,
-        shafts: request.shafts.len(),
+        shafts: request.plant.shafts().len(),
         inertia,
         position_loop: PositionLoop {
             natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
@@ -109,16 +112,20 @@ impl Law for Running {
         &self.references
     }
 
-    fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]) {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let Seen { angles, speeds, references, .. } = seen;
         let load = references.get(1).copied().unwrap_or(0.0) / self.inertia;
         out[0] =
             self.inertia * self.position_loop.acceleration(references[0], angles[self.shaft], speeds[self.shaft], load);
     }
 
-    fn gains(&self) -> (Matrix<f64>, Matrix<f64>) {
+    fn linear(&self) -> LinearLaw {
         let omega = self.position_loop.natural_frequency;
         let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.shaft { gain } else { 0.0 });
-        (row(-self.inertia * omega * omega), row(-self.inertia * 2.0 * self.position_loop.damping_ratio * omega))
+        LinearLaw::gains(
+            row(-self.inertia * omega * omega),
+            row(-self.inertia * 2.0 * self.position_loop.damping_ratio * omega),
+        )
     }
 
     fn summary(&self) -> LawSummary {

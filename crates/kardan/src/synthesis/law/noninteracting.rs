@@ -1,11 +1,13 @@
 use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop};
 
-use super::{Law, LawKind, Reference, Request, SynthesisError, effective_inertia, output_shaft};
 use crate::element::Values;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{LawSummary, NamedMatrix, Physical};
 use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::{
+    Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, effective_inertia, output_shaft,
+};
 use crate::units::Dimension;
 
 /// Partial feedback linearisation of chosen outputs by as many inputs, \[diss. 6.3.3\].
@@ -195,13 +197,13 @@ struct Running {
 }
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
-    let model = request.model;
+    let model = &request.plant.linear;
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for channel in channels(request.values) {
         let output = channel.word("output").unwrap_or_default().to_string();
         let input = channel.word("input").unwrap_or_default().to_string();
-        let shaft = output_shaft(&output, request.shafts)?;
+        let shaft = output_shaft(&output, request.plant.shafts())?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
         for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
             if list.contains(name) {
@@ -213,7 +215,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         designs.push(ChannelDesign { shaft, input: number });
     }
     let names = |channel: &ChannelDesign| {
-        (format!("{}.phi", request.shafts[channel.shaft]), model.inputs[channel.input].clone())
+        (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
     let references = references(request.values);
@@ -233,7 +235,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
             Channel::Torque { inverse_inertia }
         });
     }
-    let shaft = |name: &String| request.shafts.iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
+    let shaft =
+        |name: &String| request.plant.shafts().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
     let m = designs.len();
     Ok(Box::new(Running {
         name: request.name.to_string(),
@@ -244,7 +247,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         told,
         coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
         output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
-        shafts: request.shafts.len(),
+        shafts: request.plant.shafts().len(),
         state_gain: design.state_gain.to_f64().as_slice().to_vec(),
         acceleration_gain: design.acceleration_gain.to_f64().as_slice().to_vec(),
         channels: blocks,
@@ -267,7 +270,8 @@ impl Law for Running {
         &self.references
     }
 
-    fn command(&mut self, angles: &[f64], speeds: &[f64], references: &[f64], out: &mut [f64]) {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let Seen { angles, speeds, references, .. } = seen;
         let r = self.coordinate_shafts.len();
         for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
             self.state[k] = angles[shaft];
@@ -295,7 +299,7 @@ impl Law for Running {
         law.torques(measured, &mut self.accelerations, out);
     }
 
-    fn gains(&self) -> (Matrix<f64>, Matrix<f64>) {
+    fn linear(&self) -> LinearLaw {
         let (m, r) = (self.inputs.len(), self.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);
         let mut on_speeds = Matrix::zeros(m, self.shafts);
@@ -313,7 +317,7 @@ impl Law for Running {
                 }
             }
         }
-        (on_angles, on_speeds)
+        LinearLaw::gains(on_angles, on_speeds)
     }
 
     fn summary(&self) -> LawSummary {
