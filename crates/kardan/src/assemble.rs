@@ -170,6 +170,15 @@ fn sort<T>(terms: &mut [Along<T>]) {
 }
 
 impl Equations {
+    /// The inertia of a shaft itself, without what moves with it, kg m².
+    pub fn own_inertia(&self, shaft: usize) -> Rational {
+        let own = self.inertias.iter().filter_map(|term| match term.row.as_slice() {
+            [(k, x)] if *k == shaft => Some(x.times(x).times(&term.value.to_rational())),
+            _ => None,
+        });
+        own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
+    }
+
     /// What a coordinate is.
     pub fn domain(&self, coordinate: usize) -> Domain {
         self.domains.get(coordinate).copied().unwrap_or_default()

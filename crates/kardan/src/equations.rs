@@ -92,6 +92,8 @@ pub enum Measured {
     SpringTorque(String),
     /// The constraint torque of an element on one of its shafts.
     ConstraintTorque(String, String),
+    /// The net torque on a shaft: its own inertia times its acceleration.
+    NetTorque(String),
 }
 
 /// A sensor: what it measures and how coarsely.

@@ -55,7 +55,18 @@ pub enum Kind {
     Overrides,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
+    /// One table of the given shape.
+    Table(&'static [Field]),
+    /// An output of the linear model: `rk.phi`, `rk.w` or the name of a sensor.
+    Output,
+    /// A list of outputs.
+    Outputs,
+    /// Poles in 1/s: numbers, or texts such as `"-14 + 14.3j"` and, for a pair, `"-14 ± 14.3j"`.
+    Poles,
 }
+
+/// A complex number with exact parts, 1/s.
+pub type ExactPole = (Exact, Exact);
 
 /// One key of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,16 +116,18 @@ pub enum Scalar {
 /// What was read for a [`Field`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// For `Shaft`, `Node`, `Element`, `Signal`, `Choice`, `Name` and `Text`.
+    /// For `Shaft`, `Node`, `Element`, `Signal`, `Output`, `Choice`, `Name` and `Text`.
     Word(String),
-    /// For `Shafts`, `Elements`, `Signals` and `Words`.
+    /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Words`.
     Words(Vec<Spanned<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),
     /// For `Coefficients` (numbers) and `Overrides` (quantities).
     Map(Vec<(Spanned<String>, Spanned<Scalar>)>),
-    /// For `Tables`.
+    /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),
+    /// For `Poles`.
+    Poles(Vec<ExactPole>),
 }
 
 /// A table as read: known keys with typed values; what was wrong has been reported already.

@@ -5,6 +5,7 @@
 //! [`parse_quantity`] reads both. The angle is a dimension of its own here, hence a stiffness in `N m` and a speed in
 //! `Hz` are mistakes and not silent factors of 2π.
 
+mod poles;
 mod tolerance;
 
 use std::fmt;
@@ -14,6 +15,7 @@ use dashu_int::ops::BitTest;
 use dashu_int::{IBig, Sign, UBig};
 use dashu_ratio::RBig;
 
+pub use poles::parse_poles;
 pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
 
 use crate::diagnostics::nearest;

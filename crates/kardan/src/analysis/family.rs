@@ -86,6 +86,7 @@ pub fn loss_pencil(system: &ConstrainedSystem, side: Side, outputs: &[OutputSign
                     }
                 }
             }
+            Measured::NetTorque(name) => pencil[2][(row, shaft(name))] = system.own_inertia(shaft(name)),
             Measured::ConstraintTorque(element, name) => {
                 let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);
                 of_element.for_each(|i| pencil[0][(row, n + i)] = rows[(i, shaft(name))].clone());

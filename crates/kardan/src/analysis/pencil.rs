@@ -66,6 +66,16 @@ pub fn linear_system(
                     }
                 }
             }
+            Measured::NetTorque(name) => {
+                // J aᵀ q̈_r with q̈_r = H⁻¹ (F u − D q̇ − S q).
+                let row = Matrix::from_fn(1, r, |_, j| basis[(shaft(name), j)].times(&system.own_inertia(shaft(name))));
+                let per_torque = any_solution(&inertia, &row.transpose()).transpose();
+                let [on_angles, on_speeds, on_inputs] =
+                    [&stiffness, &damping, &input].map(|matrix| per_torque.multiply(matrix));
+                (0..r).for_each(|j| c[(i, j)] = minus(&on_angles[(0, j)]));
+                (0..r).for_each(|j| c[(i, r + j)] = minus(&on_speeds[(0, j)]));
+                (0..m).for_each(|j| d[(i, j)] = on_inputs[(0, j)].clone());
+            }
             Measured::ConstraintTorque(element, name) => {
                 let (on_states, on_inputs) =
                     constraint_torque(system, basis, [&inertia, &damping, &stiffness, &input], element, shaft(name));
@@ -116,7 +126,8 @@ fn constraint_torque(
     (on_states, difference(through(input), direction.multiply(&system.input_matrix())))
 }
 
-/// One solution of M x = y. There is one: a motion v without inertia (`H_r v = 0`) has `H K v = 0`, hence takes no torque.
+/// One solution of M x = y. There is one: a motion v without inertia (`H_r v = 0`) has `H K v = 0`, hence takes no torque,
+/// and moves no inertia of a single shaft.
 fn any_solution(matrix: &Matrix<Rational>, right: &Matrix<Rational>) -> Matrix<Rational> {
     let n = matrix.columns();
     let both =

@@ -81,6 +81,15 @@ impl ConstrainedSystem {
         out
     }
 
+    /// The inertia of a shaft itself, without what moves with it, kg m².
+    pub fn own_inertia(&self, shaft: usize) -> Rational {
+        let own = self.inertias.iter().filter_map(|term| match term.row.as_slice() {
+            [(k, x)] if *k == shaft => Some(x.times(x).times(&term.value)),
+            _ => None,
+        });
+        own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
+    }
+
     /// Keeps the first rows of C that are independent.
     fn drop_dependent_constraints(&mut self) {
         let rows = self.constraints.len();

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 pub use universal_joint::UniversalJointCurve;
 
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind};
+use crate::schema::{ExactPole, Field, Kind};
 use crate::units::Exact;
 
 /// The description of a kind of element.
@@ -116,6 +116,8 @@ pub enum Resolved {
     Map(Vec<(String, Exact)>),
     /// Tables.
     Tables(Vec<Values>),
+    /// Poles, 1/s.
+    Poles(Vec<ExactPole>),
 }
 
 /// The values of an element's keys, with parameters put in.
@@ -181,6 +183,19 @@ impl Values {
     pub fn tables(&self, key: &str) -> Option<&[Values]> {
         match self.map.get(key) {
             Some(Resolved::Tables(tables)) => Some(tables),
+            _ => None,
+        }
+    }
+
+    /// A single table.
+    pub fn table(&self, key: &str) -> Option<&Values> {
+        self.tables(key)?.first()
+    }
+
+    /// Poles, 1/s.
+    pub fn poles(&self, key: &str) -> Option<&[ExactPole]> {
+        match self.map.get(key) {
+            Some(Resolved::Poles(poles)) => Some(poles),
             _ => None,
         }
     }

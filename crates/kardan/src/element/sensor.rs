@@ -8,13 +8,18 @@ use crate::units::Dimension;
 /// A measured angle, speed or torque.
 pub const SENSOR: Element = Element {
     keyword: "sensor",
-    summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, or a constraint torque.",
+    summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, or the net \
+              torque on a shaft.",
     sketch: r"
     quantity -->[ resolution ]-->[ sample and hold ]--> reading",
     signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
     fields: &[
-        Field::required("measures", Kind::Choice(&["angle", "speed", "torque"]), "What is measured."),
-        Field::optional("shaft", Kind::Shaft, "The shaft, for an angle, a speed or a constraint torque."),
+        Field::required(
+            "measures",
+            Kind::Choice(&["angle", "speed", "torque", "net_torque"]),
+            "What is measured; the net torque on a shaft is its own inertia times its acceleration.",
+        ),
+        Field::optional("shaft", Kind::Shaft, "The shaft, for an angle, a speed, a net torque or a constraint torque."),
         Field::optional(
             "element",
             Kind::Element(&["spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint"]),
@@ -51,7 +56,8 @@ sample_time = \"1 ms\"
 fn check(values: &Values) -> Vec<Mistake> {
     let mut out = Vec::new();
     match values.word("measures") {
-        Some(kind @ ("angle" | "speed")) => {
+        Some(kind @ ("angle" | "speed" | "net_torque")) => {
+            let kind = kind.replace('_', " ");
             if !values.has("shaft") {
                 out.push(Mistake::new("shaft", format!("a sensor of {kind} needs a shaft"), "add `shaft = \"...\"`"));
             }
@@ -81,10 +87,15 @@ fn check(values: &Values) -> Vec<Mistake> {
             "add `sample_time`: the speed is the difference of two rounded angles over it",
         ));
     }
-    if values.word("measures") == Some("torque") && coarse && values.has("shaft") {
+    let no_twist = match values.word("measures") {
+        Some("torque") => values.has("shaft").then_some("constraint torque"),
+        Some("net_torque") => Some("net torque"),
+        _ => None,
+    };
+    if let (true, Some(what)) = (coarse, no_twist) {
         out.push(Mistake::new(
             if values.has("lines") { "lines" } else { "resolution" },
-            "a resolution is an angle, and a constraint torque has no twist to round",
+            format!("a resolution is an angle, and a {what} has no twist to round"),
             "remove it, or measure the torque of a `spring_damper`",
         ));
     }
@@ -96,6 +107,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let measured = match (values.required("measures"), values.word("element")) {
         ("angle", _) => Measured::Angle(shaft()),
         ("speed", _) => Measured::Speed(shaft()),
+        ("net_torque", _) => Measured::NetTorque(shaft()),
         (_, Some(element)) if values.has("shaft") => Measured::ConstraintTorque(element.into(), shaft()),
         (_, element) => Measured::SpringTorque(element.unwrap_or_default().into()),
     };

@@ -628,7 +628,7 @@ fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Di
                     refuse_tolerances(table, &format!("entry {} of `{key}` of {what}", i + 1), help, out);
                 }
             }
-            Value::Word(_) | Value::Words(_) => {}
+            Value::Word(_) | Value::Words(_) | Value::Poles(_) => {}
         }
     }
 }

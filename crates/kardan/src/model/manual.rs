@@ -124,7 +124,7 @@ fn keys(fields: &[Field], out: &mut String) {
     for field in fields {
         let need = if field.required { "required" } else { "optional" };
         let _ = writeln!(out, "  {} ({}, {need})\n      {}", field.name, describe(&field.kind), field.doc);
-        if let Kind::Tables(inner) = field.kind {
+        if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
             for field in inner {
                 let need = if field.required { "required" } else { "optional" };
                 let _ =
@@ -159,6 +159,10 @@ fn describe(kind: &Kind) -> String {
         Kind::AnyQuantity => "quantity".into(),
         Kind::Overrides => "quantities by name".into(),
         Kind::Tables(_) => "list of tables".into(),
+        Kind::Table(_) => "table".into(),
+        Kind::Output => "angle, speed or sensor".into(),
+        Kind::Outputs => "list of angles, speeds and sensors".into(),
+        Kind::Poles => "poles, 1/s".into(),
     }
 }
 

@@ -32,7 +32,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
-use crate::units::{Dimension, Exact, UnitError, parse_number, parse_quantity, parse_tolerated, tolerance_mark};
+use crate::units::{Dimension, Exact, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark};
 
 /// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
 ///
@@ -274,10 +274,17 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
     let reader = Reader { kind, what, span: span.clone() };
     let read = match (kind, value.get_ref()) {
         (
-            Kind::Shaft | Kind::Node | Kind::Element(_) | Kind::Signal | Kind::Name | Kind::Text | Kind::Choice(_),
+            Kind::Shaft
+            | Kind::Node
+            | Kind::Element(_)
+            | Kind::Signal
+            | Kind::Output
+            | Kind::Name
+            | Kind::Text
+            | Kind::Choice(_),
             DeValue::String(text),
         ) => reader.word(text, out).map(Value::Word),
-        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Words, DeValue::Array(list)) => {
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, DeValue::Array(list)) => {
             reader.words(list, out)
         }
         (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
@@ -296,7 +303,8 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
             }
             Some(Value::Tables(tables))
         }
-        (Kind::Tables(fields), DeValue::Table(entries)) => {
+        (Kind::Poles, DeValue::Array(list)) => reader.poles(list, out),
+        (Kind::Tables(fields) | Kind::Table(fields), DeValue::Table(entries)) => {
             Some(Value::Tables(vec![table(fields, &reader.node(entries, value), what, out)]))
         }
         (_, other) => {
@@ -411,6 +419,36 @@ impl Reader<'_> {
             );
         }
         Some(Value::Words(words))
+    }
+
+    fn poles(&self, list: &DeArray<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut poles = Vec::new();
+        for entry in list.iter().filter(|entry| !entry.span().is_empty()) {
+            let here = Reader { span: entry.span(), ..*self };
+            let text = match entry.get_ref() {
+                DeValue::String(text) => text.as_ref(),
+                DeValue::Integer(number) if number.radix() == 10 => number.as_str(),
+                DeValue::Float(number) => number.as_str(),
+                other => {
+                    here.wrong_type("a number or a text", other, out);
+                    continue;
+                }
+            };
+            match parse_poles(text) {
+                Ok(found) => poles.extend(found),
+                Err(error) => out.push(
+                    here.error(error.code, error.message, "not a pole")
+                        .help("write it like `-50`, `\"-14 + 14.3j\"` or, for a pair, `\"-14 ± 14.3j\"`"),
+                ),
+            }
+        }
+        if list.is_empty() {
+            let message = format!("expected {}, found an empty list", expected(self.kind));
+            out.push(
+                self.error("list::length", message, "empty").help(format!("write it like `{}`", example(self.kind))),
+            );
+        }
+        Some(Value::Poles(poles))
     }
 
     fn map(&self, kind: &Kind, table: &DeTable<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
@@ -564,6 +602,10 @@ fn expected(kind: &Kind) -> String {
         Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
         Kind::Overrides => "a table from names to quantities".to_string(),
         Kind::Tables(_) => "a list of tables".to_string(),
+        Kind::Table(_) => "a table".to_string(),
+        Kind::Output => "an angle or speed of a shaft, or a sensor".to_string(),
+        Kind::Outputs => "a list of angles and speeds of shafts, and of sensors".to_string(),
+        Kind::Poles => "a list of poles in 1/s".to_string(),
     }
 }
 
@@ -589,13 +631,17 @@ fn example(kind: &Kind) -> String {
         Kind::Text => "\"a text\"".to_string(),
         Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
         Kind::Overrides => "{ beta = \"0 deg\" }".to_string(),
-        Kind::Tables(fields) => {
+        Kind::Output => "\"rk.phi\"".to_string(),
+        Kind::Outputs => "[\"rk.phi\", \"fs.phi\"]".to_string(),
+        Kind::Poles => "[-50, \"-14 ± 14.3j\"]".to_string(),
+        Kind::Tables(fields) | Kind::Table(fields) => {
             let keys: Vec<String> = fields
                 .iter()
                 .filter(|field| field.required)
                 .map(|field| format!("{} = {}", field.name, example(&field.kind)))
                 .collect();
-            format!("[{{ {} }}]", keys.join(", "))
+            let table = format!("{{ {} }}", keys.join(", "));
+            if matches!(kind, Kind::Table(_)) { table } else { format!("[{table}]") }
         }
     }
 }

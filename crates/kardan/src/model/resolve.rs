@@ -212,6 +212,10 @@ impl<'a> TableReader<'a> {
                     }
                     Resolved::Map(map)
                 }
+                (Kind::Table(inner), Value::Tables(tables)) => {
+                    Resolved::Tables(tables.iter().map(|table| self.values(inner, table, &label, out)).collect())
+                }
+                (_, Value::Poles(poles)) => Resolved::Poles(poles.clone()),
                 (Kind::Tables(inner), Value::Tables(tables)) => {
                     let entry = |(i, table)| self.values(inner, table, &format!("entry {} of {label}", i + 1), out);
                     Resolved::Tables(tables.iter().enumerate().map(entry).collect())
@@ -283,6 +287,19 @@ impl<'a> TableReader<'a> {
                     };
                     out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not an angle").help(help));
                 }
+                (Kind::Output, Some(Spanned { value: Value::Word(signal), span })) => {
+                    self.check_output(signal, span, &format!("`{}` of {what}", field.name), out);
+                }
+                (Kind::Outputs, Some(Spanned { value: Value::Words(signals), .. })) => {
+                    for Spanned { value, span } in signals {
+                        self.check_output(value, span, &format!("`{}` of {what}", field.name), out);
+                    }
+                }
+                (Kind::Table(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
+                    for table in tables {
+                        self.check_outputs(inner, table, &format!("`{}` of {what}", field.name), out);
+                    }
+                }
                 (Kind::Tables(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
                     for (i, table) in tables.iter().enumerate() {
                         self.check_outputs(
@@ -296,6 +313,33 @@ impl<'a> TableReader<'a> {
                 _ => {}
             }
         }
+    }
+
+    /// An output must be an angle or a speed of a shaft, or a sensor.
+    fn check_output(&self, signal: &str, span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
+        let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+        let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
+        let of_shaft = matches!(tail, "phi" | "w") && self.shafts().any(|shaft| shaft == head);
+        let of_sensor = matches!(tail, "" | "phi" | "w" | "tau") && sensors().any(|sensor| sensor == head);
+        if of_shaft || of_sensor || self.document.doubts.has(head) {
+            return;
+        }
+        let all: Vec<String> = self
+            .shafts()
+            .flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")])
+            .chain(sensors().map(str::to_string))
+            .collect();
+        let names = || all.iter().map(String::as_str);
+        let help = match nearest(signal, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if tail == "tau" => format!(
+                "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
+                shortened(head)
+            ),
+            None => format!("there are {}", quoted(names())),
+        };
+        let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
+        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not an output").help(help));
     }
 
     fn shafts(&self) -> impl Iterator<Item = &str> {
@@ -456,7 +500,7 @@ impl Document {
             let (element, shaft) = match &sensor.measured {
                 Measured::SpringTorque(element) => (element, None),
                 Measured::ConstraintTorque(element, shaft) => (element, Some(shaft)),
-                Measured::Angle(_) | Measured::Speed(_) => continue,
+                Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) => continue,
             };
             let known = self.elements.iter().any(|e| e.name == *element);
             if !known || doubtful.contains(&named.element) || doubtful.contains(element) || self.doubts.has(element) {

@@ -145,7 +145,7 @@ fn names(given: &Spanned<Value>, tolerance: &Tolerance) -> bool {
 fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
     for (field, given) in fields.iter().filter_map(|field| Some((field, table.values.get(field.name)?))) {
         let sign = match (&field.kind, &given.value) {
-            (Kind::Tables(inner), Value::Tables(tables)) => {
+            (Kind::Tables(inner) | Kind::Table(inner), Value::Tables(tables)) => {
                 for (i, table) in tables.iter().enumerate() {
                     let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
                     check_signs(tolerance, inner, table, &what, out);

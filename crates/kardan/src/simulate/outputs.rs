@@ -4,6 +4,7 @@ use super::Machine;
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured, Sensor};
+use crate::num::{dot, rational_to_f64};
 use crate::reduce::{Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
@@ -14,6 +15,8 @@ enum Read {
     Torque(usize),
     Command(usize),
     Multiplier(usize),
+    /// Shaft and its own inertia, kg m².
+    NetTorque(usize, f64),
     ConstraintTorque(usize, usize),
     /// Sum of multipliers, each times a number.
     Potentials(Vec<(usize, f64)>),
@@ -167,6 +170,9 @@ impl Outputs {
                     let read = Read::SpringDamper { springs: springs_of(element), dampers: Vec::new() };
                     ("tau", Physical::Torque, read)
                 }
+                Measured::NetTorque(s) => {
+                    ("tau", Physical::Torque, Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))))
+                }
                 Measured::ConstraintTorque(element, s) => {
                     let k =
                         multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
@@ -249,6 +255,9 @@ impl Outputs {
             Read::Torque(input) => machine.torques[*input],
             Read::Command(input) => machine.commands[*input],
             Read::Multiplier(constraint) => self.lambda[*constraint],
+            Read::NetTorque(shaft, inertia) => {
+                inertia * (dot(kinematics.row(*shaft), &machine.acceleration) + kinematics.bias[*shaft])
+            }
             Read::ConstraintTorque(constraint, shaft) => {
                 self.lambda[*constraint] * self.multipliers.coefficient(*constraint, *shaft, kinematics)
             }

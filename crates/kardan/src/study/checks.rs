@@ -53,8 +53,9 @@ pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
     let mut out = Vec::new();
     for field in fields {
         match field.kind {
-            Kind::Signal => out.extend(values.word(field.name).map(str::to_string)),
-            Kind::Tables(inner) => {
+            Kind::Signal | Kind::Output => out.extend(values.word(field.name).map(str::to_string)),
+            Kind::Outputs => out.extend(values.words(field.name).unwrap_or_default().iter().cloned()),
+            Kind::Tables(inner) | Kind::Table(inner) => {
                 out.extend(
                     values.tables(field.name).unwrap_or_default().iter().flat_map(|values| signals_of(inner, values)),
                 );

@@ -199,7 +199,7 @@ fn unreduced(model: &mut Model) -> Reduced {
     };
     let (sensors, lost): (Vec<_>, Vec<_>) = others.into_iter().partition(|named| match &named.term {
         Term::Output(sensor) => match &sensor.measured {
-            Measured::Angle(shaft) | Measured::Speed(shaft) => known(shaft),
+            Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => known(shaft),
             Measured::ConstraintTorque(element, shaft) => known(shaft) && constrains(element),
             Measured::SpringTorque(_) => true,
         },
