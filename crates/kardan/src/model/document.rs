@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use toml::de::DeValue;
 
 use super::parse::{NAME_RULE, Node, is_name, syntax, table, value};
+use super::resolve::{Setting, TableReader};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{self, Element};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
@@ -77,6 +78,16 @@ pub const REQUIREMENT: &[Field] = &[
     Field::optional("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the window; left out: 0 s."),
     Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end."),
     Field::optional("variants", Kind::Words, "Variants that it applies to; left out: all."),
+];
+
+/// Keys of `[[variant]]`.
+pub const VARIANT: &[Field] = &[
+    Field::required("name", Kind::Name, "Name of the variant: it names the table of its run."),
+    Field::required(
+        "set",
+        Kind::Overrides,
+        "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }.",
+    ),
 ];
 
 /// Keys of `[[plot]]`.
@@ -198,6 +209,15 @@ pub struct Variants {
     pub dimension: Dimension,
 }
 
+/// An entry of `[[variant]]`: parameter values with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedVariant {
+    /// The name.
+    pub name: Spanned<String>,
+    /// The values.
+    pub settings: Vec<Setting>,
+}
+
 /// An element's table.
 #[derive(Debug, Clone)]
 pub struct Instance {
@@ -235,6 +255,8 @@ pub struct Document {
     pub implicit: Vec<Parameter>,
     /// `[variants]`
     pub variants: Vec<Variants>,
+    /// `[[variant]]`
+    pub named_variants: Vec<NamedVariant>,
     /// All elements.
     pub elements: Vec<Instance>,
     /// All controllers.
@@ -272,6 +294,20 @@ impl Doubts {
     /// Whether a name may exist that was not read.
     pub fn has(&self, name: &str) -> bool {
         self.all || self.names.contains(name)
+    }
+}
+
+impl Document {
+    /// Whether a parameter differs between the variants.
+    pub fn is_varied(&self, parameter: &str) -> bool {
+        self.variants.iter().any(|variants| variants.parameter.value == parameter)
+            || self.named_variants.iter().any(|variant| variant.settings.iter().any(|s| s.name == parameter))
+    }
+
+    /// Number of runs.
+    pub fn runs(&self) -> usize {
+        let named = self.named_variants.len().max(1);
+        self.variants.iter().fold(named, |runs, variants| runs.saturating_mul(variants.values.len()))
     }
 }
 
@@ -338,6 +374,8 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     document.requirements = several("requirement", REQUIREMENT, &mut study);
     document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
+    let tables = several("variant", VARIANT, &mut study);
+    read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
     for kind in element::REGISTRY {
         for node in named_tables(&root, kind.keyword, kind.fields, &mut document.doubts, &mut out) {
@@ -397,7 +435,7 @@ const STUDY: [&str; 4] = ["scenario", "requirement", "plot", "analysis"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
-    let mut known = vec!["model", "parameters", "variants", "control"];
+    let mut known = vec!["model", "parameters", "variants", "variant", "control"];
     known.extend(STUDY);
     known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
     for (name, span, value) in root.entries() {
@@ -716,14 +754,53 @@ fn variant_values(
     (out.len() == before).then_some(values)
 }
 
+fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let before = out.len();
+    for table in tables {
+        let Some(Spanned { value: Value::Word(name), span }) = table.values.get("name") else { continue };
+        let what = format!("variant `{name}`");
+        if let Some(other) = document.named_variants.iter().find(|other| other.name.value.eq_ignore_ascii_case(name)) {
+            out.push(
+                Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
+                    .at(span.clone(), "again here")
+                    .at(other.name.span.clone(), "first here")
+                    .help("give each variant a name of its own; it becomes a file name"),
+            );
+            continue;
+        }
+        let settings = TableReader::new(document, &[]).settings(table, "set", &what, out);
+        let name = Spanned { value: name.clone(), span: span.clone() };
+        document.named_variants.push(NamedVariant { name, settings });
+    }
+    if document.named_variants.len() > MOST_VARIANTS {
+        let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
+        out.push(
+            Diagnostic::error("list::length", message)
+                .at(document.named_variants[MOST_VARIANTS].name.span.clone(), "one too many")
+                .help("split the study into several files"),
+        );
+        document.named_variants.clear();
+    }
+    document.doubts.variants |= out.len() > before || tables.len() > document.named_variants.len();
+}
+
 fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
     let Some(node) = root.child("variants", out) else {
         document.doubts.variants |= out.len() > before;
         return;
     };
-    let mut count = 1usize;
+    let mut count = document.named_variants.len().max(1);
     for (name, span, given) in node.entries() {
+        if let Some(other) = document.named_variants.iter().find(|v| v.settings.iter().any(|s| s.name == name)) {
+            let message = format!("`{name}` is varied here and set by the variant `{}`", other.name.value);
+            out.push(
+                Diagnostic::error("name::duplicate", message)
+                    .at(span.clone(), "varied here")
+                    .at(other.name.span.clone(), "set in this variant")
+                    .help("vary it here, or set it in each `[[variant]]`"),
+            );
+        }
         let declared = document.parameters.iter().find(|p| p.name == name);
         if declared.is_none() && !document.doubts.has(name) {
             let names = document.parameters.iter().map(|p| p.name.as_str());

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::{ANALYSIS, CONTROL, EVENT, MODEL, PLOT, REQUIREMENT, SCENARIO};
+use super::document::{ANALYSIS, CONTROL, EVENT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis;
@@ -28,6 +28,7 @@ const STUDY: &[(&str, &str)] = &[
     ("[model]", "Name, description, reduced coordinates."),
     ("[parameters]", "Named quantities, with tolerances if you like; elements use them by name: angle = \"beta\"."),
     ("[variants]", "Lists of parameter values, one run for each: beta = \"[0, 10, 20, 30] deg\"."),
+    ("[[variant]]", "A run with parameter values and a name of its own."),
     ("[scenario]", "Duration, output step, initial state."),
     ("[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
@@ -36,7 +37,8 @@ const STUDY: &[(&str, &str)] = &[
 ];
 
 /// The names of the manual pages that are neither an element nor a law.
-pub const STUDY_PAGES: &[&str] = &["model", "parameters", "scenario", "event", "requirement", "plot", "analysis"];
+pub const STUDY_PAGES: &[&str] =
+    &["model", "parameters", "variant", "scenario", "event", "requirement", "plot", "analysis"];
 
 const PARAMETERS: &str = "\
 [parameters]
@@ -104,6 +106,7 @@ pub fn manual_of(name: &str) -> Option<String> {
     } else {
         let (header, fields) = match name {
             "model" => ("[model]", MODEL),
+            "variant" => ("[[variant]]", VARIANT),
             "scenario" => ("[scenario]", SCENARIO),
             "event" => ("[[scenario.event]]", EVENT),
             "requirement" => ("[[requirement]]", REQUIREMENT),
@@ -175,6 +178,7 @@ mod tests {
     fn every_page_tells_its_keys() {
         for (name, fields) in [
             ("model", MODEL),
+            ("variant", VARIANT),
             ("scenario", SCENARIO),
             ("event", EVENT),
             ("requirement", REQUIREMENT),

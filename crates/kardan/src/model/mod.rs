@@ -10,7 +10,7 @@ mod resolve;
 mod state_space;
 mod tolerance;
 
-pub use document::{ANALYSIS, Control, Document, Doubts, Instance, Parameter, Variants, read};
+pub use document::{ANALYSIS, Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, read};
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
 pub use state_space::read_state_space;

@@ -32,7 +32,9 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
-use crate::units::{Dimension, Exact, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark};
+use crate::units::{
+    Dimension, Exact, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
+};
 
 /// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
 ///

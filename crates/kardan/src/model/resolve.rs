@@ -570,9 +570,14 @@ impl Document {
             .collect()
     }
 
-    /// One list of settings per variant with its name: all combinations, the last parameter fastest.
+    /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last
+    /// parameter fastest.
     pub fn variant_settings(&self) -> Vec<(String, Vec<Setting>)> {
-        let mut out = vec![(String::new(), Vec::new())];
+        let mut out: Vec<(String, Vec<Setting>)> =
+            self.named_variants.iter().map(|v| (v.name.value.clone(), v.settings.clone())).collect();
+        if out.is_empty() {
+            out.push((String::new(), Vec::new()));
+        }
         for variants in &self.variants {
             let name = &variants.parameter.value;
             out = out

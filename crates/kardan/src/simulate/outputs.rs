@@ -170,9 +170,11 @@ impl Outputs {
                     let read = Read::SpringDamper { springs: springs_of(element), dampers: Vec::new() };
                     ("tau", Physical::Torque, read)
                 }
-                Measured::NetTorque(s) => {
-                    ("tau", Physical::Torque, Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))))
-                }
+                Measured::NetTorque(s) => (
+                    "tau",
+                    Physical::Torque,
+                    Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))),
+                ),
                 Measured::ConstraintTorque(element, s) => {
                     let k =
                         multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");

@@ -118,7 +118,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
         }
         for key in ["below", "above", "from", "until"] {
             if let Some(Spanned { value: Written::Parameter(name), span }) = read_scalar(table, key)
-                && document.variants.iter().any(|variants| variants.parameter.value == name)
+                && document.is_varied(&name)
             {
                 let message = format!("`{key}` of {what}: `{name}` differs between the variants");
                 out.push(

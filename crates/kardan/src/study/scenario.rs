@@ -196,7 +196,7 @@ pub(super) fn check_rows(
     events: usize,
     out: &mut Vec<Diagnostic>,
 ) -> bool {
-    let runs: f64 = document.variants.iter().map(|variants| variants.values.len() as f64).product();
+    let runs: f64 = document.runs() as f64;
     let most = MOST_ROWS.min(MOST_ROWS_OF_ALL / runs);
     let rows = duration.to_f64() / step.to_f64() + 400.0 * events as f64;
     if rows <= most {
