@@ -249,7 +249,7 @@ fn every_law_is_what_its_gains_say() {
         let mut laws = variant.design_laws();
         assert_eq!(laws.len(), 1, "the example of `{}` is one law", kind.keyword);
         let law = &mut laws[0];
-        assert_eq!(law.summary().law, kind.keyword);
+        assert_eq!(law.describe().law, kind.keyword);
         let (m, n) = (law.inputs().len(), variant.reduced.equations.shafts.len());
         assert!(m > 0);
         let references = vec![0.0; law.references().len()];

@@ -1,6 +1,6 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{LawSummary, Pole};
+use super::{LawSummary, NamedMatrix, Pole};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -76,12 +76,30 @@ pub struct Design {
     pub flatness: Option<Flatness>,
     /// What runs in firmware.
     pub controller_data: ControllerData,
-    /// The law in words, with its matrices.
-    pub summary: LawSummary,
     /// What must not be overlooked: cancellations of lightly damped or unstable poles, torques beyond limits.
     pub warnings: Vec<String>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
+}
+
+impl Design {
+    /// The law with its numbers, for the summary of a run.
+    pub fn summary(&self) -> LawSummary {
+        let matrix = |m: &ExactMatrix| NamedMatrix {
+            title: m.title.clone(),
+            unit: m.unit.clone(),
+            rows: m.rows.clone(),
+            columns: m.columns.clone(),
+            values: m.values.clone(),
+        };
+        let decoupling = Some(&self.decoupling_matrix).filter(|matrix| !matrix.rows.is_empty());
+        LawSummary {
+            name: self.controller.clone(),
+            law: self.law.clone(),
+            gains: self.gains.iter().chain(decoupling).map(matrix).collect(),
+            notes: self.notes.clone(),
+        }
+    }
 }
 
 /// How outputs can be decoupled.

@@ -293,7 +293,7 @@ fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
             matrix(&format!("reduced {}", stiffness.0), stiffness.1, &linear.coordinates, &linear.stiffness),
             matrix("input map", "", &linear.inputs, &linear.input),
         ],
-        laws: laws.iter().map(|law| law.summary()).collect::<Vec<LawSummary>>(),
+        laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),
         closed_loop_poles: closed_loop_poles(&linear, &laws).unwrap_or_default(),
     }
 }

@@ -5,21 +5,24 @@
 
 mod closed_loop;
 pub mod decoupling;
+mod exact;
 pub mod inversion;
 mod law;
 pub mod observer;
 pub mod regulator;
 
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
+pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 
 use std::collections::BTreeSet;
 
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::element::Values;
+use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, Reduced, linearise};
-use crate::results::{LawSummary, Physical};
+use crate::results::{Design, Physical};
 use crate::schema::Field;
 
 /// What a law sees at one instant.
@@ -100,8 +103,12 @@ pub trait Law: Send {
     fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
     /// The linear part.
     fn linear(&self) -> LinearLaw;
-    /// What was designed, for a reader.
-    fn summary(&self) -> LawSummary;
+    /// The designed linear loop, where the design is exact.
+    fn exact(&self) -> Option<ExactLoop> {
+        None
+    }
+    /// What was designed, for a reader: everything that is known without the other controllers and without a run.
+    fn describe(&self) -> Design;
 }
 
 /// A signal from the scenario to a law.
@@ -150,6 +157,12 @@ impl Plant {
     /// Names of all shafts, sorted.
     pub fn shafts(&self) -> &[String] {
         &self.reduced.equations.shafts
+    }
+
+    /// Names of the states `[q_r; q̇_r]`.
+    pub fn states(&self) -> Vec<String> {
+        let names = || self.linear.coordinates.iter();
+        names().map(|name| format!("{name}.phi")).chain(names().map(|name| format!("{name}.w"))).collect()
     }
 
     /// The linear model as terms along directions, with these inputs.
@@ -248,6 +261,11 @@ fn unreached(names: &[String]) -> String {
     } else {
         format!(" (no chosen input reaches the acceleration of {})", list(names))
     }
+}
+
+/// The angle of a shaft as an output of the linear model.
+fn angle_output(signal: &str) -> OutputSignal {
+    OutputSignal { name: signal.into(), measured: Measured::Angle(signal.trim_end_matches(".phi").into()) }
 }
 
 /// The shaft number behind a signal `<shaft>.phi`.

@@ -1,14 +1,16 @@
 use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop};
 
+use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
-use crate::results::{LawSummary, NamedMatrix, Physical};
+use crate::results::{Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::{
-    Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, effective_inertia, output_shaft,
+    ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
+    effective_inertia, named, output_shaft,
 };
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 /// Partial feedback linearisation of chosen outputs by as many inputs, \[diss. 6.3.3\].
 pub const NONINTERACTING: LawKind = LawKind {
@@ -172,11 +174,19 @@ pub fn design_noninteracting(
     Ok(NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, effective_inertia })
 }
 
+/// What is asked of a channel, exact.
+#[derive(Debug, Clone)]
+enum ChannelSpec {
+    Position { natural_frequency: Rational, damping_ratio: Rational },
+    Torque,
+}
+
 struct Running {
     name: String,
+    plant: Plant,
+    specs: Vec<ChannelSpec>,
     inputs: Vec<String>,
     outputs: Vec<String>,
-    coordinates: Vec<String>,
     references: Vec<Reference>,
     /// Where each channel finds its load among the references.
     told: Vec<(usize, Option<usize>)>,
@@ -222,16 +232,22 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let find = |name: Option<&str>| name.and_then(|name| references.iter().position(|r| r.name == name));
     let mut told = Vec::new();
     let mut blocks = Vec::new();
+    let mut specs = Vec::new();
     for (channel, inertia) in channels(request.values).zip(&design.effective_inertia) {
         let inverse_inertia = 1.0 / rational_to_f64(inertia);
         told.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
         blocks.push(if is_position(channel) {
+            let exact = |key, otherwise| channel.exact(key).map_or(otherwise, Exact::to_rational);
+            let natural_frequency = exact("natural_frequency", Rational::from(20));
+            let damping_ratio = exact("damping_ratio", Rational::from_parts(7.into(), 10u8.into()));
             let position_loop = PositionLoop {
-                natural_frequency: channel.number("natural_frequency").unwrap_or(20.0),
-                damping_ratio: channel.number("damping_ratio").unwrap_or(0.7),
+                natural_frequency: rational_to_f64(&natural_frequency),
+                damping_ratio: rational_to_f64(&damping_ratio),
             };
+            specs.push(ChannelSpec::Position { natural_frequency, damping_ratio });
             Channel::Position { position_loop, inverse_inertia }
         } else {
+            specs.push(ChannelSpec::Torque);
             Channel::Torque { inverse_inertia }
         });
     }
@@ -240,9 +256,10 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let m = designs.len();
     Ok(Box::new(Running {
         name: request.name.to_string(),
+        plant: request.plant.clone(),
+        specs,
         inputs,
         outputs,
-        coordinates: model.coordinates.clone(),
         references,
         told,
         coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
@@ -320,49 +337,68 @@ impl Law for Running {
         LinearLaw::gains(on_angles, on_speeds)
     }
 
-    fn summary(&self) -> LawSummary {
-        let state: Vec<String> = self
-            .coordinates
-            .iter()
-            .map(|c| format!("{c}.phi"))
-            .chain(self.coordinates.iter().map(|c| format!("{c}.w")))
-            .collect();
+    fn exact(&self) -> Option<ExactLoop> {
+        let (m, states) = (self.inputs.len(), 2 * self.plant.linear.coordinates.len());
+        let outputs: Vec<OutputSignal> = self.outputs.iter().map(|output| angle_output(output)).collect();
+        let system = self.plant.system(&self.inputs, &outputs);
+        // v = Lv r − Kv x, channel by channel.
+        let mut feedback = Matrix::<Rational>::zeros(m, states);
+        let mut reference = Matrix::<Rational>::zeros(m, m);
+        for (k, spec) in self.specs.iter().enumerate() {
+            match spec {
+                ChannelSpec::Position { natural_frequency, damping_ratio } => {
+                    let stiffness = natural_frequency.times(natural_frequency);
+                    let damping = Rational::from(2).times(damping_ratio).times(natural_frequency);
+                    let direction = self.plant.linear.direction(self.output_shafts[k]);
+                    for (j, x) in direction.row(0).iter().enumerate() {
+                        feedback[(k, j)] = stiffness.times(x);
+                        feedback[(k, states / 2 + j)] = damping.times(x);
+                    }
+                    reference[(k, k)] = stiffness;
+                }
+                ChannelSpec::Torque => reference[(k, k)] = Rational::ONE.over(&self.design.effective_inertia[k]),
+            }
+        }
+        let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
+        let told: Vec<&Reference> = self.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
+        Some(ExactLoop {
+            system,
+            state_gain: acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::from(-1))),
+            reference_gain: acceleration_gain.multiply(&reference),
+            references: told.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
+            channels: (0..m).collect(),
+        })
+    }
+
+    fn describe(&self) -> Design {
+        let state = self.plant.states();
         let accelerations: Vec<String> = self.outputs.iter().map(|output| format!("{output}''")).collect();
-        let matrix =
-            |title: &str, unit: &str, rows: &[String], columns: &[String], values: &Matrix<Rational>| NamedMatrix {
-                title: title.into(),
-                unit: unit.into(),
-                rows: rows.to_vec(),
-                columns: columns.to_vec(),
-                values: values.to_rows(),
-            };
         let notes = self.outputs.iter().zip(&self.design.effective_inertia).map(|(output, inertia)| {
             format!(
                 "Relative degree of {output}: 2; effective inertia along it: {:.9} kg m^2.",
                 rational_to_f64(inertia)
             )
         });
-        LawSummary {
-            name: self.name.clone(),
+        let NoninteractingDesign { state_gain, acceleration_gain, decoupling_matrix, .. } = &self.design;
+        Design {
+            controller: self.name.clone(),
             law: NONINTERACTING.keyword.into(),
+            inputs: self.inputs.clone(),
+            outputs: self.outputs.clone(),
+            relative_degrees: vec![Some(2); self.outputs.len()],
             gains: vec![
-                matrix("state gain Kx", "N m/rad, N m s/rad", &self.inputs, &state, &self.design.state_gain),
-                matrix(
-                    "acceleration gain Ku",
-                    "N m s^2/rad",
-                    &self.inputs,
-                    &accelerations,
-                    &self.design.acceleration_gain,
-                ),
-                matrix(
-                    "decoupling matrix",
-                    "rad/(N m s^2)",
-                    &accelerations,
-                    &self.inputs,
-                    &self.design.decoupling_matrix,
-                ),
+                named(("Kx", "state gain Kx", "N m/rad, N m s/rad"), &self.inputs, &state, state_gain),
+                named(("Ku", "acceleration gain Ku", "N m s^2/rad"), &self.inputs, &accelerations, acceleration_gain),
             ],
+            decoupling_matrix: named(
+                ("decoupling_matrix", "decoupling matrix", "rad/(N m s^2)"),
+                &accelerations,
+                &self.inputs,
+                decoupling_matrix,
+            ),
+            states: state,
             notes: notes.collect(),
+            ..Design::default()
         }
     }
 }

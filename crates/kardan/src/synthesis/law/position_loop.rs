@@ -2,7 +2,7 @@ use kardan_rt::PositionLoop;
 
 use crate::element::Values;
 use crate::num::{Matrix, rational_to_f64};
-use crate::results::{LawSummary, Physical};
+use crate::results::{Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::{
     Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
@@ -128,17 +128,19 @@ impl Law for Running {
         )
     }
 
-    fn summary(&self) -> LawSummary {
+    fn describe(&self) -> Design {
         let PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
-        LawSummary {
-            name: self.name.clone(),
+        Design {
+            controller: self.name.clone(),
             law: POSITION_LOOP.keyword.into(),
-            gains: Vec::new(),
+            inputs: self.inputs.clone(),
+            outputs: vec![self.output.clone()],
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
                  {damping_ratio}, for an inertia of {:.9} kg m^2.",
                 self.output, self.inertia
             )],
+            ..Design::default()
         }
     }
 }
