@@ -13,12 +13,23 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod channel;
+mod computed_torque;
+mod dense;
 mod feedback;
+mod mechanism;
 mod noninteracting;
 mod position_loop;
 mod real;
+mod state_space;
+mod universal_joint;
 
+pub use channel::Channel;
+pub use computed_torque::{ComputedTorque, Situation, Task};
 pub use feedback::Gain;
-pub use noninteracting::{Channel, Measurement, Noninteracting};
+pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
+pub use noninteracting::{Measurement, Noninteracting};
 pub use position_loop::PositionLoop;
 pub use real::Real;
+pub use state_space::StateSpace;
+pub use universal_joint::{CurvePoint, UniversalJoint};

@@ -1,21 +1,4 @@
-use crate::{Gain, PositionLoop, Real};
-
-/// What one decoupled channel does with its reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Channel<T> {
-    /// The output follows a position reference.
-    Position {
-        /// The loop around the double integrator.
-        position_loop: PositionLoop<T>,
-        /// Inverse of the inertia seen along the output, 1/(kg m²).
-        inverse_inertia: T,
-    },
-    /// The reference is a torque that acts along the output, as if the output carried its effective inertia alone.
-    Torque {
-        /// Inverse of the inertia seen along the output, 1/(kg m²).
-        inverse_inertia: T,
-    },
-}
+use crate::{Channel, Gain, Real};
 
 /// What the law measures and is told, one entry per channel.
 #[derive(Debug, Clone, Copy)]
@@ -53,12 +36,7 @@ impl<T: Real> Noninteracting<'_, T> {
         for (((channel, v), (reference, load)), (position, speed)) in
             self.channels.iter().zip(accelerations.iter_mut()).zip(told).zip(seen)
         {
-            *v = match channel {
-                Channel::Position { position_loop, inverse_inertia } => {
-                    position_loop.acceleration(*reference, *position, *speed, *load * *inverse_inertia)
-                }
-                Channel::Torque { inverse_inertia } => (*reference - *load) * *inverse_inertia,
-            };
+            *v = channel.acceleration(*reference, *position, *speed, *load);
         }
         torques.fill(T::ZERO);
         self.state_gain.add_to(measured.state, torques);

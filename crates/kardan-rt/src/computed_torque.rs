@@ -1,0 +1,168 @@
+use crate::dense::{add_scaled, at, copy, dot, factor, row, solve, solve_factored};
+use crate::mechanism::take;
+use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
+
+/// What one channel of a [`ComputedTorque`] law controls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Task<T> {
+    /// The angle of a shaft follows a reference in rad.
+    Position {
+        /// The shaft.
+        shaft: usize,
+        /// The loop around the double integrator.
+        position_loop: PositionLoop<T>,
+    },
+    /// The reference is a torque (N m) that acts on a shaft as if it carried its effective inertia `1/(b H⁻¹ bᵀ)` at the
+    /// present position alone.
+    Torque {
+        /// The shaft.
+        shaft: usize,
+    },
+    /// The constraint torque in a cut of the mechanism equals the reference, N m.
+    ConstraintTorque {
+        /// Number of the cut, that is of its coordinate among the held ones.
+        cut: usize,
+    },
+}
+
+/// What the law measures and is told. Lists that are shorter than said count as zero behind their end.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a, T> {
+    /// Reduced coordinates q_r without the cuts, rad.
+    pub position: &'a [T],
+    /// Their speeds, rad/s.
+    pub speed: &'a [T],
+    /// One reference per task: rad or N m.
+    pub references: &'a [T],
+    /// Estimated torques from outside on each shaft of the mechanism, N m; the law cancels them. Those that are not told
+    /// act on the outputs as on their effective inertia.
+    pub disturbances: &'a [T],
+}
+
+/// Computed torque on the nonlinear model, with as many tasks as motors, `[diss. (6.17)-(6.27), 6.3.3]`: the torques u for
+/// which
+/// `b q̈_r + k = v` at each shaft under control (v from its [`PositionLoop`] or torque reference) and
+/// `h q̈_r − f u − passive = T` in each cut, where `H_r q̈_r = passive + d̂ + F_r u`.
+///
+/// With y = H_r⁻¹ bᵀ (or hᵀ) for each task these are as many linear equations as motors; they are set up and solved anew
+/// at each step. Covers full computed torque (6.17), the partial one of the harmonic drive with the constraint torque of
+/// the flexspline, (6.20)-(6.27) in the corrected form (`T′ₐ` in (6.22), (6.24) and (6.26)), and noninteracting control
+/// (6.124), (6.130) without its assumption of a straight joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ComputedTorque<'a, T> {
+    /// The model.
+    pub mechanism: Mechanism<'a, T>,
+    /// What is controlled.
+    pub tasks: &'a [Task<T>],
+    /// Numbers of the inputs commanded, as many as tasks.
+    pub inputs: &'a [usize],
+    /// Speed w₀ (rad/s) of the friction feed-forward `c·w/√(w²+w₀²)` along each Coulomb direction; none: no feed-forward.
+    pub friction_width: Option<T>,
+}
+
+impl<T: Real> ComputedTorque<'_, T> {
+    /// Entries of memory that a step needs: those of the mechanism, and with r coordinates and m tasks
+    /// r² + 2r + m (r + m + 1).
+    pub const fn memory(&self) -> usize {
+        let (r, m) = (self.mechanism.coordinates.len(), self.tasks.len());
+        self.mechanism.memory() + r * r + 2 * r + m * (r + m + 1)
+    }
+
+    /// One evaluation; `torques` receives u, N m, one entry per task.
+    ///
+    /// Returns false and leaves `torques` as they are if there is no finite answer: the tasks depend on each other at this
+    /// position (the decoupling matrix is singular to 64 ulps), something measured is NaN, or a list or the memory is
+    /// too short.
+    #[must_use = "false tells that the torques are those of the last step"]
+    pub fn torques(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> bool {
+        self.solution(now, memory, torques).is_some()
+    }
+
+    fn solution(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> Option<()> {
+        let (mechanism, m) = (&self.mechanism, self.tasks.len());
+        let columns = mechanism.coordinates.len();
+        let r = columns.checked_sub(mechanism.held)?;
+        let (position, speed) = (now.position.get(..r)?, now.speed.get(..r)?);
+        let (references, torques) = (now.references.get(..m)?, torques.get_mut(..m)?);
+        if self.inputs.len() != m || columns == 0 {
+            return None;
+        }
+        let mut rest = memory;
+        let evaluated = mechanism.evaluate_within(position, speed, &mut rest)?;
+        let force = take(&mut rest, columns)?;
+        let y = take(&mut rest, columns)?;
+        let lower = take(&mut rest, r * r)?;
+        let inputs = take(&mut rest, m * columns)?;
+        let equations = take(&mut rest, m * (m + 1))?;
+
+        self.known_forces(&evaluated, now.disturbances, y, force);
+        for (number, input) in self.inputs.iter().zip(inputs.chunks_exact_mut(columns)) {
+            mechanism.project(*mechanism.inputs.get(*number)?, evaluated.basis, input);
+        }
+        factor(evaluated.inertia, columns, r, lower)?;
+        let y = y.get_mut(..r)?;
+        for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(m + 1)) {
+            // What the left-hand side must be, and the coordinate of the cut.
+            let (wish, held) = match *task {
+                Task::Position { shaft, position_loop } => {
+                    let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
+                    let channel = Channel::Position { position_loop, inverse_inertia };
+                    (wish(channel, shaft, *reference, &evaluated), None)
+                }
+                Task::Torque { shaft } => {
+                    let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
+                    (wish(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated), None)
+                }
+                Task::ConstraintTorque { cut } => {
+                    let held = r.checked_add(cut)?;
+                    respond(lower, row(evaluated.inertia, held, columns), y)?;
+                    (*reference, Some(held))
+                }
+            };
+            // How the left-hand side answers to generalised forces.
+            let answer = |force: &[T]| dot(y, force) - held.map_or(T::ZERO, |held| at(force, held));
+            for (coefficient, input) in equation.iter_mut().zip(inputs.chunks_exact(columns)) {
+                *coefficient = answer(input);
+            }
+            *equation.get_mut(m)? = wish - answer(force);
+        }
+        solve(equations, m)?;
+        let found = || equations.chunks_exact(m + 1).map(|equation| at(equation, m));
+        if !found().all(T::is_finite) {
+            return None;
+        }
+        for (torque, value) in torques.iter_mut().zip(found()) {
+            *torque = value;
+        }
+        Some(())
+    }
+
+    /// Generalised forces that act whatever the law commands, cuts included; `direction` is memory.
+    fn known_forces(&self, evaluated: &Evaluation<'_, T>, disturbances: &[T], direction: &mut [T], out: &mut [T]) {
+        let mechanism = &self.mechanism;
+        copy(evaluated.passive, out);
+        for (torque, basis_row) in disturbances.iter().zip(evaluated.basis.chunks_exact(out.len().max(1))) {
+            add_scaled(*torque, basis_row, out);
+        }
+        if let Some(width) = self.friction_width {
+            for friction in mechanism.frictions {
+                let w = mechanism.along(friction.row, evaluated.speeds);
+                mechanism.project(friction.row, evaluated.basis, direction);
+                add_scaled(-(friction.coefficient * w / (w * w + width * width).sqrt()), direction, out);
+            }
+        }
+    }
+}
+
+/// y = H⁻¹ bᵀ for the leading entries of b; returns b y.
+fn respond<T: Real>(lower: &[T], b: &[T], y: &mut [T]) -> Option<T> {
+    copy(b.get(..y.len())?, y);
+    solve_factored(lower, y.len(), y)?;
+    Some(dot(b, y))
+}
+
+/// The acceleration asked of a shaft less its bias, rad/s².
+fn wish<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> T {
+    let (angle, speed) = (at(evaluated.angles, shaft), at(evaluated.speeds, shaft));
+    channel.acceleration(reference, angle, speed, T::ZERO) - at(evaluated.bias, shaft)
+}

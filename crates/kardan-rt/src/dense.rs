@@ -1,0 +1,167 @@
+//! Small dense solvers in memory of the caller. Matrices lie row by row; nothing here panics.
+
+use crate::Real;
+
+/// Pivots below this many ulps of their scale count as zero.
+fn smallest_pivot<T: Real>() -> T {
+    let four = (T::ONE + T::ONE) * (T::ONE + T::ONE);
+    four * four * four * T::EPSILON
+}
+
+/// Entry of a slice; 0 behind its end.
+#[inline]
+pub fn at<T: Real>(x: &[T], k: usize) -> T {
+    x.get(k).copied().unwrap_or(T::ZERO)
+}
+
+/// Row k of a matrix; empty behind its end.
+#[inline]
+pub fn row<T>(matrix: &[T], k: usize, columns: usize) -> &[T] {
+    matrix.get(k.saturating_mul(columns)..).and_then(|rest| rest.get(..columns)).unwrap_or(&[])
+}
+
+/// Copies as far as both reach.
+#[inline]
+pub fn copy<T: Copy>(from: &[T], to: &mut [T]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}
+
+/// Inner product over the shorter of the two.
+#[inline]
+pub fn dot<T: Real>(x: &[T], y: &[T]) -> T {
+    x.iter().zip(y).fold(T::ZERO, |sum, (x, y)| sum + *x * *y)
+}
+
+/// Adds `factor·x` to `out`.
+#[inline]
+pub fn add_scaled<T: Real>(factor: T, x: &[T], out: &mut [T]) {
+    for (value, x) in out.iter_mut().zip(x) {
+        *value = *value + factor * *x;
+    }
+}
+
+/// L and D of the leading n × n block `L D Lᵀ` of a symmetric matrix with `columns` columns, L with a diagonal of ones, in
+/// whose place D is stored; `None` if the block is not numerically positive definite.
+pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) -> Option<()> {
+    for j in 0..n {
+        let source = row(matrix, j, columns);
+        let (above, open) = lower.split_at_mut_checked(j * n)?;
+        let own = open.get_mut(..n)?;
+        // The row of L D first, then that of L.
+        for (k, other) in above.chunks_exact(n).enumerate() {
+            let (known, open) = own.split_at_mut_checked(k)?;
+            *open.first_mut()? = at(source, k) - dot(known, other);
+        }
+        let mut pivot = at(source, j);
+        for (k, (entry, other)) in own.iter_mut().zip(above.chunks_exact(n)).enumerate() {
+            let scaled = *entry / at(other, k);
+            pivot = pivot - *entry * scaled;
+            *entry = scaled;
+        }
+        if !(pivot > smallest_pivot::<T>() * at(source, j).abs()) {
+            return None;
+        }
+        *own.get_mut(j)? = pivot;
+    }
+    Some(())
+}
+
+/// Overwrites `b` (n entries) with `(L D Lᵀ)⁻¹ b`.
+pub fn solve_factored<T: Real>(factor: &[T], n: usize, b: &mut [T]) -> Option<()> {
+    for i in 0..n {
+        let (known, open) = b.split_at_mut_checked(i)?;
+        let value = open.first_mut()?;
+        *value = *value - dot(known, row(factor, i, n));
+    }
+    for (i, value) in b.iter_mut().enumerate().take(n) {
+        *value = *value / at(row(factor, i, n), i);
+    }
+    for i in (0..n).rev() {
+        let (open, known) = b.split_at_mut_checked(i)?;
+        add_scaled(-*known.first()?, row(factor, i, n), open);
+    }
+    Some(())
+}
+
+/// Solves m equations given as rows of m coefficients and the right-hand side; the last column becomes the solution.
+/// `None` if they are numerically dependent.
+///
+/// Method: rows scaled by their largest coefficient, elimination with partial pivoting.
+pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
+    let width = m + 1;
+    for equation in equations.chunks_exact_mut(width).take(m) {
+        let largest = equation.iter().take(m).fold(T::ZERO, |max, x| if x.abs() > max { x.abs() } else { max });
+        if !(largest > T::ZERO) {
+            return None;
+        }
+        equation.iter_mut().for_each(|x| *x = *x / largest);
+    }
+    for k in 0..m {
+        let open = equations.get_mut(k * width..)?;
+        let (mut chosen, mut largest) = (0, T::ZERO);
+        for (i, equation) in open.chunks_exact(width).take(m - k).enumerate() {
+            if at(equation, k).abs() > largest {
+                (chosen, largest) = (i, at(equation, k).abs());
+            }
+        }
+        if !(largest > smallest_pivot()) {
+            return None;
+        }
+        let (pivot, below) = open.split_at_mut_checked(width)?;
+        if let Some(other) = chosen.checked_sub(1) {
+            pivot.iter_mut().zip(below.chunks_exact_mut(width).nth(other)?).for_each(|(x, y)| core::mem::swap(x, y));
+        }
+        for equation in below.chunks_exact_mut(width).take(m - k - 1) {
+            let share = at(equation, k) / at(pivot, k);
+            add_scaled(-share, pivot, equation);
+        }
+    }
+    for k in (0..m).rev() {
+        let (above, own) = equations.split_at_mut_checked(k * width)?;
+        let value = at(own, m) / at(own, k);
+        *own.get_mut(m)? = value;
+        for equation in above.chunks_exact_mut(width) {
+            let share = at(equation, k) * value;
+            let right = equation.get_mut(m)?;
+            *right = *right - share;
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (L D Lᵀ)⁻¹ of the leading block, in both ways, against the right-hand side itself.
+    #[test]
+    fn solutions_solve() {
+        let matrix = [4.0_f64, 1.0, -2.0, 9.0, 1.0, 3.0, 0.5, 9.0, -2.0, 0.5, 5.0, 9.0];
+        let right = [1.0, -2.0, 3.0];
+        let (mut lower, mut x) = ([0.0; 9], right);
+        factor(&matrix, 4, 3, &mut lower).expect("positive definite");
+        solve_factored(&lower, 3, &mut x).expect("memory enough");
+        let mut equations = [0.0, 1.0, -2.0, 1.0, 1.0, 0.0, 0.5, -2.0, -2.0, 0.5, 0.0, 3.0];
+        let other = equations;
+        solve(&mut equations, 3).expect("regular, but only with pivoting");
+        for i in 0..3 {
+            assert!((dot(row(&matrix, i, 4), &x) - at(&right, i)).abs() < 1e-15 * 16.0);
+            let left: f64 = (0..3).map(|j| at(row(&other, i, 4), j) * at(row(&equations, j, 4), 3)).sum();
+            assert!((left - at(&right, i)).abs() < 1e-15 * 16.0);
+        }
+    }
+
+    #[test]
+    fn singular_and_nan_are_told() {
+        let mut lower = [0.0; 4];
+        assert!(factor(&[1.0, 2.0, 2.0, 4.0], 2, 2, &mut lower).is_none());
+        assert!(factor(&[1.0, 2.0, 2.0, f64::NAN], 2, 2, &mut lower).is_none());
+        assert!(factor(&[-1.0_f64], 1, 1, &mut lower).is_none());
+        assert!(solve(&mut [1.0, 2.0, 5.0, 2.0, 4.0, 5.0], 2).is_none());
+        assert!(solve(&mut [1e-20, 2.0, 5.0, 1e-20, 4.0, 5.0], 2).is_none(), "a column far below the other");
+        assert!(solve(&mut [f64::NAN, 2.0, 5.0, 2.0, 4.0, 5.0], 2).is_none());
+        assert!(factor(&[1.0; 4], 2, 2, &mut lower[..3]).is_none(), "too little memory");
+    }
+}
