@@ -6,7 +6,7 @@ use faer::{Mat, MatRef, Side, c64};
 use super::{ConstrainedSystem, Reduction};
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, SparseRow, balance, null_vectors, project, rational_to_f64, sparse_echelon};
-use crate::results::{EnergyKind, Mode};
+use crate::results::{EnergyKind, Mode, Pole};
 
 /// Up to this number of rigid motions those without damping are told apart exactly.
 const EXACT_RIGID_UP_TO: usize = 60;
@@ -42,29 +42,66 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     let rigid = rigid_motions(&reduction.system);
     let pairs = quadratic_pairs(&h, &d, &s, &rigid)?;
     let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
-    let [inertias, springs, dampers] =
-        [&reduction.system.inertias, &reduction.system.springs, &reduction.system.dampers]
-            .map(|terms| by_element(terms));
+    let elements = Elements::new(&reduction.system);
     let mode = |pair: &Pair| {
         let all: Vec<c64> = basis.iter().map(|row| along(row, &pair.vector)).collect();
         let scale = largest(&all);
         let vector: Vec<c64> = pair.vector.iter().map(|x| x / scale).collect();
-        let moving = pair.value.norm() > 0.0;
-        let speed = if moving { pair.value.norm_sqr() } else { 1.0 };
-        let kinetic = energies(&inertias, &vector, 0.5 * speed);
-        let potential = if moving { energies(&springs, &vector, 0.5) } else { Vec::new() };
-        let lost = if moving { energies(&dampers, &vector, 1.0) } else { Vec::new() };
+        let shape = shape(&system.shafts, all.iter().map(|x| x / scale));
+        elements.mode(pair.value, &vector, shape)
+    };
+    Some(sorted(pairs.iter().map(mode).collect()))
+}
+
+/// The mode of a motion that is known: all shafts move as `v e^{λt}`, with `motion` = v (real and imaginary part for each
+/// shaft) and the shares of the energies as in [`modes`].
+///
+/// Of a motion that stands still (`v = 0`) nothing is said but its eigenvalue.
+///
+/// # Panics
+/// If there is not one entry for each shaft.
+pub fn mode_of_motion(system: &ConstrainedSystem, eigenvalue: Pole, motion: &[(f64, f64)]) -> Mode {
+    assert_eq!(motion.len(), system.shafts.len(), "one entry for each shaft");
+    let vector: Vec<c64> = motion.iter().map(|(re, im)| c64::new(*re, *im)).collect();
+    let value = c64::new(eigenvalue.0, eigenvalue.1);
+    match normalised(&vector) {
+        Some(vector) => {
+            let shape = shape(&system.shafts, vector.iter().copied());
+            Elements::new(system).mode(value, &vector, shape)
+        }
+        None => root(value),
+    }
+}
+
+/// The terms of a system by element and kind.
+struct Elements<'a> {
+    inertias: Vec<Element<'a>>,
+    springs: Vec<Element<'a>>,
+    dampers: Vec<Element<'a>>,
+}
+
+impl<'a> Elements<'a> {
+    fn new(system: &'a ConstrainedSystem) -> Self {
+        let [inertias, springs, dampers] = [&system.inertias, &system.springs, &system.dampers].map(|t| by_element(t));
+        Self { inertias, springs, dampers }
+    }
+
+    fn mode(&self, value: c64, vector: &[c64], shape: Vec<(String, f64, f64)>) -> Mode {
+        let moving = value.norm() > 0.0;
+        let speed = if moving { value.norm_sqr() } else { 1.0 };
+        let kinetic = energies(&self.inertias, vector, 0.5 * speed);
+        let potential = if moving { energies(&self.springs, vector, 0.5) } else { Vec::new() };
+        let lost = if moving { energies(&self.dampers, vector, 1.0) } else { Vec::new() };
         let kinds = kinetic.iter().map(|_| EnergyKind::Kinetic).chain(potential.iter().map(|_| EnergyKind::Potential));
         let kinds: Vec<EnergyKind> = kinds.collect();
         let stored = shares(kinetic.into_iter().chain(potential).collect());
         Mode {
-            shape: shape(&system.shafts, all.iter().map(|x| x / scale)),
+            shape,
             stored: stored.into_iter().zip(kinds).map(|((element, share), kind)| (element, kind, share)).collect(),
             dissipated: shares(lost),
-            ..root(pair.value)
+            ..root(value)
         }
-    };
-    Some(sorted(pairs.iter().map(mode).collect()))
+    }
 }
 
 /// The modes of `E ẋ = A x`: roots of `det(λE − A)`, by size, conjugate pairs once; the shape is over the states.

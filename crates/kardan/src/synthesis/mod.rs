@@ -8,6 +8,7 @@ pub mod decoupling;
 mod exact;
 pub mod inversion;
 mod law;
+mod linear_law;
 pub mod observer;
 pub mod regulator;
 

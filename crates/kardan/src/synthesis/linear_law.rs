@@ -1,0 +1,178 @@
+use kardan_rt::StateSpace;
+
+use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen};
+use crate::num::Matrix;
+use crate::results::{ControllerData, Design};
+
+/// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
+/// (rad), their speeds (rad/s), references, disturbance torques along the reduced coordinates (N m).
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LinearBlock {
+    /// Names of ξ.
+    pub states: Vec<String>,
+    /// A, states × states.
+    pub a: Matrix<f64>,
+    /// B, states × signals.
+    pub b: Matrix<f64>,
+    /// C, inputs × states.
+    pub c: Matrix<f64>,
+    /// D, inputs × signals.
+    pub d: Matrix<f64>,
+}
+
+impl LinearBlock {
+    /// Static feedback `u = −K x + L r − M d`.
+    pub fn gains(k: &Matrix<f64>, l: &Matrix<f64>, m: &Matrix<f64>) -> Self {
+        let (states, references) = (k.columns(), l.columns());
+        let d = Matrix::from_fn(k.rows(), states + references + m.columns(), |i, j| match j {
+            j if j < states => -k[(i, j)],
+            j if j < states + references => l[(i, j - states)],
+            j => -m[(i, j - states - references)],
+        });
+        Self {
+            states: Vec::new(),
+            a: Matrix::zeros(0, 0),
+            b: Matrix::zeros(0, d.columns()),
+            c: Matrix::zeros(d.rows(), 0),
+            d,
+        }
+    }
+}
+
+/// A linear law in the loop, run by the block [`StateSpace`].
+pub(super) struct Linear {
+    pub design: Design,
+    pub exact: Option<ExactLoop>,
+    references: Vec<Reference>,
+    coordinates: Vec<usize>,
+    shafts: usize,
+    block: LinearBlock,
+    // Memory of one evaluation.
+    signals: Vec<f64>,
+}
+
+impl Linear {
+    /// A law of that design on a plant. `design` names the inputs.
+    ///
+    /// # Panics
+    /// If the block's matrices do not fit the numbers of coordinates, references and inputs.
+    pub fn new(
+        plant: &Plant,
+        mut design: Design,
+        exact: Option<ExactLoop>,
+        references: Vec<Reference>,
+        block: LinearBlock,
+    ) -> Self {
+        let (r, k) = (plant.linear.coordinates.len(), block.states.len());
+        let signals = 3 * r + references.len();
+        assert_eq!((block.a.rows(), block.a.columns(), block.b.rows()), (k, k, k), "states of a law");
+        assert_eq!((block.b.columns(), block.d.columns()), (signals, signals), "signals of a law");
+        assert_eq!((block.d.rows(), block.c.rows()), (design.inputs.len(), design.inputs.len()), "inputs of a law");
+        design.controller_data = data(plant, &design, &references, &block);
+        Self {
+            design,
+            exact,
+            references,
+            coordinates: plant.reduced.coordinates.clone(),
+            shafts: plant.shafts().len(),
+            block,
+            signals: vec![0.0; signals],
+        }
+    }
+
+    fn run(&mut self, seen: Seen<'_>, rates: bool, out: &mut [f64]) {
+        let r = self.coordinates.len();
+        let (position, rest) = self.signals.split_at_mut(r);
+        let (speed, rest) = rest.split_at_mut(r);
+        let (references, disturbances) = rest.split_at_mut(self.references.len());
+        for (k, &shaft) in self.coordinates.iter().enumerate() {
+            position[k] = seen.angles[shaft];
+            speed[k] = seen.speeds[shaft];
+        }
+        references.copy_from_slice(seen.references);
+        disturbances.fill(0.0);
+        for (value, torque) in disturbances.iter_mut().zip(seen.disturbances) {
+            *value = *torque;
+        }
+        let LinearBlock { states, a, b, c, d } = &self.block;
+        let [a, b, c, d] = [a, b, c, d].map(Matrix::as_slice);
+        let Some(block) = StateSpace::new(a, b, c, d, states.len(), self.signals.len()) else {
+            unreachable!("the matrices fit each other, as `new` has checked");
+        };
+        if rates {
+            block.rates(seen.states, &self.signals, out);
+        } else {
+            block.outputs(seen.states, &self.signals, out);
+        }
+    }
+}
+
+fn data(plant: &Plant, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
+    let names = &plant.linear.coordinates;
+    let signal = |tail: &str, unit: &str| names.iter().map(|n| (format!("{n}.{tail}"), unit.into())).collect::<Vec<_>>();
+    let mut reads: Vec<(String, String)> = [signal("phi", "rad"), signal("w", "rad/s")].concat();
+    reads.extend(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
+    reads.extend(names.iter().map(|n| (format!("{n}.disturbance"), "N m".into())));
+    let matrices = [("A", &block.a), ("B", &block.b), ("C", &block.c), ("D", &block.d)];
+    ControllerData {
+        block: "StateSpace".into(),
+        reads,
+        writes: design.inputs.clone(),
+        sample_time: None,
+        matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
+        numbers: Vec::new(),
+    }
+}
+
+impl Law for Linear {
+    fn inputs(&self) -> &[String] {
+        &self.design.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.block.states.clone()
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.run(seen, false, out);
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
+        self.run(seen, true, out);
+    }
+
+    fn linear(&self) -> LinearLaw {
+        let (r, n) = (self.coordinates.len(), self.shafts);
+        let spread = |matrix: &Matrix<f64>, first: usize| {
+            let mut out = Matrix::zeros(matrix.rows(), n);
+            for i in 0..matrix.rows() {
+                for (k, &shaft) in self.coordinates.iter().enumerate() {
+                    out[(i, shaft)] = matrix[(i, first + k)];
+                }
+            }
+            out
+        };
+        let LinearBlock { a, b, c, d, .. } = &self.block;
+        LinearLaw {
+            states: a.clone(),
+            angles: spread(b, 0),
+            speeds: spread(b, r),
+            torques: Matrix::zeros(a.rows(), self.design.inputs.len()),
+            on_states: c.clone(),
+            on_angles: spread(d, 0),
+            on_speeds: spread(d, r),
+        }
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.exact.clone()
+    }
+
+    fn describe(&self) -> Design {
+        self.design.clone()
+    }
+}
