@@ -83,10 +83,15 @@ pub const REQUIREMENT: &[Field] = &[
 /// Keys of `[[variant]]`.
 pub const VARIANT: &[Field] = &[
     Field::required("name", Kind::Name, "Name of the variant: it names the table of its run."),
-    Field::required(
+    Field::optional(
         "set",
         Kind::Overrides,
-        "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }.",
+        "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the file.",
+    ),
+    Field::optional(
+        "controls",
+        Kind::Words,
+        "The controllers that are in the loop; left out: all. So controllers for the same motors can be compared.",
     ),
 ];
 
@@ -216,6 +221,8 @@ pub struct NamedVariant {
     pub name: Spanned<String>,
     /// The values.
     pub settings: Vec<Setting>,
+    /// The controllers in the loop; `None`: all.
+    pub controls: Option<Vec<Spanned<String>>>,
 }
 
 /// An element's table.
@@ -415,6 +422,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         document.controls.push(Control { law, name: node.name.to_string(), span: node.name_span.clone(), table });
     }
     check_unique(&document, &mut out);
+    check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
     if document.elements.iter().all(|e| e.kind.keyword != "shaft" && e.kind.charges(&e.name).is_empty())
         && !document.doubts.all
@@ -568,6 +576,29 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
                 .help("give each element and each controller a name of its own"),
             ),
             None => seen.push((name, kind, span)),
+        }
+    }
+}
+
+/// The controllers that variants name must be there.
+fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
+    for variant in &document.named_variants {
+        for word in variant.controls.iter().flatten() {
+            let names = || document.controls.iter().map(|control| control.name.as_str());
+            if names().any(|name| name == word.value) || document.doubts.references || document.doubts.has(&word.value)
+            {
+                continue;
+            }
+            let help = match nearest(&word.value, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if document.controls.is_empty() => "the model has no `[control.NAME]`".to_string(),
+                None => format!("there are {}", quoted(names())),
+            };
+            let name = &variant.name.value;
+            let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
+            out.push(
+                Diagnostic::error("name::unknown", message).at(word.span.clone(), "no such controller").help(help),
+            );
         }
     }
 }
@@ -770,7 +801,11 @@ fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<
         }
         let settings = TableReader::new(document, &[]).settings(table, "set", &what, out);
         let name = Spanned { value: name.clone(), span: span.clone() };
-        document.named_variants.push(NamedVariant { name, settings });
+        let controls = match table.values.get("controls").map(|given| &given.value) {
+            Some(Value::Words(words)) => Some(words.clone()),
+            _ => None,
+        };
+        document.named_variants.push(NamedVariant { name, settings, controls });
     }
     if document.named_variants.len() > MOST_VARIANTS {
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());

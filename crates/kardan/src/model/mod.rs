@@ -12,7 +12,7 @@ mod tolerance;
 
 pub use document::{ANALYSIS, Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, read};
 pub use manual::{STUDY_PAGES, manual, manual_of};
-pub use resolve::{ControlSpec, Model, Setting, TableReader, words};
+pub use resolve::{ControlSpec, Model, Setting, TableReader, VariantSettings, words};
 pub use state_space::read_state_space;
 pub use tolerance::Tolerance;
 

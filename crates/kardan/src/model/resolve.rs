@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::document::{Document, Instance};
+use super::document::{Document, Instance, NamedVariant};
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
@@ -23,6 +23,17 @@ pub struct Setting {
     pub value: Exact,
     /// As written.
     pub text: String,
+}
+
+/// What makes a variant.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct VariantSettings {
+    /// Its name; empty if the file has no variants.
+    pub name: String,
+    /// Parameter values.
+    pub settings: Vec<Setting>,
+    /// The controllers in the loop; `None`: all.
+    pub controls: Option<Vec<String>>,
 }
 
 /// A controller with its keys.
@@ -401,6 +412,11 @@ impl Document {
     /// The model for the file's parameters with some replaced. Reports what does not fit; the model is complete only
     /// if there is no error among the diagnostics.
     pub fn model(&self, settings: &[Setting]) -> (Model, Vec<Diagnostic>) {
+        self.model_with(settings, None)
+    }
+
+    /// The same with some controllers only; `None`: all.
+    pub fn model_with(&self, settings: &[Setting], active: Option<&[String]>) -> (Model, Vec<Diagnostic>) {
         let mut out = Vec::new();
         let reader = TableReader::new(self, settings);
         let header = reader.values(super::document::MODEL, &self.model, "`[model]`", &mut out);
@@ -437,7 +453,7 @@ impl Document {
         }
         self.check_sensors(&terms, &mut doubtful, &mut out);
         let mut controls: Vec<ControlSpec> = Vec::new();
-        for control in &self.controls {
+        for control in self.controls.iter().filter(|control| active.is_none_or(|a| a.contains(&control.name))) {
             let what = format!("control `{}`", control.name);
             let values = reader.values(control.law.fields, &control.table, &what, &mut out);
             reader.check_outputs(control.law.fields, &control.table, &what, &mut out);
@@ -572,22 +588,29 @@ impl Document {
 
     /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last
     /// parameter fastest.
-    pub fn variant_settings(&self) -> Vec<(String, Vec<Setting>)> {
-        let mut out: Vec<(String, Vec<Setting>)> =
-            self.named_variants.iter().map(|v| (v.name.value.clone(), v.settings.clone())).collect();
+    pub fn variant_settings(&self) -> Vec<VariantSettings> {
+        let named = |v: &NamedVariant| VariantSettings {
+            name: v.name.value.clone(),
+            settings: v.settings.clone(),
+            controls: v.controls.as_ref().map(|names| names.iter().map(|name| name.value.clone()).collect()),
+        };
+        let mut out: Vec<VariantSettings> = self.named_variants.iter().map(named).collect();
         if out.is_empty() {
-            out.push((String::new(), Vec::new()));
+            out.push(VariantSettings::default());
         }
         for variants in &self.variants {
             let name = &variants.parameter.value;
             out = out
                 .into_iter()
-                .flat_map(|(label, settings)| {
+                .flat_map(|one| {
                     variants.values.iter().map(move |(value, text)| {
                         let part = format!("{name}-{}", file_name(text));
-                        let label = if label.is_empty() { part } else { format!("{label}_{part}") };
                         let setting = Setting { name: name.clone(), value: value.clone(), text: text.clone() };
-                        (label, [settings.clone(), vec![setting]].concat())
+                        VariantSettings {
+                            name: if one.name.is_empty() { part } else { format!("{}_{part}", one.name) },
+                            settings: [one.settings.clone(), vec![setting]].concat(),
+                            controls: one.controls.clone(),
+                        }
                     })
                 })
                 .collect();

@@ -12,7 +12,7 @@ use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
-use crate::model::{ControlSpec, Document, Model, Setting, TableReader, read};
+use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings, read};
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
@@ -109,8 +109,8 @@ pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diag
     }
     let all_settings = document.variant_settings();
     let mut first = None;
-    for (k, (label, settings)) in all_settings.iter().enumerate() {
-        let (model, mut mistakes) = document.model(settings);
+    for (k, VariantSettings { name: label, settings, controls }) in all_settings.iter().enumerate() {
+        let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
         prepared.name.clone_from(&model.name);
         prepared.description.clone_from(&model.description);
         if k == 0 {
@@ -131,7 +131,7 @@ pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diag
         }
         (None, Some(mut model)) => {
             let reduced = unreduced(&mut model);
-            let settings = &all_settings[0].1;
+            let settings = &all_settings[0].settings;
             let scenario = scenario(&document, &model, &reduced.equations, None, settings, &mut mistakes);
             let signals = signal_names(&reduced, &scenario);
             let known = Known { document: &document, signals, doubtful: model.doubtful };
@@ -140,7 +140,7 @@ pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diag
         }
         (None, None) => Known { document: &document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
-    let names: Vec<String> = all_settings.into_iter().map(|(name, _)| name).collect();
+    let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
     prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
     prepared.tolerance = tolerance(&document, &mut mistakes);

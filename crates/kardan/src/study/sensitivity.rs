@@ -67,7 +67,7 @@ pub(super) fn sensitivity(
     let (document, _) = read(source);
     let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
     let subject = Subject {
-        settings: document.variant_settings().swap_remove(number).1,
+        settings: document.variant_settings().swap_remove(number).settings,
         document,
         variant,
         position,

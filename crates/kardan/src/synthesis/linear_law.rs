@@ -109,7 +109,8 @@ impl Linear {
 
 fn data(plant: &Plant, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
     let names = &plant.linear.coordinates;
-    let signal = |tail: &str, unit: &str| names.iter().map(|n| (format!("{n}.{tail}"), unit.into())).collect::<Vec<_>>();
+    let signal =
+        |tail: &str, unit: &str| names.iter().map(|n| (format!("{n}.{tail}"), unit.into())).collect::<Vec<_>>();
     let mut reads: Vec<(String, String)> = [signal("phi", "rad"), signal("w", "rad/s")].concat();
     reads.extend(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
     reads.extend(names.iter().map(|n| (format!("{n}.disturbance"), "N m".into())));
