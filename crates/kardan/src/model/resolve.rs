@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::document::{Document, Instance, NamedVariant};
+use super::document::{Control, Document, Instance, NamedVariant};
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
@@ -66,8 +66,10 @@ pub struct Model {
     pub elements: Vec<(String, String, String)>,
     /// Reduced coordinates, if the file names them.
     pub coordinates: Option<Vec<String>>,
-    /// Controllers.
+    /// Controllers in the loop.
     pub controls: Vec<ControlSpec>,
+    /// Controllers of the file that this variant does not use; their references are signals all the same.
+    pub idle: Vec<ControlSpec>,
     /// Parameter values.
     pub parameters: Vec<ParameterValue>,
     /// How far parameters may be from their values, by name.
@@ -453,7 +455,18 @@ impl Document {
         }
         self.check_sensors(&terms, &mut doubtful, &mut out);
         let mut controls: Vec<ControlSpec> = Vec::new();
-        for control in self.controls.iter().filter(|control| active.is_none_or(|a| a.contains(&control.name))) {
+        let (active, idle): (Vec<&Control>, Vec<&Control>) =
+            self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
+        // What is wrong with an idle controller is told where it is active.
+        let idle = idle.into_iter().map(|control| ControlSpec {
+            name: control.name.clone(),
+            span: control.span.clone(),
+            law: control.law,
+            values: reader.values(control.law.fields, &control.table, "", &mut Vec::new()),
+            design: Vec::new(),
+        });
+        let idle = idle.collect();
+        for control in active {
             let what = format!("control `{}`", control.name);
             let values = reader.values(control.law.fields, &control.table, &what, &mut out);
             reader.check_outputs(control.law.fields, &control.table, &what, &mut out);
@@ -497,6 +510,7 @@ impl Document {
             elements,
             coordinates: header.words("coordinates").map(<[String]>::to_vec),
             controls,
+            idle,
             parameters: self.parameter_values(settings),
             tolerances: self.tolerances(settings),
             doubtful,

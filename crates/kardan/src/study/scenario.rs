@@ -58,6 +58,16 @@ pub(super) fn sources(
             }
         }
     }
+    for reference in model.idle.iter().flat_map(|control| (control.law.references)(&control.values)) {
+        if sources.iter().all(|source| source.name != reference.name) {
+            sources.push(Source {
+                name: reference.name,
+                physical: reference.physical,
+                description: format!("{} (of a controller that is not in the loop)", reference.description),
+                target: SourceTarget::Reference,
+            });
+        }
+    }
     for (k, input) in equations.inputs.iter().enumerate() {
         let (name, description) = match &input.value {
             InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
