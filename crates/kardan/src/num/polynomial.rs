@@ -3,7 +3,7 @@ use std::fmt;
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
-use super::modular_polynomial::{remainder, square_free};
+use super::modular_polynomial::{self, remainder, square_free};
 use super::{
     Matrix, PrimeField, Rational, Reconstruction, Residue, Scalar, eigenvalues, nearby_fraction, prime_below,
     rational_from_f64, rational_to_f64,
@@ -32,6 +32,117 @@ impl Polynomial {
     /// The degree; 0 for constants and the zero polynomial.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
+    }
+
+    /// A constant.
+    pub fn constant(value: Rational) -> Self {
+        Self::new(vec![value])
+    }
+
+    /// The monic polynomial with these roots.
+    ///
+    /// ```
+    /// use kardan::num::{Polynomial, Rational};
+    /// assert_eq!(Polynomial::from_roots(&[Rational::from(-1), Rational::from(3)]).to_string(), "s^2 - 2 s - 3");
+    /// ```
+    pub fn from_roots(roots: &[Rational]) -> Self {
+        let factor = |root: &Rational| Self::new(vec![Rational::ZERO.minus(root), Rational::ONE]);
+        roots.iter().fold(Self::constant(Rational::ONE), |all, root| all.times(&factor(root)))
+    }
+
+    /// Whether it is the zero polynomial.
+    pub fn is_zero(&self) -> bool {
+        self.coefficients.is_empty()
+    }
+
+    /// The coefficient of `s^power`, zero beyond the degree.
+    pub fn coefficient(&self, power: usize) -> Rational {
+        self.coefficients.get(power).cloned().unwrap_or(Rational::ZERO)
+    }
+
+    /// The value at a number (Horner).
+    pub fn evaluate(&self, s: &Rational) -> Rational {
+        self.coefficients.iter().rev().fold(Rational::ZERO, |sum, c| sum.times(s).plus(c))
+    }
+
+    /// `factor · self`.
+    pub fn scale(&self, factor: &Rational) -> Self {
+        Self::new(self.coefficients.iter().map(|c| c.times(factor)).collect())
+    }
+
+    /// `self + other`.
+    pub fn plus(&self, other: &Self) -> Self {
+        let length = self.coefficients.len().max(other.coefficients.len());
+        Self::new((0..length).map(|k| self.coefficient(k).plus(&other.coefficient(k))).collect())
+    }
+
+    /// `self · other`.
+    pub fn times(&self, other: &Self) -> Self {
+        if self.is_zero() || other.is_zero() {
+            return Self::default();
+        }
+        let mut out = vec![Rational::ZERO; self.coefficients.len() + other.coefficients.len() - 1];
+        for (i, x) in self.coefficients.iter().enumerate() {
+            for (j, y) in other.coefficients.iter().enumerate() {
+                out[i + j] = out[i + j].plus(&x.times(y));
+            }
+        }
+        Self::new(out)
+    }
+
+    /// The same up to a factor, with whole coefficients that have no common divisor, the leading one positive.
+    pub fn primitive(&self) -> Self {
+        let whole = self.monic().whole_coefficients();
+        Self { coefficients: whole.into_iter().map(Rational::from).collect() }
+    }
+
+    /// The greatest common divisor, monic; zero only if both polynomials are zero.
+    ///
+    /// Method: modulo primes below 2⁶¹, brought back with the common divisor of the leading coefficients. A divisor modulo a
+    /// prime has at least the degree of the true one, so a candidate that divides both exactly is the greatest one.
+    ///
+    /// ```
+    /// use kardan::num::{Polynomial, Rational};
+    /// let roots = |list: &[i64]| Polynomial::from_roots(&list.iter().map(|&x| Rational::from(x)).collect::<Vec<_>>());
+    /// assert_eq!(roots(&[1, 2, 2, 5]).gcd(&roots(&[2, 5, 7])), roots(&[2, 5]));
+    /// ```
+    pub fn gcd(&self, other: &Self) -> Self {
+        if self.is_zero() || other.is_zero() {
+            return if self.is_zero() { other.monic() } else { self.monic() };
+        }
+        let (a, b) = (self.whole_coefficients(), other.whole_coefficients());
+        let leading = dashu_int::ops::Gcd::gcd(&a[a.len() - 1], &b[b.len() - 1]);
+        let leading = IBig::from(leading);
+        let (mut degree, mut known, mut primes) = (usize::MAX, Reconstruction::new(), 0usize);
+        let mut prime = 1 << 61;
+        loop {
+            prime = prime_below(prime);
+            let field = PrimeField::new(prime);
+            let image = |p: &[IBig]| p.iter().map(|c| field.whole(c)).collect::<Vec<Residue>>();
+            let (a, b) = (image(&a), image(&b));
+            if a.last() == Some(&0) || b.last() == Some(&0) {
+                continue;
+            }
+            let divisor = modular_polynomial::gcd(&field, &a, &b);
+            if divisor.len() == 1 {
+                return Self::constant(Rational::ONE);
+            }
+            if divisor.len() > degree {
+                continue;
+            }
+            if divisor.len() < degree {
+                (degree, known, primes) = (divisor.len(), Reconstruction::new(), 0);
+            }
+            let scale = field.whole(&leading);
+            known.add(prime, &divisor.iter().map(|&x| field.value(field.times(x, scale))).collect::<Vec<_>>());
+            primes += 1;
+            if primes.is_power_of_two() {
+                let candidate = Self::new(known.integers().into_iter().map(Rational::from).collect()).monic();
+                if [self, other].iter().all(|p| p.may_divide(&candidate) && p.divide(&candidate).1.is_zero()) {
+                    return candidate;
+                }
+            }
+        }
     }
 
     /// Quotient and remainder.
@@ -403,6 +514,22 @@ mod tests {
         assert_eq!(whole.square_free(), parts);
         assert_eq!(polynomial(&[2, 0, 2]).square_free(), [(polynomial(&[1, 0, 1]), 1)]);
         assert_eq!(polynomial(&[5]).square_free(), []);
+    }
+
+    /// Common factors come back whatever the sizes of the coefficients; also where a leading coefficient is the first prime.
+    #[test]
+    fn greatest_common_divisors_are_exact() {
+        let half = Rational::from_parts(1.into(), 2u8.into());
+        let common = polynomial(&[9_007_199_254_740_993, 3, 7]).times(&Polynomial::from_roots(&[half.clone(), half]));
+        let first = i64::try_from(prime_below(1 << 61)).unwrap();
+        let (p, q) = (common.times(&polynomial(&[-4, 1, first])), common.times(&polynomial(&[5, 1])));
+        assert_eq!(p.gcd(&q), common.monic());
+        assert_eq!(p.gcd(&polynomial(&[1, 1])), polynomial(&[1]));
+        assert_eq!(p.gcd(&Polynomial::default()), p.monic());
+        assert!(Polynomial::default().gcd(&Polynomial::default()).is_zero());
+        assert_eq!(polynomial(&[6, 0, -4]).primitive(), polynomial(&[-3, 0, 2]));
+        assert_eq!(polynomial(&[1, 2, 3]).evaluate(&Rational::from(2)), Rational::from(17));
+        assert_eq!(polynomial(&[1, 2]).plus(&polynomial(&[1, -2])), polynomial(&[2]));
     }
 
     #[test]
