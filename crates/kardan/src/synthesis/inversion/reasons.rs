@@ -1,0 +1,192 @@
+use super::Obstruction;
+use super::polynomial_matrix::{constant, derivative, is_zero, plus, times, value};
+use crate::analysis::{ConstrainedSystem, OutputSignal};
+use crate::equations::Measured;
+use crate::num::{Matrix, Polynomial, Rational, Scalar};
+
+/// Why outputs cannot be controlled independently, in words and in terms of shafts and elements; one sentence each.
+///
+/// `outputs` are those of the obstruction, in its order; `element` names one for a reader: ``the harmonic drive `hd` ``.
+///
+/// Method: outputs that are angles, speeds or torques of springs make a relation a row `a(s)ᵀ q = 0` over the shafts. With
+/// `M(s) = Hs² + Ds + S`, it follows from the equations of motion as `a = M K η + Cᵀ μ`, `(KᵀMK) η = Kᵀ a`: the parts
+/// of the constraints with μ ≠ 0 and the springs and dampers along which the virtual motion K η goes are the reason; inputs
+/// do not act along it. What vanishes is found to vanish at more numbers s than its degree. Where this names no element, the
+/// relation stands alone.
+///
+/// ```
+/// use kardan::analysis::{ConstrainedSystem, OutputSignal};
+/// use kardan::assemble::Along;
+/// use kardan::equations::Measured;
+/// use kardan::num::{Polynomial, Rational};
+/// use kardan::synthesis::inversion::{Obstruction, reasons};
+/// let number = |x: i64| Rational::from(x);
+/// let along = |element: &str, row: &[(usize, i64)]| Along {
+///     element: element.into(), row: row.iter().map(|&(shaft, x)| (shaft, number(x))).collect(), value: (),
+/// };
+/// let gearbox = ConstrainedSystem {
+///     shafts: vec!["a".into(), "b".into()], constraints: vec![along("gear", &[(0, 1), (1, -3)])], ..Default::default()
+/// };
+/// let signal = |shaft: &str| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.into()) };
+/// let constant = |x: i64| Polynomial::new(vec![number(x)]);
+/// let found = Obstruction {
+///     rank: 1, inputs: vec!["motor".into(), "brake".into()], outputs: vec!["a.phi".into(), "b.phi".into()],
+///     relations: vec![vec![constant(1), constant(-3)]],
+/// };
+/// assert_eq!(
+///     reasons(&found, &[signal("a"), signal("b")], &gearbox, &|name| format!("the gear `{name}`")),
+///     ["a.phi = 3 b.phi whatever the inputs do: the gear `gear` ties them together"],
+/// );
+/// ```
+pub fn reasons(
+    obstruction: &Obstruction,
+    outputs: &[OutputSignal],
+    constrained: &ConstrainedSystem,
+    element: &dyn Fn(&str) -> String,
+) -> Vec<String> {
+    let mut out = Vec::new();
+    let (m, p) = (obstruction.outputs.len(), obstruction.inputs.len());
+    if p < m {
+        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        out.push(format!("{}, {}", count(m, "output"), count(p, "input")));
+    }
+    for relation in &obstruction.relations {
+        let taking_part: Vec<usize> = (0..relation.len()).filter(|&i| !is_zero(&relation[i])).collect();
+        if let [only] = taking_part[..] {
+            out.push(format!("no input reaches {}", obstruction.outputs[only]));
+            continue;
+        }
+        let because = over_shafts(relation, outputs, constrained)
+            .and_then(|row| Cause::of(&row, constrained))
+            .and_then(|cause| cause.words(constrained, element));
+        let text = format!("{} whatever the inputs do", obstruction.words(relation));
+        out.push(because.map_or(text.clone(), |because| format!("{text}: {because}")));
+    }
+    out
+}
+
+/// a(s) with `π(s) y = a(s)ᵀ q`; `None` if an output is not a function of angles and speeds alone.
+fn over_shafts(
+    relation: &[Polynomial],
+    outputs: &[OutputSignal],
+    system: &ConstrainedSystem,
+) -> Option<Vec<Polynomial>> {
+    let number = |name: &String| system.shafts.iter().position(|shaft| shaft == name);
+    let mut out = vec![Polynomial::default(); system.shafts.len()];
+    for (i, factor) in relation.iter().enumerate().filter(|(_, factor)| !is_zero(factor)) {
+        match &outputs.get(i)?.measured {
+            Measured::Angle(shaft) => {
+                let shaft = number(shaft)?;
+                out[shaft] = plus(&out[shaft], factor);
+            }
+            Measured::Speed(shaft) => {
+                let shaft = number(shaft)?;
+                out[shaft] = plus(&out[shaft], &derivative(factor));
+            }
+            Measured::SpringTorque(element) => {
+                for spring in system.springs.iter().filter(|spring| spring.element == *element) {
+                    for (shaft, x) in &spring.row {
+                        let term = times(factor, &constant(spring.value.times(x)));
+                        out[*shaft] = plus(&out[*shaft], &term);
+                    }
+                }
+            }
+            Measured::ConstraintTorque(..) => return None,
+        }
+    }
+    Some(out)
+}
+
+/// What a relation between shafts follows from.
+struct Cause {
+    /// Shafts that move in the virtual motion K η; none if constraints alone are the cause.
+    moving: Vec<bool>,
+    /// Constraints with μ ≠ 0.
+    constraints: Vec<bool>,
+    /// Springs, then dampers, along which the virtual motion goes.
+    couplings: Vec<bool>,
+}
+
+impl Cause {
+    fn of(row: &[Polynomial], system: &ConstrainedSystem) -> Option<Self> {
+        let n = system.shafts.len();
+        let (coordinates, basis) = system.explicit_basis(&[]);
+        let (inertia, damping, stiffness) =
+            (system.inertia_matrix(), system.damping_matrix(), system.stiffness_matrix());
+        let constraints = system.constraint_matrix();
+        let gram = constraints.multiply(&constraints.transpose());
+        let couplings: Vec<&[(usize, Rational)]> = directions(system).map(|(_, row)| row).collect();
+        let mut out = Self {
+            moving: vec![false; n],
+            constraints: vec![false; constraints.rows()],
+            couplings: vec![false; couplings.len()],
+        };
+        let degree = row.iter().map(Polynomial::degree).max().unwrap_or(0);
+        // Numerators of η and μ over det KᵀMK have at most this degree.
+        let enough = degree + 2 * coordinates.len() + 1;
+        let (mut looks, mut number) = (0, 0i64);
+        while looks < enough {
+            number += 1;
+            // A pencil that is singular everywhere has no cause.
+            if number > 2 * (enough as i64 + 2 * coordinates.len() as i64) {
+                return None;
+            }
+            let s = Rational::from(number);
+            let m = inertia.scale(&s.times(&s)).plus(&damping.scale(&s)).plus(&stiffness);
+            let a = Matrix::from_fn(n, 1, |i, _| value(&row[i], &s));
+            let reduced = basis.transpose().multiply(&m).multiply(&basis);
+            let Some(eta) = reduced.solve(&basis.transpose().multiply(&a)) else { continue };
+            looks += 1;
+            let motion = basis.multiply(&eta);
+            let rest = a.plus(&m.multiply(&motion).scale(&Rational::NEG_ONE));
+            let mu = gram.solve(&constraints.multiply(&rest))?;
+            let mark = |flags: &mut [bool], values: &[Rational]| {
+                flags.iter_mut().zip(values).for_each(|(flag, x)| *flag |= !Scalar::is_zero(x));
+            };
+            mark(&mut out.moving, motion.as_slice());
+            mark(&mut out.constraints, mu.as_slice());
+            let along: Vec<Rational> = couplings
+                .iter()
+                .map(|row| row.iter().fold(Rational::ZERO, |sum, (i, x)| sum.plus(&x.times(&motion[(*i, 0)]))))
+                .collect();
+            mark(&mut out.couplings, &along);
+        }
+        Some(out)
+    }
+
+    fn words(&self, system: &ConstrainedSystem, element: &dyn Fn(&str) -> String) -> Option<String> {
+        let constraints = system.constraints.iter().zip(&self.constraints).filter(|(_, at)| **at);
+        // What acts on one shaft alone connects nothing.
+        let couplings = directions(system).zip(&self.couplings).filter(|((_, row), at)| **at && row.len() > 1);
+        let mut names: Vec<&str> = Vec::new();
+        for name in constraints.map(|(c, _)| c.element.as_str()).chain(couplings.map(|((name, _), _)| name)) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let moving: Vec<&String> =
+            system.shafts.iter().zip(&self.moving).filter(|(_, moves)| **moves).map(|(shaft, _)| shaft).collect();
+        if names.is_empty() {
+            return moving.is_empty().then(|| "they measure the same motion".to_string());
+        }
+        let list = listed(&names.iter().map(|name| element(name)).collect::<Vec<_>>());
+        if let ([shaft], false) = (&moving[..], self.constraints.contains(&true)) {
+            return Some(format!("{shaft} moves only through {list}"));
+        }
+        Some(format!("{list} {} them together", if names.len() == 1 { "ties" } else { "tie" }))
+    }
+}
+
+/// Elements and directions of all springs, then all dampers.
+fn directions(system: &ConstrainedSystem) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
+    system.springs.iter().chain(&system.dampers).map(|along| (along.element.as_str(), along.row.as_slice()))
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}

@@ -1,0 +1,84 @@
+use super::polynomial_matrix::is_zero;
+use crate::num::{Polynomial, Rational, Scalar, rational_to_f64};
+
+/// `wg_motor - 50 rk_motor`; `0` if all weights vanish.
+pub(super) fn combination(weights: &[Rational], names: &[String]) -> String {
+    let polynomials: Vec<Polynomial> = weights.iter().map(|w| Polynomial::new(vec![w.clone()])).collect();
+    sum(&polynomials, names)
+}
+
+/// `(s^2 + 2 s) rk.phi - 50 fs.phi`; `0` if all factors vanish.
+pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
+    let mut out = String::new();
+    for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !is_zero(f)) {
+        let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
+        let text = polynomial(factor);
+        // A lone negative term takes its sign in front.
+        let (negative, size) = match text.strip_prefix('-') {
+            Some(size) if terms == 1 => (true, size.to_string()),
+            _ if terms > 1 => (false, format!("({text})")),
+            _ => (false, text),
+        };
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        if size != "1" {
+            out = out + &size + " ";
+        }
+        out += name;
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// `5 s^2 + 3 s - 0.25`, highest power first.
+fn polynomial(p: &Polynomial) -> String {
+    let mut out = String::new();
+    for (k, c) in p.coefficients().iter().enumerate().rev().filter(|(_, c)| !Scalar::is_zero(*c)) {
+        let text = number(c);
+        let (negative, size) = text.strip_prefix('-').map_or((false, text.as_str()), |size| (true, size));
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        let power = match k {
+            0 => String::new(),
+            1 => "s".into(),
+            _ => format!("s^{k}"),
+        };
+        out += &match (size == "1", k == 0) {
+            (_, true) => size.to_string(),
+            (true, false) => power,
+            (false, false) => format!("{size} {power}"),
+        };
+    }
+    out
+}
+
+/// `50`, `2/3`; what needs more than twelve digits is rounded: `1.234568e15`.
+fn number(x: &Rational) -> String {
+    let exact = x.to_string();
+    if exact.len() <= 12 {
+        return exact;
+    }
+    let rounded = rational_to_f64(x);
+    if (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:.6}") } else { format!("{rounded:.6e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_read_well() {
+        let p = |c: &[i64]| Polynomial::new(c.iter().map(|&x| Rational::from(x)).collect());
+        let names = ["a", "b", "c"].map(String::from);
+        assert_eq!(sum(&[p(&[1]), p(&[-51]), p(&[50])], &names), "a - 51 b + 50 c");
+        assert_eq!(sum(&[p(&[1, -2, 1]), p(&[]), p(&[0, -1])], &names), "(s^2 - 2 s + 1) a - s c");
+        assert_eq!(sum(&[p(&[]), p(&[]), p(&[])], &names), "0");
+    }
+}
