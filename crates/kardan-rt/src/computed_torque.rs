@@ -61,11 +61,12 @@ pub struct ComputedTorque<'a, T> {
 }
 
 impl<T: Real> ComputedTorque<'_, T> {
-    /// Entries of memory that a step needs: those of the mechanism, and with r coordinates and m tasks
-    /// r² + 2r + m (r + m + 1).
+    /// Entries of memory that a step needs: those of the mechanism, and with r coordinates, p of them cuts, and m tasks
+    /// (r−p)² + 2r + m (r + m + 1).
     pub const fn memory(&self) -> usize {
         let (r, m) = (self.mechanism.coordinates.len(), self.tasks.len());
-        self.mechanism.memory() + r * r + 2 * r + m * (r + m + 1)
+        let moving = r.saturating_sub(self.mechanism.held);
+        self.mechanism.memory() + moving * moving + 2 * r + m * (r + m + 1)
     }
 
     /// One evaluation; `torques` receives u, N m, one entry per task.

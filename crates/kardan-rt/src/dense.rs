@@ -132,6 +132,7 @@ pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
 }
 
 #[cfg(test)]
+#[allow(clippy::expect_used)] // a test may panic
 mod tests {
     use super::*;
 

@@ -146,6 +146,11 @@ impl Curve for UniversalJointCurve {
     fn shifted_identity(&self) -> Option<f64> {
         (self.ratio == 1.0).then_some(self.phase_in - self.phase_out)
     }
+
+    fn block(&self) -> Option<kardan_rt::UniversalJoint<f64>> {
+        let Self { ratio, phase_in, phase_out } = *self;
+        Some(kardan_rt::UniversalJoint { ratio, phase_in, phase_out })
+    }
 }
 
 #[cfg(test)]

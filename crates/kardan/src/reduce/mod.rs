@@ -5,10 +5,12 @@
 
 mod dynamics;
 mod kinematics;
+mod mechanism;
 mod multipliers;
 
 pub use dynamics::{Dynamics, Work};
 pub use kinematics::{Affine, Kinematics, Step};
+pub use mechanism::{MechanismData, MechanismError};
 pub use multipliers::Multipliers;
 
 use crate::assemble::{Equations, TransmissionRow};
