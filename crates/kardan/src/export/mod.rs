@@ -6,17 +6,21 @@
 //! | [`parquet()`] | the same table, with units in the metadata | pyarrow, polars, DuckDB, MATLAB |
 //! | [`json`] | the outcome of a study in a few numbers | scripts |
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
+//! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
+//! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
 //! | [`json_error`] | why there is no outcome | scripts |
 
 mod analysis;
 mod arrow_schema;
 mod csv;
+mod design;
 mod extremes;
 mod json;
 mod parquet;
 
 pub use analysis::analysis_json;
 pub use csv::csv;
+pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
 pub use json::{Files, json, json_error};
 pub use parquet::{ParquetError, parquet};

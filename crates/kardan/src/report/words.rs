@@ -1,6 +1,8 @@
-//! An analysis in sentences, the same on the page and in the terminal.
+//! An analysis or a design in sentences, the same on the page and in the terminal.
 //!
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
+
+pub mod design;
 
 use crate::results::{
     Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,
@@ -160,8 +162,13 @@ pub fn discs(bounds: &EigenvalueBounds, figures: Figures) -> String {
 
 /// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
 pub fn shape(mode: &Mode, figures: Figures) -> String {
+    motion(&mode.shape, figures)
+}
+
+/// The parts that move most, from their names with real and imaginary part.
+pub fn motion(shape: &[(String, f64, f64)], figures: Figures) -> String {
     let size = |part: &&(String, f64, f64)| part.1.hypot(part.2);
-    let mut parts: Vec<_> = mode.shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
+    let mut parts: Vec<_> = shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
     parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let one = |part: &&(String, f64, f64)| {
         let (name, re, im) = part;
@@ -188,7 +195,12 @@ pub fn stored(mode: &Mode) -> String {
 
 /// The elements that lose most of the energy.
 pub fn dissipated(mode: &Mode) -> String {
-    percents(mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share)).collect())
+    shares(&mode.dissipated)
+}
+
+/// The largest shares: `spring 50 %, rack 30 %`.
+pub fn shares(shares: &[(String, f64)]) -> String {
+    percents(shares.iter().map(|(element, share)| (element.as_str(), *share)).collect())
 }
 
 fn percents(mut shares: Vec<(&str, f64)>) -> String {
@@ -220,7 +232,7 @@ pub fn failing(mode: &FailingMode, figures: Figures) -> String {
     if !moving.is_empty() {
         text += &format!("; it moves {} (relative to the largest)", list(&moving, 6));
     }
-    let elements = percents(mode.elements.iter().map(|(name, share)| (name.as_str(), *share)).collect());
+    let elements = shares(&mode.elements);
     if !elements.is_empty() {
         text += &format!("; energy in {elements}");
     }

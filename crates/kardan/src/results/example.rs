@@ -1,4 +1,4 @@
-// Analyses made by hand, for tests of what displays them; the command's tests include this file too.
+// Analyses and designs made by hand, for tests of what displays them; the command's tests include this file too.
 
 use super::*;
 
@@ -519,4 +519,386 @@ pub fn hostile(bad: &str) -> Analysis {
         }
     }
     analysis
+}
+
+fn exact(name: &str, title: &str, unit: &str, rows: &[&str], columns: &[&str], entries: &[&[&str]]) -> ExactMatrix {
+    let value = |text: &str| {
+        let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+        above.parse::<f64>().unwrap() / below.parse::<f64>().unwrap()
+    };
+    ExactMatrix {
+        name: name.into(),
+        title: title.into(),
+        unit: unit.into(),
+        rows: texts(rows),
+        columns: texts(columns),
+        values: entries.iter().map(|row| row.iter().map(|&text| value(text)).collect()).collect(),
+        exact: Some(entries.iter().map(|row| texts(row)).collect()),
+    }
+}
+
+fn coupling(reference: &str, output: &str, own: bool, peak: f64, rms: f64) -> CrossCoupling {
+    CrossCoupling {
+        reference: reference.into(),
+        step: 1.0,
+        step_unit: "rad".into(),
+        output: output.into(),
+        unit: "rad".into(),
+        own,
+        peak,
+        rms,
+        window: 2.0,
+        failure: None,
+    }
+}
+
+/// The steering system with rack and wheel decoupled by static feedback: exact, and stable but for little damping.
+pub fn decoupled_steering() -> Design {
+    let states = ["rk.phi", "fs.phi", "cj.phi", "rk.w", "fs.w", "cj.w"];
+    let (inputs, outputs, references) = (["wg_motor", "rk_motor"], ["rk.phi", "fs.phi"], ["ref_rk", "ref_fs"]);
+    let state_gain: [&[&str]; 2] = [
+        &["-25500/11", "-26087/55", "25500/11", "-51/110", "-338911/11000", "1989/4400"],
+        &["-80", "0", "100", "137/100", "0", "1/50"],
+    ];
+    let gains = vec![
+        exact("K", "state gain, u = -K x + L r", "", &inputs, &states, &state_gain),
+        exact("L", "reference gain", "N m/rad", &inputs, &references, &[&["0", "-26087/55"], &["20", "0"]]),
+    ];
+    let pair = |re: f64, im: f64| [(re, im), (re, -im)];
+    let channel = |output: &str, reference: &str| ChannelResult {
+        output: output.into(),
+        reference: reference.into(),
+        kind: "position".into(),
+        transfer: "400/(s^2 + 28 s + 400)".into(),
+        poles: pair(-14.0, 14.282_856_857_085_7).to_vec(),
+    };
+    let entry = |output: &str, reference: &str, own: bool| TransferEntry {
+        output: output.into(),
+        reference: reference.into(),
+        numerator: if own { texts(&["400"]) } else { vec![] },
+        denominator: if own { texts(&["400", "28", "1"]) } else { texts(&["1"]) },
+    };
+    let zero = (-93.636_363_636_363_6, 948.853_587_154);
+    Design {
+        model: "sia-steering".into(),
+        description: "Car steering with a harmonic drive in differential mode.".into(),
+        variant: "beta-0deg".into(),
+        controller: "column".into(),
+        law: "decoupling".into(),
+        others: texts(&["driver_model"]),
+        design_model: "linear, at the initial position, beta = 0 deg".into(),
+        states: texts(&states),
+        inputs: texts(&inputs),
+        outputs: texts(&outputs),
+        definitions: vec![],
+        hidden: vec![],
+        relative_degrees: vec![Some(2), Some(2)],
+        decoupling_matrix: exact(
+            "G",
+            "decoupling matrix",
+            "rad/(N m s^2)",
+            &outputs,
+            &inputs,
+            &[&["0", "20"], &["-22000/26087", "0"]],
+        ),
+        decouplability: Decouplability { rank: 2, normal_rank: 2, ..Decouplability::default() },
+        controller_data: ControllerData {
+            block: "StateSpace".into(),
+            reads: states
+                .iter()
+                .chain(&references)
+                .map(|&name| (name.into(), if name.ends_with(".w") { "rad/s" } else { "rad" }.into()))
+                .collect(),
+            writes: texts(&inputs),
+            sample_time: None,
+            matrices: gains.iter().map(|gain| (gain.name.clone(), gain.values.clone())).collect(),
+            numbers: named(&[("filter", 0.1)]),
+        },
+        summary: LawSummary {
+            name: "column".into(),
+            law: "decoupling".into(),
+            gains: vec![],
+            notes: texts(&["Relative degrees 2 and 2."]),
+        },
+        gains,
+        canonical: None,
+        channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
+        closed_loop_poles: [pair(-14.0, 14.282_856_857_085_7), pair(-14.0, 14.282_856_857_085_7), pair(zero.0, zero.1)]
+            .concat(),
+        zero_dynamics: ZeroDynamics {
+            polynomial: "11 s^2 + 2060 s + 10000000".into(),
+            modes: vec![ZeroMode {
+                pole: zero,
+                natural_frequency: 953.462_589_245_6,
+                damping_ratio: 0.098_206_697_3,
+                stored: named(&[("torsion_bar", 0.5), ("wg", 0.499_577), ("cs", 0.000_384), ("cj", 0.000_039)]),
+                dissipated: named(&[("wg", 0.984), ("torsion_bar", 0.015), ("cs", 0.001)]),
+                shape: vec![("wg".into(), 1.0, 0.0), ("cj".into(), 0.0196, 0.0), ("cs".into(), 0.0196, 0.0)],
+                warning: Some("lightly damped: 0.098 of critical; what excites it rings for 0.04 s".into()),
+            }],
+            stable: true,
+        },
+        observer: None,
+        transfer: vec![
+            entry("rk.phi", "ref_rk", true),
+            entry("rk.phi", "ref_fs", false),
+            entry("fs.phi", "ref_rk", false),
+            entry("fs.phi", "ref_fs", true),
+        ],
+        decoupled: Some(true),
+        cross_coupling: vec![
+            coupling("ref_rk", "rk.phi", true, 1.0460, 0.8912),
+            coupling("ref_rk", "fs.phi", false, 0.0, 0.0),
+            coupling("ref_fs", "rk.phi", false, 2.41e-4, 1.1e-4),
+            coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
+        ],
+        flatness: Some(Flatness {
+            outputs: texts(&outputs),
+            flat: false,
+            remainder: "11 s^2 + 2060 s + 10000000".into(),
+            poles: pair(zero.0, zero.1).to_vec(),
+            derivatives: vec![4, 4],
+            statement: "Not flat: what the outputs leave open follows from a filter of order 2.".into(),
+        }),
+        warnings: texts(&["The law cancels a mode at -93.636 ± 948.85 j 1/s with 0.098 of critical damping."]),
+        notes: texts(&["Channel dynamics that the file does not give: 20 rad/s, damping ratio 0.7."]),
+    }
+}
+
+/// A torque controller with an observer after a reduction, dynamic feedback, and everything that went wrong: what the
+/// steering system does not show.
+pub fn observed_train() -> Design {
+    let names: Vec<String> = (1..=14).map(|k| format!("z{k}")).collect();
+    let states: Vec<&str> = names.iter().map(String::as_str).collect();
+    let inputs = ["motor", "wheel_motor", "belt_motor"];
+    let outputs = ["rack.phi", "driver.tau", "wheel.w"];
+    let wild = |i: usize, j: usize| (1.7 + 31.3 * i as f64 + j as f64).sin() * 10f64.powi(j as i32 % 7);
+    let floating = |name: &str, title: &str, unit: &str, rows: &[&str], columns: &[&str]| ExactMatrix {
+        name: name.into(),
+        title: title.into(),
+        unit: unit.into(),
+        rows: texts(rows),
+        columns: texts(columns),
+        values: (0..rows.len()).map(|i| (0..columns.len()).map(|j| wild(i, j)).collect()).collect(),
+        exact: None,
+    };
+    let small = |name: &str| exact(name, "", "", &["1", "2"], &["1", "2"], &[&["0", "1"], &["-2", "-3/7"]]);
+    let gains = vec![
+        floating("K", "state gain, u = -K x + L r", "N m", &inputs, &states),
+        floating("L", "reference gain", "", &inputs, &["ref_rack", "ref_torque", "ref_wheel"]),
+    ];
+    let entry = |output: &str, reference: &str, numerator: &[&str]| TransferEntry {
+        output: output.into(),
+        reference: reference.into(),
+        numerator: texts(numerator),
+        denominator: texts(&["1000000/7", "3300000/11", "12345/7", "21", "1"]),
+    };
+    Design {
+        model: "train".into(),
+        description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
+        variant: "train".into(),
+        controller: "design".into(),
+        law: "lqr".into(),
+        design_model: "linear, at the initial position".into(),
+        states: names.clone(),
+        inputs: texts(&inputs),
+        outputs: texts(&outputs),
+        definitions: names.iter().map(|z| (z.clone(), "wg.phi - 51 rk.phi + 50 fs.phi".into())).collect(),
+        hidden: vec![(-3.0, 4.0), (-3.0, -4.0), (0.0, 0.0)],
+        relative_degrees: vec![Some(2), Some(4), None],
+        decoupling_matrix: exact(
+            "G",
+            "decoupling matrix",
+            "",
+            &outputs,
+            &inputs,
+            &[&["1/3", "0", "0"], &["2/3", "0", "0"], &["0", "0", "0"]],
+        ),
+        decouplability: Decouplability {
+            rank: 1,
+            normal_rank: 2,
+            possible: Feedback::Dynamic,
+            blocks: vec![vec![0, 1], vec![2]],
+            integrators: vec![("motor - 2 wheel_motor".into(), 2)],
+            reasons: texts(&[
+                "the rows of rack.phi and driver.tau in G are parallel: both feel motor only through the joint",
+                "no input reaches wheel.w: the belt is cut",
+            ]),
+        },
+        controller_data: ControllerData {
+            block: "Noninteracting".into(),
+            reads: vec![("rack.phi".into(), "rad".into())],
+            writes: texts(&inputs),
+            sample_time: Some(1e-3),
+            matrices: vec![("A".into(), vec![vec![0.1 + 0.2, -1.0 / 3.0], vec![5e-324, -0.0]])],
+            numbers: named(&[("limit", 1e23), ("gain", f64::MAX)]),
+        },
+        gains,
+        canonical: Some(Canonical {
+            sizes: vec![2, 4, 1, 0],
+            ranks: vec![5, 3],
+            transformation: small("Q"),
+            a: small("A"),
+            b: small("B"),
+            c: small("C"),
+        }),
+        channels: vec![ChannelResult {
+            output: "driver.tau".into(),
+            reference: "ref_torque".into(),
+            kind: "torque".into(),
+            transfer: "1000000/(s^4 + 21 s^3 + 12345/7 s^2 + 300000 s + 1000000)".into(),
+            poles: vec![(-10.0, 0.0), (-10.0, 0.0)],
+        }],
+        closed_loop_poles: vec![(0.0, 0.0), (-10.0, 0.0), (-10.0, 0.0), (-3.0, 4.0), (-3.0, -4.0), (420.0, 0.0)],
+        zero_dynamics: ZeroDynamics {
+            polynomial: "s^2 - 420 s".into(),
+            modes: vec![
+                ZeroMode {
+                    pole: (0.0, 0.0),
+                    natural_frequency: 0.0,
+                    damping_ratio: 1.0,
+                    shape: vec![("driver".into(), 1.0, 0.0), ("rack".into(), 0.5, 0.5)],
+                    warning: Some("on the imaginary axis: the wheel drifts".into()),
+                    ..ZeroMode::default()
+                },
+                ZeroMode {
+                    pole: (420.0, 0.0),
+                    natural_frequency: 420.0,
+                    damping_ratio: -1.0,
+                    stored: named(&[("tyre", 0.9), ("bar", 0.1)]),
+                    dissipated: named(&[("tyre", 1.0)]),
+                    shape: vec![("driver".into(), 1.0, 0.0)],
+                    warning: Some("unstable: the motion grows while the outputs rest".into()),
+                },
+            ],
+            stable: false,
+        },
+        observer: Some(ObserverResult {
+            sensors: texts(&["rack.phi", "wheel.phi"]),
+            states: texts(&["rack.phi", "rack.w", "load"]),
+            disturbances: texts(&["rack"]),
+            poles: vec![(-60.0, 0.0), (-50.0, 20.0), (-50.0, -20.0)],
+            method: "kalman".into(),
+            gain: floating("observer_gain", "L", "", &["rack.phi", "rack.w", "load"], &["rack.phi", "wheel.phi"]),
+            distinguishable: texts(&["A torque along rack can be told from one along wheel."]),
+        }),
+        transfer: vec![
+            entry("rack.phi", "ref_rack", &["1000000/7", "0", "1"]),
+            entry("rack.phi", "ref_torque", &["0", "-3/2"]),
+            entry("driver.tau", "ref_rack", &[]),
+            entry("driver.tau", "ref_torque", &["1"]),
+        ],
+        decoupled: Some(false),
+        cross_coupling: vec![
+            coupling("ref_rack", "rack.phi", true, 1.3, 0.9),
+            coupling("ref_rack", "driver.tau", false, 0.41, 0.2),
+            CrossCoupling {
+                failure: Some("the run stopped at 0.3 s: step size below 1e-14".into()),
+                peak: f64::NAN,
+                rms: f64::NAN,
+                ..coupling("ref_torque", "rack.phi", false, 0.0, 0.0)
+            },
+            coupling("ref_torque", "driver.tau", true, 2.0, 1.1),
+        ],
+        flatness: Some(Flatness {
+            outputs: texts(&outputs),
+            flat: true,
+            remainder: "1".into(),
+            statement: "Flat: states and inputs follow from the outputs and their derivatives.".into(),
+            derivatives: vec![4, 2, 3],
+            ..Flatness::default()
+        }),
+        warnings: texts(&["The law cancels an unstable mode at 420 1/s.", "motor exceeds its limit of 3 N m."]),
+        notes: texts(&["Weights are those of the file."]),
+        ..Design::default()
+    }
+}
+
+/// Names that are markup, numbers that are not finite, lists of unequal length.
+pub fn hostile_design(bad: &str) -> Design {
+    let mut design = observed_train();
+    let bad = || bad.to_string();
+    let matrix = |name: &str| ExactMatrix {
+        name: name.into(),
+        title: bad(),
+        unit: bad(),
+        rows: vec![bad()],
+        columns: vec![bad(), bad()],
+        values: vec![vec![f64::NAN], vec![f64::INFINITY, 1.0, f64::NEG_INFINITY]],
+        exact: Some(vec![vec![bad()]]),
+    };
+    design.model = bad();
+    design.description = bad();
+    design.variant = bad();
+    design.controller = bad();
+    design.law = bad();
+    design.others = vec![bad()];
+    design.design_model = bad();
+    design.states[0] = bad();
+    design.inputs = vec![bad()];
+    design.outputs = vec![bad(), bad()];
+    design.definitions[0] = (bad(), bad());
+    design.hidden = vec![(f64::NAN, f64::INFINITY)];
+    design.decoupling_matrix = matrix(&bad());
+    design.decouplability.blocks = vec![vec![0, 99], vec![]];
+    design.decouplability.integrators = vec![(bad(), 1)];
+    design.decouplability.reasons = vec![bad()];
+    design.gains = vec![matrix(&bad()), matrix(&bad()), matrix("")];
+    let channel = &mut design.channels[0];
+    (channel.output, channel.reference, channel.kind, channel.transfer) = (bad(), bad(), bad(), bad());
+    channel.poles = vec![(f64::NAN, 1.0)];
+    design.closed_loop_poles[0] = (f64::NAN, f64::NEG_INFINITY);
+    design.zero_dynamics.polynomial = bad();
+    let mode = &mut design.zero_dynamics.modes[0];
+    mode.pole = (f64::INFINITY, f64::NAN);
+    mode.natural_frequency = f64::NAN;
+    mode.damping_ratio = f64::NAN;
+    mode.stored = vec![(bad(), f64::NAN)];
+    mode.dissipated = vec![(bad(), f64::INFINITY)];
+    mode.shape = vec![(bad(), f64::NAN, f64::INFINITY)];
+    mode.warning = Some(bad());
+    if let Some(observer) = &mut design.observer {
+        observer.sensors = vec![bad()];
+        observer.states = vec![bad()];
+        observer.disturbances = vec![bad()];
+        observer.poles = vec![(f64::NAN, 0.0)];
+        observer.method = bad();
+        observer.gain = matrix(&bad());
+        observer.distinguishable = vec![bad()];
+    }
+    if let Some(canonical) = &mut design.canonical {
+        canonical.transformation = matrix(&bad());
+        canonical.ranks.clear();
+    }
+    design.transfer[0] = TransferEntry { output: bad(), reference: bad(), numerator: vec![bad()], denominator: vec![] };
+    design.cross_coupling[0] = CrossCoupling {
+        reference: bad(),
+        output: bad(),
+        unit: bad(),
+        step_unit: bad(),
+        step: f64::NAN,
+        peak: f64::INFINITY,
+        rms: f64::NAN,
+        window: f64::NAN,
+        own: true,
+        failure: None,
+    };
+    design.cross_coupling[2].failure = Some(bad());
+    if let Some(flatness) = &mut design.flatness {
+        flatness.outputs = vec![bad()];
+        flatness.remainder = bad();
+        flatness.poles = vec![(f64::NAN, 0.0)];
+        flatness.statement = bad();
+    }
+    let data = &mut design.controller_data;
+    data.block = bad();
+    data.reads = vec![(bad(), bad())];
+    data.writes = vec![bad()];
+    data.sample_time = Some(f64::NAN);
+    data.matrices = vec![(bad(), vec![vec![f64::NAN]]), (bad(), vec![])];
+    data.numbers = vec![(bad(), f64::INFINITY)];
+    design.summary = LawSummary { name: bad(), law: bad(), gains: vec![], notes: vec![bad()] };
+    design.warnings = vec![bad()];
+    design.notes = vec![bad()];
+    design
 }

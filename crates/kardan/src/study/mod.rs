@@ -5,6 +5,7 @@ mod analyze;
 mod asked;
 mod checks;
 mod circuit;
+mod design;
 mod equations;
 mod massless;
 mod prepare;
@@ -14,6 +15,7 @@ mod sensitivity;
 
 pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
+pub use design::{DesignSettings, design};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 

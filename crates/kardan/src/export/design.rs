@@ -1,0 +1,427 @@
+//! A design, and the controller that came of it, as JSON.
+
+use serde_json::{Map, Value, json as object};
+
+use crate::results::{
+    Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness,
+    LawSummary, NamedMatrix, ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
+};
+
+/// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
+const VERSION: u32 = 1;
+
+/// Gives a design as one JSON object on one line, in SI; a number that is not finite is `null`, a pole is `[re, im]` in
+/// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty.
+///
+/// A matrix is `title`, `unit`, `rows`, `columns` (names), `values` (row by row) and `exact`: the same entries as
+/// fractions, `null` for what comes from floating point. Names that a law uses twice are told apart by `_2`.
+///
+/// Keys, always in this order:
+///
+/// | key | what it is |
+/// |---|---|
+/// | `model`, `description`, `variant` | what it was designed for |
+/// | `controller`, `law` | name in the file (`design` if it is not in the file); keyword of the law |
+/// | `other_controllers` | names of those that are in the loop too |
+/// | `design_model` | the model it was designed on, in words |
+/// | `states`, `inputs`, `outputs` | names |
+/// | `definitions` | states that are combinations of coordinates: `state`, `is` |
+/// | `hidden_poles` | motions of the model that the reduction took away |
+/// | `relative_degrees` | one for each output; `null`: no input ever reaches it |
+/// | `decoupling_matrix` | G, outputs × inputs |
+/// | `decouplability` | `rank` of G, `normal_rank` of the transfer matrix, `possible`: `static`, `block`, `dynamic` or `impossible`; `blocks` (names of outputs), `integrators` (`input`, `count`), `reasons` |
+/// | `gains` | an object from the name of a matrix to the matrix |
+/// | `canonical` | the canonically decoupled form: `sizes`, `ranks`, `Q`, `A`, `B`, `C` |
+/// | `channels` | `output`, `reference`, `kind`, `transfer`, `poles` |
+/// | `closed_loop_poles` | of the linear loop with all controllers |
+/// | `zero_dynamics` | `polynomial`; `poles`, both of a conjugate pair; `stable` (decided exactly; `null` if it was not asked); `modes`: `pole` (the upper one of a pair), `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex), `stored`, `dissipated` (`element`, `share`), `warning` |
+/// | `observer` | `method`, `sensors`, `states`, `disturbances`, `poles`, `gain` (a matrix), `distinguishable` |
+/// | `transfer` | the exact transfer matrix of the linear loop, entry by entry: `output`, `reference`, `zero` (exactly), `numerator`, `denominator` (coefficients of 1, s, s², …) |
+/// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
+/// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
+/// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
+/// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
+/// | `summary` | the law in words: `name`, `law`, `gains`, `notes` |
+/// | `warnings`, `notes` | sentences |
+pub fn design_json(design: &Design) -> String {
+    object!({
+        "model": design.model,
+        "description": design.description,
+        "variant": design.variant,
+        "controller": design.controller,
+        "law": design.law,
+        "other_controllers": design.others,
+        "design_model": design.design_model,
+        "states": design.states,
+        "inputs": design.inputs,
+        "outputs": design.outputs,
+        "definitions": list(&design.definitions, |(state, is)| object!({ "state": state, "is": is })),
+        "hidden_poles": list(&design.hidden, pole),
+        "relative_degrees": design.relative_degrees,
+        "decoupling_matrix": matrix(&design.decoupling_matrix),
+        "decouplability": decouplability(&design.decouplability, &design.outputs),
+        "gains": by_name(design.gains.iter().map(|gain| (&gain.name, matrix(gain)))),
+        "canonical": design.canonical.as_ref().map(canonical),
+        "channels": list(&design.channels, channel),
+        "closed_loop_poles": list(&design.closed_loop_poles, pole),
+        "zero_dynamics": zero_dynamics(&design.zero_dynamics),
+        "observer": design.observer.as_ref().map(observer),
+        "transfer": list(&design.transfer, transfer),
+        "decoupled": design.decoupled,
+        "cross_coupling": list(&design.cross_coupling, cross_coupling),
+        "flatness": design.flatness.as_ref().map(flatness),
+        "controller_data": Value::Object(data(&design.controller_data)),
+        "summary": summary(&design.summary),
+        "warnings": design.warnings,
+        "notes": design.notes,
+    })
+    .to_string()
+}
+
+/// Gives what a designed controller runs with as a JSON object, a line for each key. Numbers are the shortest that read
+/// back to the same 64 bits.
+///
+/// Keys: `format` (`kardan-controller`), `version` of the format, `description` (how to run it), `model`, `variant`,
+/// `controller`, `law`, `inputs`, `outputs`, and those of `controller_data` in [`design_json`].
+///
+/// ```
+/// use kardan::{export, results::{ControllerData, Design}};
+/// let matrices = vec![("K".into(), vec![vec![0.1 + 0.2, -1.0 / 3.0]])];
+/// let controller_data = ControllerData { block: "StateSpace".into(), matrices, ..ControllerData::default() };
+/// let text = export::controller_json(&Design { controller_data, ..Design::default() });
+/// assert!(text.contains(r#"{"K":[[0.30000000000000004,-0.3333333333333333]]}"#));
+/// ```
+pub fn controller_json(design: &Design) -> String {
+    let mut keys: Map<String, Value> = [
+        ("format", object!("kardan-controller")),
+        ("version", object!(VERSION)),
+        ("description", object!(how_to_run(&design.controller_data))),
+        ("model", object!(design.model)),
+        ("variant", object!(design.variant)),
+        ("controller", object!(design.controller)),
+        ("law", object!(design.law)),
+        ("inputs", object!(design.inputs)),
+        ("outputs", object!(design.outputs)),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into_iter()
+    .collect();
+    keys.extend(data(&design.controller_data));
+    let lines: Vec<String> = keys.iter().map(|(key, value)| format!("  {}: {value}", object!(key))).collect();
+    format!("{{\n{}\n}}\n", lines.join(",\n"))
+}
+
+fn how_to_run(data: &ControllerData) -> String {
+    let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
+    format!(
+        "Make a kardan_rt::{} of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
+         in SI {when}, and send what it returns to the inputs of `writes` in their order.",
+        data.block
+    )
+}
+
+fn list<T>(items: &[T], one: impl Fn(&T) -> Value) -> Vec<Value> {
+    items.iter().map(one).collect()
+}
+
+/// An object with these names as keys; a name that comes again is told apart, so that nothing is lost.
+fn by_name<'a>(pairs: impl Iterator<Item = (&'a String, Value)>) -> Value {
+    let mut out = Map::new();
+    for (name, value) in pairs {
+        let numbered = (2..).map(|k| format!("{name}_{k}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|key| !out.contains_key(key));
+        out.extend(free.map(|key| (key, value)));
+    }
+    Value::Object(out)
+}
+
+fn pole(pole: &Pole) -> Value {
+    object!([pole.0, pole.1])
+}
+
+fn matrix(matrix: &ExactMatrix) -> Value {
+    object!({
+        "title": matrix.title,
+        "unit": matrix.unit,
+        "rows": matrix.rows,
+        "columns": matrix.columns,
+        "values": matrix.values,
+        "exact": matrix.exact,
+    })
+}
+
+fn named(matrix: &NamedMatrix) -> Value {
+    object!({
+        "title": matrix.title,
+        "unit": matrix.unit,
+        "rows": matrix.rows,
+        "columns": matrix.columns,
+        "values": matrix.values,
+    })
+}
+
+fn decouplability(found: &Decouplability, outputs: &[String]) -> Value {
+    let block = |block: &Vec<usize>| object!(block.iter().filter_map(|&k| outputs.get(k)).collect::<Vec<_>>());
+    object!({
+        "rank": found.rank,
+        "normal_rank": found.normal_rank,
+        "possible": match found.possible {
+            Feedback::Static => "static",
+            Feedback::Block => "block",
+            Feedback::Dynamic => "dynamic",
+            Feedback::Impossible => "impossible",
+        },
+        "blocks": list(&found.blocks, block),
+        "integrators": list(&found.integrators, |(input, count)| object!({ "input": input, "count": count })),
+        "reasons": found.reasons,
+    })
+}
+
+fn canonical(found: &Canonical) -> Value {
+    object!({
+        "sizes": found.sizes,
+        "ranks": found.ranks,
+        "Q": matrix(&found.transformation),
+        "A": matrix(&found.a),
+        "B": matrix(&found.b),
+        "C": matrix(&found.c),
+    })
+}
+
+fn channel(channel: &ChannelResult) -> Value {
+    object!({
+        "output": channel.output,
+        "reference": channel.reference,
+        "kind": channel.kind,
+        "transfer": channel.transfer,
+        "poles": list(&channel.poles, pole),
+    })
+}
+
+fn zero_dynamics(found: &ZeroDynamics) -> Value {
+    let both = |mode: &ZeroMode| {
+        let (re, im) = mode.pole;
+        if im == 0.0 { vec![object!([re, im])] } else { vec![object!([re, im]), object!([re, -im])] }
+    };
+    let asked = !(found.polynomial.is_empty() && found.modes.is_empty());
+    object!({
+        "polynomial": found.polynomial,
+        "poles": found.modes.iter().flat_map(both).collect::<Vec<_>>(),
+        "stable": asked.then_some(found.stable),
+        "modes": list(&found.modes, zero_mode),
+    })
+}
+
+fn zero_mode(mode: &ZeroMode) -> Value {
+    let share = |(element, share): &(String, f64)| object!({ "element": element, "share": share });
+    object!({
+        "pole": pole(&mode.pole),
+        "natural_frequency_rad_per_s": mode.natural_frequency,
+        "damping_ratio": mode.damping_ratio,
+        "shape": list(&mode.shape, |(name, re, im)| object!({ "name": name, "value": [re, im] })),
+        "stored": list(&mode.stored, share),
+        "dissipated": list(&mode.dissipated, share),
+        "warning": mode.warning,
+    })
+}
+
+fn observer(observer: &ObserverResult) -> Value {
+    object!({
+        "method": observer.method,
+        "sensors": observer.sensors,
+        "states": observer.states,
+        "disturbances": observer.disturbances,
+        "poles": list(&observer.poles, pole),
+        "gain": matrix(&observer.gain),
+        "distinguishable": observer.distinguishable,
+    })
+}
+
+fn transfer(entry: &TransferEntry) -> Value {
+    object!({
+        "output": entry.output,
+        "reference": entry.reference,
+        "zero": entry.numerator.is_empty(),
+        "numerator": entry.numerator,
+        "denominator": entry.denominator,
+    })
+}
+
+fn cross_coupling(coupling: &CrossCoupling) -> Value {
+    object!({
+        "reference": coupling.reference,
+        "step": coupling.step,
+        "step_unit": coupling.step_unit,
+        "output": coupling.output,
+        "unit": coupling.unit,
+        "own": coupling.own,
+        "peak": coupling.peak,
+        "rms": coupling.rms,
+        "window_s": coupling.window,
+        "failure": coupling.failure,
+    })
+}
+
+fn flatness(found: &Flatness) -> Value {
+    object!({
+        "outputs": found.outputs,
+        "flat": found.flat,
+        "remainder": found.remainder,
+        "poles": list(&found.poles, pole),
+        "derivatives": found.derivatives,
+        "statement": found.statement,
+    })
+}
+
+fn data(data: &ControllerData) -> Map<String, Value> {
+    [
+        ("block", object!(data.block)),
+        ("reads", object!(list(&data.reads, |(signal, unit)| object!({ "signal": signal, "unit": unit })))),
+        ("writes", object!(data.writes)),
+        ("sample_time_s", object!(data.sample_time)),
+        ("matrices", by_name(data.matrices.iter().map(|(name, rows)| (name, object!(rows))))),
+        ("numbers", by_name(data.numbers.iter().map(|(name, value)| (name, object!(value))))),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into_iter()
+    .collect()
+}
+
+fn summary(summary: &LawSummary) -> Value {
+    object!({
+        "name": summary.name,
+        "law": summary.law,
+        "gains": list(&summary.gains, named),
+        "notes": summary.notes,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::example;
+
+    const KEYS: [&str; 29] = [
+        "model",
+        "description",
+        "variant",
+        "controller",
+        "law",
+        "other_controllers",
+        "design_model",
+        "states",
+        "inputs",
+        "outputs",
+        "definitions",
+        "hidden_poles",
+        "relative_degrees",
+        "decoupling_matrix",
+        "decouplability",
+        "gains",
+        "canonical",
+        "channels",
+        "closed_loop_poles",
+        "zero_dynamics",
+        "observer",
+        "transfer",
+        "decoupled",
+        "cross_coupling",
+        "flatness",
+        "controller_data",
+        "summary",
+        "warnings",
+        "notes",
+    ];
+
+    fn designs() -> [Design; 4] {
+        let hostile = example::hostile_design("<\"\n");
+        [Design::default(), example::decoupled_steering(), example::observed_train(), hostile]
+    }
+
+    fn read(design: &Design) -> Value {
+        let text = design_json(design);
+        assert!(!text.contains('\n') && !text.contains("NaN") && !text.contains("inf,"), "{text}");
+        serde_json::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn the_keys_are_the_documented_ones_in_their_order() {
+        for design in designs() {
+            assert_eq!(read(&design).as_object().unwrap().keys().collect::<Vec<_>>(), KEYS);
+        }
+        let page = include_str!("design.rs");
+        for key in KEYS {
+            assert!(page.contains(&format!("`{key}`")), "{key} is not documented");
+        }
+    }
+
+    #[test]
+    fn fractions_are_kept_and_poles_come_in_pairs() {
+        let all = read(&example::decoupled_steering());
+        assert_eq!(all["law"], "decoupling");
+        assert_eq!(all["relative_degrees"], object!([2, 2]));
+        assert_eq!(all["decoupling_matrix"]["exact"], object!([["0", "20"], ["-22000/26087", "0"]]));
+        assert_eq!(all["decoupling_matrix"]["values"][0][1], 20.0);
+        let gains = all["gains"].as_object().unwrap();
+        assert_eq!(gains.keys().collect::<Vec<_>>(), ["K", "L"]);
+        assert_eq!(gains["K"]["exact"][0][4], "-338911/11000");
+        assert_eq!(gains["K"]["columns"][5], "cj.w");
+        let zeros = &all["zero_dynamics"];
+        assert_eq!(zeros["stable"], true);
+        assert_eq!(zeros["poles"].as_array().unwrap().len(), 2);
+        assert_eq!(zeros["poles"][1][1].as_f64(), zeros["poles"][0][1].as_f64().map(|im| -im));
+        assert_eq!(zeros["modes"][0]["stored"][0], object!({ "element": "torsion_bar", "share": 0.5 }));
+        assert_eq!(all["transfer"][1]["zero"], true);
+        assert_eq!(all["transfer"][3]["denominator"], object!(["400", "28", "1"]));
+        assert_eq!(all["decoupled"], true);
+        assert_eq!(all["cross_coupling"][2]["window_s"], 2.0);
+        assert_eq!(all["decouplability"]["possible"], "static");
+    }
+
+    #[test]
+    fn what_does_not_apply_is_null() {
+        let empty = read(&Design::default());
+        for key in ["canonical", "observer", "decoupled", "flatness"] {
+            assert_eq!(empty[key], Value::Null, "{key}");
+        }
+        assert_eq!(empty["zero_dynamics"]["stable"], Value::Null);
+        let train = read(&example::observed_train());
+        assert_eq!(train["relative_degrees"], object!([2, 4, null]));
+        assert_eq!(train["gains"]["K"]["exact"], Value::Null);
+        assert_eq!(train["decouplability"]["blocks"], object!([["rack.phi", "driver.tau"], ["wheel.w"]]));
+        assert_eq!(train["cross_coupling"][2]["peak"], Value::Null);
+        assert_eq!(train["zero_dynamics"]["poles"], object!([[0.0, 0.0], [420.0, 0.0]]));
+        assert_eq!(train["canonical"]["A"]["exact"][1][1], "-3/7");
+        let hostile = read(&example::hostile_design("x"));
+        assert_eq!(hostile["gains"].as_object().unwrap().keys().collect::<Vec<_>>(), ["x", "x_2", ""]);
+        assert_eq!(hostile["gains"]["x"]["values"], object!([[null], [null, 1.0, null]]));
+        assert_eq!(hostile["closed_loop_poles"][0], object!([null, null]));
+    }
+
+    #[test]
+    fn a_controller_reads_back_bit_for_bit() {
+        let train = example::observed_train();
+        let text = controller_json(&train);
+        let all: Value = serde_json::from_str(&text).unwrap();
+        let keys = "format version description model variant controller law inputs outputs block reads writes \
+                    sample_time_s matrices numbers";
+        assert_eq!(all.as_object().unwrap().keys().collect::<Vec<_>>(), keys.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(all["version"], 1);
+        assert!(all["description"].as_str().unwrap().contains("kardan_rt::Noninteracting"));
+        assert_eq!(all["sample_time_s"], 1e-3);
+        // Not what serde makes of the text, but what the text says.
+        let line = |key: &str| text.lines().find_map(|line| line.trim().strip_prefix(&format!("\"{key}\": "))).unwrap();
+        let numbers = |text: &str| -> Vec<u64> {
+            let parts = text.split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c)));
+            parts.filter_map(|part| part.parse::<f64>().ok()).map(f64::to_bits).collect()
+        };
+        let data = &train.controller_data;
+        let entries = data.matrices[0].1.iter().flatten().map(|value| value.to_bits());
+        assert_eq!(numbers(line("matrices")), entries.collect::<Vec<_>>());
+        let scalars = data.numbers.iter().map(|(_, value)| value.to_bits());
+        assert_eq!(numbers(line("numbers")), scalars.collect::<Vec<_>>());
+        for design in designs() {
+            let _: Value = serde_json::from_str(&controller_json(&design)).unwrap();
+        }
+    }
+}

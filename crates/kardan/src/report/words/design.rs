@@ -1,0 +1,354 @@
+//! A design in sentences.
+
+use super::{Figures, list, pairs, percent, polynomial};
+use crate::results::{
+    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, ObserverResult,
+    Pole, TransferEntry, ZeroDynamics,
+};
+
+/// More names in a sentence are counted.
+const NAMES: usize = 12;
+
+/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it) and nothing grows.
+pub fn verdict(design: &Design) -> (bool, String) {
+    let impossible = design.decouplability.possible == Feedback::Impossible;
+    let (decoupled, first) = match (design.decoupled, design.decouplability.possible) {
+        (Some(true), Feedback::Static) => (true, "Decoupled by static state feedback, proven exactly"),
+        (Some(true), Feedback::Block) => (true, "Decoupled in blocks by static state feedback, proven exactly"),
+        (Some(true), Feedback::Dynamic) => (true, "Decoupled by dynamic state feedback, proven exactly"),
+        (Some(true), Feedback::Impossible) => (true, "Decoupled, proven exactly"),
+        (Some(false), _) => (false, "Not decoupled"),
+        (None, _) if impossible => (false, "The outputs cannot be decoupled"),
+        (None, _) => (true, "Designed; it is not claimed to decouple"),
+    };
+    let grows = design.closed_loop_poles.iter().any(|pole| pole.0 > 0.0);
+    let hidden = match zeros(&design.zero_dynamics) {
+        Zeros::Unknown => "",
+        Zeros::None => "; no zero dynamics",
+        Zeros::Some if design.zero_dynamics.stable => "; the zero dynamics are stable",
+        Zeros::Some => "; the zero dynamics are not stable",
+    };
+    let stable = design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
+    let loop_ = if grows { "; the closed loop is unstable" } else { "" };
+    let warnings = match design.warnings.len() {
+        0 => String::new(),
+        1 => "; 1 warning".into(),
+        many => format!("; {many} warnings"),
+    };
+    (decoupled && stable && !grows, format!("{first}{loop_}{hidden}{warnings}."))
+}
+
+/// What was designed, on which model, and what else is in the loop: one sentence each.
+pub fn head(design: &Design) -> Vec<String> {
+    let mut out = vec![format!("Controller {}, law {}.", or_dash(&design.controller), or_dash(&design.law))];
+    if !design.design_model.is_empty() {
+        out.push(format!("Design model: {}.", design.design_model));
+    }
+    if !design.variant.is_empty() && design.variant != design.model {
+        out.push(format!("Variant: {}.", design.variant));
+    }
+    if !design.others.is_empty() {
+        out.push(format!("In the loop too: {}.", list(&design.others, NAMES)));
+    }
+    out
+}
+
+fn or_dash(text: &str) -> &str {
+    if text.is_empty() { "–" } else { text }
+}
+
+/// What the outputs do not show of the model, taken away before the design; `None` if nothing was.
+pub fn hidden(design: &Design, figures: Figures) -> Option<String> {
+    let values = list(&pairs(&design.hidden, figures), NAMES);
+    (!design.hidden.is_empty())
+        .then(|| format!("The outputs do not show the motions at {values} 1/s; the law leaves them."))
+}
+
+/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if it was not
+/// asked.
+pub fn decouplability(design: &Design) -> Vec<String> {
+    let found = &design.decouplability;
+    let Decouplability { rank, normal_rank, possible, integrators, reasons, .. } = found;
+    if *rank == 0 && *normal_rank == 0 && reasons.is_empty() {
+        return Vec::new();
+    }
+    let blocks = blocks(design);
+    let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
+    let added: Vec<String> = integrators
+        .iter()
+        .map(|(input, count)| format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" }))
+        .collect();
+    let added = if added.is_empty() { String::new() } else { format!(" with {}", list(&added, NAMES)) };
+    let mut out = vec![match possible {
+        Feedback::Static => "Static state feedback decouples every output from the others.".into(),
+        Feedback::Block => format!("Static state feedback decouples blocks of outputs only{in_blocks}."),
+        Feedback::Dynamic => {
+            format!("Static state feedback does not decouple the outputs, dynamic feedback does{added}.")
+        }
+        Feedback::Impossible => "No state feedback decouples the outputs.".into(),
+    }];
+    if *possible != Feedback::Block && !blocks.is_empty() && *possible != Feedback::Static {
+        out.push(format!("Static feedback decouples these blocks{in_blocks}."));
+    }
+    out.extend(reasons.iter().map(|reason| sentence(reason)));
+    out.push(format!(
+        "G has rank {rank} ({} × {}), the transfer matrix has normal rank {normal_rank}; both exact.",
+        design.outputs.len(),
+        design.inputs.len()
+    ));
+    out
+}
+
+/// Blocks of outputs by name: `{rk.phi, fs.phi}`.
+fn blocks(design: &Design) -> Vec<String> {
+    let names = |block: &Vec<usize>| {
+        let names: Vec<&str> = block.iter().filter_map(|&k| design.outputs.get(k)).map(String::as_str).collect();
+        format!("{{{}}}", names.join(", "))
+    };
+    design.decouplability.blocks.iter().map(names).collect()
+}
+
+fn sentence(text: &str) -> String {
+    let text = super::capital(text);
+    if text.ends_with(['.', '!', '?']) { text } else { text + "." }
+}
+
+/// `2`, or `never` where no input reaches the output.
+pub fn relative_degree(degree: Option<usize>) -> String {
+    degree.map_or("never".into(), |degree| degree.to_string())
+}
+
+/// An entry of a matrix: its fraction where it has at most `longest` characters, else rounded. The second is `true` if
+/// a fraction was rounded.
+pub fn entry(matrix: &ExactMatrix, row: usize, column: usize, longest: usize, figures: Figures) -> (String, bool) {
+    let exact = matrix.exact.as_ref().and_then(|rows| rows.get(row)?.get(column));
+    match exact {
+        Some(text) if text.chars().count() <= longest => (text.clone(), false),
+        _ => {
+            let value = matrix.values.get(row).and_then(|values| values.get(column));
+            (value.map_or("–".into(), |&value| figures(value)), exact.is_some())
+        }
+    }
+}
+
+/// `K: state gain, u = -K x + L r`.
+pub fn matrix_title(matrix: &ExactMatrix) -> String {
+    match (matrix.name.is_empty(), matrix.title.is_empty()) {
+        (_, true) => matrix.name.clone(),
+        (true, _) => matrix.title.clone(),
+        _ => format!("{}: {}", matrix.name, matrix.title),
+    }
+}
+
+#[derive(PartialEq)]
+enum Zeros {
+    /// It was not asked.
+    Unknown,
+    None,
+    Some,
+}
+
+fn zeros(zeros: &ZeroDynamics) -> Zeros {
+    match zeros.polynomial.as_str() {
+        "" if zeros.modes.is_empty() => Zeros::Unknown,
+        "" | "1" if zeros.modes.is_empty() => Zeros::None,
+        _ => Zeros::Some,
+    }
+}
+
+/// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
+pub fn zero_dynamics(found: &ZeroDynamics) -> Vec<String> {
+    match zeros(found) {
+        Zeros::Unknown => vec![],
+        Zeros::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
+        Zeros::Some => {
+            let of =
+                if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
+            let verdict = if found.stable {
+                "They are stable, decided exactly: what excites them dies out."
+            } else {
+                "They are NOT stable, decided exactly: what excites them does not die out."
+            };
+            vec![format!("Motions that go on while the outputs are held still{of}."), verdict.into()]
+        }
+    }
+}
+
+/// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
+pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
+    let near = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1) <= 1e-9 * a.0.hypot(a.1);
+    let mut out: Vec<(Pole, usize)> = Vec::new();
+    for &value in values {
+        let mirrored = (value.0, -value.1);
+        if value.1 < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
+            continue;
+        }
+        match out.iter_mut().find(|(known, _)| near(*known, value)) {
+            Some((_, times)) => *times += 1,
+            None => out.push((value, 1)),
+        }
+    }
+    out
+}
+
+/// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
+pub fn owner(pole: Pole, design: &Design) -> String {
+    let near =
+        |other: &Pole| (other.0 - pole.0).hypot(other.1.abs() - pole.1.abs()) <= 1e-6 * pole.0.hypot(pole.1).max(1e-9);
+    let channels = design.channels.iter().filter(|channel| channel.poles.iter().any(near));
+    let mut names: Vec<&str> = channels.map(|channel| channel.output.as_str()).collect();
+    if design.zero_dynamics.modes.iter().any(|mode| near(&mode.pole)) {
+        names.push("zero dynamics");
+    }
+    list(&names, NAMES)
+}
+
+/// What the observer measures and estimates, and what can be told apart: one sentence each.
+pub fn observer(found: &ObserverResult) -> Vec<String> {
+    let method = match found.method.as_str() {
+        "poles" => "placed poles",
+        "kalman" => "a Kalman filter",
+        other => other,
+    };
+    let torques = match &found.disturbances[..] {
+        [] => String::new(),
+        names => format!(", among them the torques along {}", list(names, NAMES)),
+    };
+    let mut out = vec![format!(
+        "Estimates {} state{}{torques}, from {}; designed by {method}.",
+        found.states.len(),
+        if found.states.len() == 1 { "" } else { "s" },
+        list(&found.sensors, NAMES)
+    )];
+    out.extend(found.distinguishable.iter().map(|text| sentence(text)));
+    out
+}
+
+/// An entry of the transfer matrix: `400/(s^2 + 28 s + 400)`, or `0 (exact)`.
+pub fn transfer(entry: &TransferEntry) -> String {
+    if entry.numerator.is_empty() {
+        return "0 (exact)".into();
+    }
+    let part = |coefficients: &[String]| {
+        let text = polynomial(coefficients);
+        if text.contains([' ', '/']) { format!("({text})") } else { text }
+    };
+    match &entry.denominator[..] {
+        [] => part(&entry.numerator),
+        [one] if one == "1" => polynomial(&entry.numerator),
+        denominator => format!("{}/{}", part(&entry.numerator), part(denominator)),
+    }
+}
+
+/// What the transfer matrix proves; `None` where nothing is claimed.
+pub fn proof(design: &Design) -> Option<&'static str> {
+    match design.decoupled {
+        Some(true) => {
+            Some("Every entry that belongs to another channel is exactly zero: the linear loop is decoupled.")
+        }
+        Some(false) => Some("Entries that belong to other channels do not vanish: the linear loop is NOT decoupled."),
+        None => None,
+    }
+}
+
+/// The entry of the transfer matrix from that reference to that output.
+pub fn linear<'a>(design: &'a Design, reference: &str, output: &str) -> Option<&'a TransferEntry> {
+    design.transfer.iter().find(|entry| entry.reference == reference && entry.output == output)
+}
+
+/// `ref_rk by 1 rad`.
+pub fn step(coupling: &CrossCoupling, figures: Figures) -> String {
+    format!("{} by {} {}", coupling.reference, figures(coupling.step), coupling.step_unit).trim_end().into()
+}
+
+/// How long it was watched: `over 2 s`; `None` if there are several windows or none.
+pub fn window(couplings: &[CrossCoupling], figures: Figures) -> Option<String> {
+    let first = couplings.first()?.window;
+    (first.is_finite() && couplings.iter().all(|other| other.window == first))
+        .then(|| format!("over {} s", figures(first)))
+}
+
+/// Whether the outputs are flat and what they determine: one sentence each.
+pub fn flatness(found: &Flatness, figures: Figures) -> Vec<String> {
+    let mut out = Vec::new();
+    if !found.statement.is_empty() {
+        out.push(sentence(&found.statement));
+    } else if found.flat {
+        out.push("The outputs are flat.".into());
+    } else {
+        out.push("The outputs are not flat.".into());
+    }
+    if !found.flat && !found.remainder.is_empty() {
+        let values = list(&pairs(&found.poles, figures), NAMES);
+        let at = if values.is_empty() { String::new() } else { format!(", at {values} 1/s") };
+        out.push(format!("The filter that remains has the poles of {}{at}.", found.remainder));
+    }
+    let degrees =
+        found.outputs.iter().zip(&found.derivatives).map(|(output, degree)| format!("{output} up to {degree}"));
+    let degrees: Vec<String> = degrees.collect();
+    if !degrees.is_empty() {
+        out.push(format!("Derivatives needed: {}.", list(&degrees, NAMES)));
+    }
+    out
+}
+
+/// The sizes of the parts of the canonically decoupled form: one sentence each.
+pub fn canonical(found: &Canonical, design: &Design) -> Vec<String> {
+    let channels = found.sizes.len().saturating_sub(2);
+    let name = |k: usize| design.outputs.get(k).cloned().unwrap_or_else(|| format!("channel {}", k + 1));
+    let own: Vec<String> = (0..channels).map(|k| format!("{} {}", name(k), found.sizes[k])).collect();
+    let mut out = Vec::new();
+    if let [.., shared, unreached] = found.sizes[..] {
+        out.push(format!(
+            "States by channel: {}; in no channel of their own: {shared}; not controllable: {unreached}.",
+            list(&own, NAMES)
+        ));
+    }
+    let ranks = found.ranks.iter().enumerate().map(|(k, rank)| format!("all but input {}: {rank}", k + 1));
+    let ranks: Vec<String> = ranks.collect();
+    if !ranks.is_empty() {
+        out.push(format!("Ranks of the controllability matrices: {}.", list(&ranks, NAMES)));
+    }
+    out
+}
+
+/// What runs in firmware: one sentence each; empty if there is nothing.
+pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
+    if data.block.is_empty() {
+        return Vec::new();
+    }
+    let time = match data.sample_time {
+        Some(time) => format!("every {} s", figures(time)),
+        None => "in continuous time".into(),
+    };
+    let reads: Vec<&str> = data.reads.iter().map(|(name, _)| name.as_str()).collect();
+    let matrices: Vec<String> = data
+        .matrices
+        .iter()
+        .map(|(name, rows)| format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len)))
+        .collect();
+    let mut out = vec![
+        format!("Block {} of kardan-rt, {time}.", data.block),
+        format!("Reads {}; writes {}.", list(&reads, NAMES), list(&data.writes, NAMES)),
+    ];
+    if !matrices.is_empty() {
+        out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
+    }
+    let numbers: Vec<String> = data.numbers.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
+    if !numbers.is_empty() {
+        out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
+    }
+    out
+}
+
+/// The deviation of another channel as a share of what the output's own step does; empty without a measure.
+pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
+    let own = all.iter().find(|other| other.own && other.output == coupling.output && other.failure.is_none())?.peak;
+    let share = coupling.peak / own;
+    (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
+}
+
+/// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.
+pub fn share(value: f64, figures: Figures) -> String {
+    if value == 0.0 || value >= 0.1 { percent(value) } else { format!("{} %", figures(100.0 * value)) }
+}
