@@ -71,7 +71,7 @@ pub fn design_json(design: &Design) -> String {
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
-        "summary": summary(&design.summary),
+        "summary": summary(&design.summary()),
         "warnings": design.warnings,
         "notes": design.notes,
     })

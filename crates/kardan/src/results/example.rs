@@ -614,12 +614,6 @@ pub fn decoupled_steering() -> Design {
             matrices: gains.iter().map(|gain| (gain.name.clone(), gain.values.clone())).collect(),
             numbers: named(&[("filter", 0.1)]),
         },
-        summary: LawSummary {
-            name: "column".into(),
-            law: "decoupling".into(),
-            gains: vec![],
-            notes: texts(&["Relative degrees 2 and 2."]),
-        },
         gains,
         canonical: None,
         channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
@@ -897,7 +891,6 @@ pub fn hostile_design(bad: &str) -> Design {
     data.sample_time = Some(f64::NAN);
     data.matrices = vec![(bad(), vec![vec![f64::NAN]]), (bad(), vec![])];
     data.numbers = vec![(bad(), f64::INFINITY)];
-    design.summary = LawSummary { name: bad(), law: bad(), gains: vec![], notes: vec![bad()] };
     design.warnings = vec![bad()];
     design.notes = vec![bad()];
     design

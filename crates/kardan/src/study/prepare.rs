@@ -76,7 +76,7 @@ impl PreparedVariant {
 
     fn try_laws(&self) -> Vec<Result<Box<dyn Law>, SynthesisError>> {
         let design = |(control, plant): (&ControlSpec, &Plant)| {
-            (control.law.design)(&Request { name: &control.name, values: &control.values, plant })
+            (control.law.design)(&Request { name: &control.name, values: &control.values, plant, disturbances: &[] })
         };
         self.model.controls.iter().zip(&self.design_models).map(design).collect()
     }
@@ -291,7 +291,7 @@ fn prepare_variant(
         if out.len() > before {
             continue;
         }
-        let request = Request { name: &control.name, values: &control.values, plant: &design };
+        let request = Request { name: &control.name, values: &control.values, plant: &design, disturbances: &[] };
         match (control.law.design)(&request) {
             Ok(law) => {
                 if law.linear().is_finite() {

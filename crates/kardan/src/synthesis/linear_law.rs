@@ -1,11 +1,11 @@
 use kardan_rt::StateSpace;
 
-use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen};
+use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
 use crate::num::Matrix;
 use crate::results::{ControllerData, Design};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
-/// (rad), their speeds (rad/s), references, disturbance torques along the reduced coordinates (N m).
+/// (rad), their speeds (rad/s), references, disturbance torques on shafts (N m).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LinearBlock {
     /// Names of ξ.
@@ -44,6 +44,7 @@ pub(super) struct Linear {
     pub design: Design,
     pub exact: Option<ExactLoop>,
     references: Vec<Reference>,
+    disturbances: usize,
     coordinates: Vec<usize>,
     shafts: usize,
     block: LinearBlock,
@@ -52,27 +53,29 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// A law of that design on a plant. `design` names the inputs.
+    /// A law of that design. `design` names the inputs.
     ///
     /// # Panics
-    /// If the block's matrices do not fit the numbers of coordinates, references and inputs.
+    /// If the block's matrices do not fit the numbers of coordinates, references, disturbances and inputs.
     pub fn new(
-        plant: &Plant,
+        request: &Request<'_>,
         mut design: Design,
         exact: Option<ExactLoop>,
         references: Vec<Reference>,
         block: LinearBlock,
     ) -> Self {
+        let (plant, disturbances) = (request.plant, request.disturbances);
         let (r, k) = (plant.linear.coordinates.len(), block.states.len());
-        let signals = 3 * r + references.len();
+        let signals = 2 * r + references.len() + disturbances.len();
         assert_eq!((block.a.rows(), block.a.columns(), block.b.rows()), (k, k, k), "states of a law");
         assert_eq!((block.b.columns(), block.d.columns()), (signals, signals), "signals of a law");
         assert_eq!((block.d.rows(), block.c.rows()), (design.inputs.len(), design.inputs.len()), "inputs of a law");
-        design.controller_data = data(plant, &design, &references, &block);
+        design.controller_data = data(request, &design, &references, &block);
         Self {
             design,
             exact,
             references,
+            disturbances: disturbances.len(),
             coordinates: plant.reduced.coordinates.clone(),
             shafts: plant.shafts().len(),
             block,
@@ -90,10 +93,7 @@ impl Linear {
             speed[k] = seen.speeds[shaft];
         }
         references.copy_from_slice(seen.references);
-        disturbances.fill(0.0);
-        for (value, torque) in disturbances.iter_mut().zip(seen.disturbances) {
-            *value = *torque;
-        }
+        disturbances.copy_from_slice(seen.disturbances);
         let LinearBlock { states, a, b, c, d } = &self.block;
         let [a, b, c, d] = [a, b, c, d].map(Matrix::as_slice);
         let Some(block) = StateSpace::new(a, b, c, d, states.len(), self.signals.len()) else {
@@ -107,13 +107,14 @@ impl Linear {
     }
 }
 
-fn data(plant: &Plant, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
-    let names = &plant.linear.coordinates;
+fn data(request: &Request<'_>, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
+    let names = &request.plant.linear.coordinates;
     let signal =
         |tail: &str, unit: &str| names.iter().map(|n| (format!("{n}.{tail}"), unit.into())).collect::<Vec<_>>();
     let mut reads: Vec<(String, String)> = [signal("phi", "rad"), signal("w", "rad/s")].concat();
     reads.extend(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
-    reads.extend(names.iter().map(|n| (format!("{n}.disturbance"), "N m".into())));
+    let shafts = request.plant.shafts();
+    reads.extend(request.disturbances.iter().map(|&k| (format!("{}.disturbance", shafts[k]), "N m".into())));
     let matrices = [("A", &block.a), ("B", &block.b), ("C", &block.c), ("D", &block.d)];
     ControllerData {
         block: "StateSpace".into(),
@@ -157,15 +158,21 @@ impl Law for Linear {
             }
             out
         };
+        let last = |matrix: &Matrix<f64>| {
+            let first = matrix.columns() - self.disturbances;
+            Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
+        };
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),
             angles: spread(b, 0),
             speeds: spread(b, r),
+            disturbances: last(b),
             torques: Matrix::zeros(a.rows(), self.design.inputs.len()),
             on_states: c.clone(),
             on_angles: spread(d, 0),
             on_speeds: spread(d, r),
+            on_disturbances: last(d),
         }
     }
 

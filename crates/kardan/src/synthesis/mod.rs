@@ -33,7 +33,7 @@ pub struct Seen<'a> {
     pub angles: &'a [f64],
     /// Their speeds, rad/s.
     pub speeds: &'a [f64],
-    /// Disturbance torques along the reduced coordinates of the design model, N m; empty if nobody estimates them.
+    /// Disturbance torques on the shafts of [`Request::disturbances`], N m.
     pub disturbances: &'a [f64],
     /// What the scenario tells it, in the order of [`Law::references`].
     pub references: &'a [f64],
@@ -41,8 +41,8 @@ pub struct Seen<'a> {
     pub states: &'a [f64],
 }
 
-/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bτ τ`, `u = C ξ + Dφ φ + Dω ω`, over the angles φ and speeds ω of all
-/// shafts and the torques τ of its own inputs.
+/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ`, over the angles φ and
+/// speeds ω of all shafts, the disturbance torques δ and the torques τ of its own inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLaw {
     /// A, states × states.
@@ -51,6 +51,8 @@ pub struct LinearLaw {
     pub angles: Matrix<f64>,
     /// Bω, states × shafts.
     pub speeds: Matrix<f64>,
+    /// Bδ, states × disturbances.
+    pub disturbances: Matrix<f64>,
     /// Bτ, states × inputs.
     pub torques: Matrix<f64>,
     /// C, inputs × states.
@@ -59,27 +61,32 @@ pub struct LinearLaw {
     pub on_angles: Matrix<f64>,
     /// Dω, inputs × shafts.
     pub on_speeds: Matrix<f64>,
+    /// Dδ, inputs × disturbances.
+    pub on_disturbances: Matrix<f64>,
 }
 
 impl LinearLaw {
-    /// A law without states.
+    /// A law without states that is told no disturbances.
     pub fn gains(on_angles: Matrix<f64>, on_speeds: Matrix<f64>) -> Self {
         let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
         Self {
             states: Matrix::zeros(0, 0),
             angles: Matrix::zeros(0, shafts),
             speeds: Matrix::zeros(0, shafts),
+            disturbances: Matrix::zeros(0, 0),
             torques: Matrix::zeros(0, inputs),
             on_states: Matrix::zeros(inputs, 0),
             on_angles,
             on_speeds,
+            on_disturbances: Matrix::zeros(inputs, 0),
         }
     }
 
     /// Whether all entries are finite.
     pub fn is_finite(&self) -> bool {
-        let Self { states, angles, speeds, torques, on_states, on_angles, on_speeds } = self;
-        let all = [states, angles, speeds, torques, on_states, on_angles, on_speeds];
+        let Self { states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances } =
+            self;
+        let all = [states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances];
         all.iter().all(|matrix| matrix.as_slice().iter().all(|x| x.is_finite()))
     }
 }
@@ -132,6 +139,8 @@ pub struct Request<'a> {
     pub values: &'a Values,
     /// The model to design on.
     pub plant: &'a Plant,
+    /// Numbers of the shafts on which a disturbance torque is estimated, to be fed forward; empty if nobody estimates.
+    pub disturbances: &'a [usize],
 }
 
 /// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.

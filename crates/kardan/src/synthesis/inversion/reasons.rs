@@ -91,6 +91,11 @@ fn over_shafts(
                     }
                 }
             }
+            Measured::NetTorque(name) => {
+                let shaft = number(name)?;
+                let term = times(&derivative(&derivative(factor)), &constant(system.own_inertia(shaft)));
+                out[shaft] = plus(&out[shaft], &term);
+            }
             Measured::ConstraintTorque(..) => return None,
         }
     }
