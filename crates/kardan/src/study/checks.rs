@@ -10,7 +10,7 @@ use crate::model::{ControlSpec, Document, Model, TableReader, words};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, linearise};
 use crate::schema::{Field, Kind, Value};
-use crate::synthesis::SynthesisError;
+use crate::synthesis::{Advice, SynthesisError};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -67,28 +67,7 @@ pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
 }
 
 pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, error: &SynthesisError) -> Diagnostic {
-    let (named, label, help) = match error {
-        SynthesisError::NotDecouplable { outputs, not_reached, .. } => {
-            let named = if not_reached.is_empty() { outputs.clone() } else { not_reached.clone() };
-            let label = if not_reached.is_empty() { "not independent" } else { "not reached" };
-            (
-                named,
-                label,
-                "choose other outputs or inputs; `kardan equations` shows what each input reaches".to_string(),
-            )
-        }
-        SynthesisError::Twice { name, what } => {
-            (vec![name.clone()], "used here", format!("name another {what} in each channel"))
-        }
-        SynthesisError::NotReached { input, .. } => (
-            vec![input.clone()],
-            "does not act on the output directly",
-            "choose a motor that acts on the output without a spring between, or give `inertia`".to_string(),
-        ),
-        SynthesisError::NotAnAngle { signal, example } => {
-            (vec![signal.clone()], "not an angle", format!("name the angle of a shaft, such as `{example}`"))
-        }
-    };
+    let Advice { named, label, help } = error.advice();
     let mut out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
     let mut places: Vec<Range<usize>> =
         named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();

@@ -5,8 +5,10 @@ use crate::results::ExactMatrix;
 /// A designed linear loop, exact: `ẋ = A x + B u`, `y = C x + D u` under `u = −K x + L r`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactLoop {
-    /// The design model with E = I: its inputs are those that the law commands (or integrators before them), its outputs
+    /// The design model with E = I, as far as the outputs show it: its inputs are those that the law commands, its outputs
     /// those that it controls.
+    pub plant: LinearSystem,
+    /// The same with the integrators that the law puts before inputs; the gains belong to this one.
     pub system: LinearSystem,
     /// K, inputs × states.
     pub state_gain: Matrix<Rational>,

@@ -3,27 +3,34 @@
 //! `law/` holds one file for each law and [`REGISTRY`], the one list of them; the parser of `[control.<name>]` tables, the
 //! manual and the tests read it. The other folders hold the theory that the laws share.
 
+mod channels;
 mod closed_loop;
 pub mod decoupling;
+mod error;
 mod exact;
 pub mod inversion;
 mod law;
 mod linear_law;
 pub mod observer;
 pub mod regulator;
+mod stability;
+mod zeros;
 
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
+pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
+pub use stability::{Stability, stability};
 
 use std::collections::BTreeSet;
 
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
+use crate::assemble::Along;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, Reduced, linearise};
-use crate::results::{Design, Physical};
+use crate::results::{Design, Physical, Pole};
 use crate::schema::Field;
 
 /// What a law sees at one instant.
@@ -214,62 +221,60 @@ pub struct LawKind {
     pub design: fn(&Request<'_>) -> Result<Box<dyn Law>, SynthesisError>,
 }
 
-/// Why a law cannot be designed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SynthesisError {
-    /// An output is not the angle of a shaft.
-    #[error("`{signal}` is not the angle of a shaft; a law controls an output such as `{example}`")]
-    NotAnAngle {
-        /// The signal.
-        signal: String,
-        /// One that would do.
-        example: String,
-    },
-    /// The decoupling matrix is singular.
-    #[error(
-        "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
-         the inputs through a matrix of rank {rank} only{}",
-        list(outputs),
-        list(inputs),
-        unreached(not_reached)
-    )]
-    NotDecouplable {
-        /// The outputs.
-        outputs: Vec<String>,
-        /// The inputs.
-        inputs: Vec<String>,
-        /// Exact rank of C H⁻¹ F.
-        rank: usize,
-        /// Outputs whose acceleration no chosen input reaches directly (relative degree above two).
-        not_reached: Vec<String>,
-    },
-    /// The input does not act on the acceleration of the output.
-    #[error("the motor `{input}` does not act on the acceleration of `{output}` (relative degree above two)")]
-    NotReached {
-        /// The input.
-        input: String,
-        /// The output.
-        output: String,
-    },
-    /// The same input or output twice.
-    #[error("`{name}` is used by two channels; every channel needs an {what} of its own")]
-    Twice {
-        /// The name.
-        name: String,
-        /// `input` or `output`.
-        what: &'static str,
-    },
-}
+impl Plant {
+    /// The output of a name: `rk.phi`, `rk.w`, or a sensor with or without the end of its reading.
+    ///
+    /// # Errors
+    /// If a sensor that measures no torque stands without the end of its reading.
+    ///
+    /// # Panics
+    /// If there is no such output (the model checks this before).
+    pub fn output(&self, name: &str) -> Result<OutputSignal, SynthesisError> {
+        let (head, tail) = name.split_once('.').unwrap_or((name, ""));
+        let equations = &self.reduced.equations;
+        if self.reduced.shaft(head).is_some() {
+            let measured = if tail == "w" { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
+            return Ok(OutputSignal { name: name.into(), measured });
+        }
+        let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
+        let measured =
+            sensor.map(|(_, sensor)| sensor.measured.clone()).unwrap_or_else(|| panic!("no output `{name}`"));
+        let full = match measured {
+            Measured::Angle(_) => format!("{head}.phi"),
+            Measured::Speed(_) => format!("{head}.w"),
+            _ => format!("{head}.tau"),
+        };
+        if name == full || full.ends_with(".tau") && tail.is_empty() {
+            return Ok(OutputSignal { name: full, measured });
+        }
+        Err(SynthesisError::SensorKind { signal: name.into(), full })
+    }
 
-fn list(names: &[String]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
+    /// How torques on shafts act: `ẋ = … + W τ`, `y = … + F τ`, with W states × shafts and F outputs × shafts.
+    ///
+    /// # Panics
+    /// As [`Self::system`].
+    pub fn torques(&self, shafts: &[usize], outputs: &[OutputSignal]) -> (Matrix<Rational>, Matrix<Rational>) {
+        let mut system = self.constrained(&[]);
+        system.inputs = shafts
+            .iter()
+            .map(|&shaft| Along { element: self.shafts()[shaft].clone(), row: vec![(shaft, Rational::ONE)], value: () })
+            .collect();
+        let (coordinates, basis) = system.explicit_basis(&self.reduced.coordinates);
+        let pencil = linear_system(&system, &coordinates, &basis, outputs);
+        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
+        (explicit.b, explicit.d)
+    }
 
-fn unreached(names: &[String]) -> String {
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!(" (no chosen input reaches the acceleration of {})", list(names))
+    /// The twists of the springs as rows over `[q_r; q̇_r]`.
+    pub fn twists(&self) -> Vec<Vec<Rational>> {
+        let basis = &self.linear.basis;
+        let r = basis.columns();
+        let row = |spring: &Along<_>| -> Vec<Rational> {
+            let along = |j: usize| spring.row.iter().fold(Rational::ZERO, |sum, (k, x)| sum + x * &basis[(*k, j)]);
+            (0..2 * r).map(|j| if j < r { along(j) } else { Rational::ZERO }).collect()
+        };
+        self.reduced.equations.springs.iter().map(row).filter(|row| row.iter().any(|x| !x.is_zero())).collect()
     }
 }
 

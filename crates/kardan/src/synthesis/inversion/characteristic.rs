@@ -52,7 +52,7 @@ fn hessenberg(mut m: Matrix<Rational>) -> Matrix<Rational> {
 }
 
 /// Whether all roots are in the open left half plane, decided exactly (Routh). Constants other than zero are.
-pub(super) fn is_hurwitz(polynomial: &Polynomial) -> bool {
+pub(in crate::synthesis) fn is_hurwitz(polynomial: &Polynomial) -> bool {
     let coefficients = polynomial.monic().coefficients().to_vec();
     if coefficients.is_empty() {
         return false;

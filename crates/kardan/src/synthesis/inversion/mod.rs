@@ -22,6 +22,7 @@ mod silverman;
 mod words;
 
 pub use blocks::{BlockDecoupling, BlockError, decouple_blocks};
+pub(in crate::synthesis) use characteristic::is_hurwitz;
 pub use extension::{Extension, Integrator, dynamic_extension};
 pub use flatness::{FlatParametrisation, FlatnessError, flat_parametrisation};
 pub use obstruction::{Obstruction, obstruction};

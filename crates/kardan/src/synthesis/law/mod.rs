@@ -1,5 +1,6 @@
 //! The control laws, one file each, and the one list of them.
 
+mod decoupling;
 mod noninteracting;
 mod position_loop;
 
@@ -8,7 +9,8 @@ pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteract
 use super::LawKind;
 
 /// All laws.
-pub const REGISTRY: &[LawKind] = &[noninteracting::NONINTERACTING, position_loop::POSITION_LOOP];
+pub const REGISTRY: &[LawKind] =
+    &[decoupling::DECOUPLING, noninteracting::NONINTERACTING, position_loop::POSITION_LOOP];
 
 /// The law with that keyword.
 pub fn find(keyword: &str) -> Option<&'static LawKind> {

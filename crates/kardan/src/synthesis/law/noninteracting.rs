@@ -362,6 +362,7 @@ impl Law for Running {
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let told: Vec<&Reference> = self.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
         Some(ExactLoop {
+            plant: system.clone(),
             system,
             state_gain: acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::from(-1))),
             reference_gain: acceleration_gain.multiply(&reference),

@@ -1,0 +1,102 @@
+//! What the channels of a law ask for, as the keys of the model file say it.
+
+use std::collections::BTreeSet;
+
+use super::decoupling::Compensation;
+use super::{Reference, SynthesisError};
+use crate::analysis::OutputSignal;
+use crate::element::Values;
+use crate::equations::Measured;
+use crate::num::Rational;
+use crate::results::Physical;
+use crate::schema::{Field, Kind, Sign};
+use crate::units::{Dimension, Exact};
+
+/// Keys that give a channel its dynamics.
+pub(super) const NATURAL_FREQUENCY: Field = Field::optional(
+    "natural_frequency",
+    Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+    "Natural frequency of the channel; left out: 20 rad/s.",
+);
+/// See [`NATURAL_FREQUENCY`].
+pub(super) const DAMPING_RATIO: Field =
+    Field::optional("damping_ratio", Kind::Number(Sign::Positive), "Damping ratio of the channel; left out: 0.7.");
+/// See [`NATURAL_FREQUENCY`].
+pub(super) const CROSSOVER: Field = Field::optional(
+    "crossover_frequency",
+    Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+    "All poles of the channel at minus this frequency, instead of `natural_frequency` and `damping_ratio`.",
+);
+/// See [`NATURAL_FREQUENCY`].
+pub(super) const POLES: Field = Field::optional(
+    "poles",
+    Kind::Poles,
+    "The poles of the channel, as many as its relative degree, instead of frequencies: [\"-14 ± 14.3j\"].",
+);
+
+/// 20 rad/s.
+pub(super) fn default_frequency() -> Rational {
+    Rational::from(20)
+}
+
+/// 0.7.
+pub(super) fn default_damping_ratio() -> Rational {
+    Rational::from_parts(7.into(), 10u8.into())
+}
+
+/// The dynamics that a channel's keys ask for.
+pub(super) fn compensation(channel: &Values) -> Compensation {
+    let exact = |key: &str| channel.exact(key).map(Exact::to_rational);
+    if let Some(poles) = channel.poles("poles") {
+        return Compensation::Poles(poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect());
+    }
+    if let Some(frequency) = exact("crossover_frequency") {
+        return Compensation::FirstOrder { frequency };
+    }
+    Compensation::SecondOrder {
+        natural_frequency: exact("natural_frequency").unwrap_or_else(default_frequency),
+        damping_ratio: exact("damping_ratio").unwrap_or_else(default_damping_ratio),
+    }
+}
+
+/// Two ways to say the same, at most one of which may be used.
+pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), SynthesisError> {
+    let second = ["natural_frequency", "damping_ratio"].into_iter().find(|key| channel.has(key));
+    let given: Vec<&'static str> =
+        second.into_iter().chain(["crossover_frequency", "poles"].into_iter().filter(|key| channel.has(key))).collect();
+    match given[..] {
+        [first, other, ..] => Err(SynthesisError::Contradiction { output: output.into(), keys: [first, other] }),
+        _ => Ok(()),
+    }
+}
+
+/// What an output is, for its unit.
+pub(super) fn physical(output: &OutputSignal) -> Physical {
+    match output.measured {
+        Measured::Angle(_) => Physical::Angle,
+        Measured::Speed(_) => Physical::Speed,
+        Measured::SpringTorque(_) | Measured::ConstraintTorque(..) | Measured::NetTorque(_) => Physical::Torque,
+    }
+}
+
+/// The reference of a channel. Its unit is told by the end of the output's name; without one it is a torque.
+pub(super) fn reference(channel: &Values) -> Option<Reference> {
+    let (output, name) = (channel.word("output")?, channel.word("reference")?);
+    let physical = match output.split_once('.').map(|(_, tail)| tail) {
+        Some("phi") => Physical::Angle,
+        Some("w") => Physical::Speed,
+        _ => Physical::Torque,
+    };
+    Some(Reference { name: name.into(), physical, description: format!("reference of {output}") })
+}
+
+/// Reports the first name that stands twice.
+pub(super) fn once<'a>(names: impl Iterator<Item = &'a str>, what: &'static str) -> Result<(), SynthesisError> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err(SynthesisError::Twice { name: name.into(), what });
+        }
+    }
+    Ok(())
+}

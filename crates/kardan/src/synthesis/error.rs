@@ -1,0 +1,207 @@
+use super::{decoupling, inversion};
+use crate::results::Pole;
+
+/// Why a law cannot be designed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SynthesisError {
+    /// An output is not the angle of a shaft.
+    #[error("`{signal}` is not the angle of a shaft; a law controls an output such as `{example}`")]
+    NotAnAngle {
+        /// The signal.
+        signal: String,
+        /// One that would do.
+        example: String,
+    },
+    /// The decoupling matrix is singular.
+    #[error(
+        "the outputs {} cannot be decoupled by static state feedback with the inputs {}: their accelerations depend on \
+         the inputs through a matrix of rank {rank} only{}",
+        list(outputs),
+        list(inputs),
+        unreached(not_reached)
+    )]
+    NotDecouplable {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// The inputs.
+        inputs: Vec<String>,
+        /// Exact rank of C H⁻¹ F.
+        rank: usize,
+        /// Outputs whose acceleration no chosen input reaches directly (relative degree above two).
+        not_reached: Vec<String>,
+    },
+    /// The input does not act on the acceleration of the output.
+    #[error("the motor `{input}` does not act on the acceleration of `{output}` (relative degree above two)")]
+    NotReached {
+        /// The input.
+        input: String,
+        /// The output.
+        output: String,
+    },
+    /// A sensor of an angle or a speed without the end that tells so.
+    #[error("`{signal}` measures no torque; write `{full}`")]
+    SensorKind {
+        /// As written.
+        signal: String,
+        /// As it should be.
+        full: String,
+    },
+    /// A constraint torque or a net torque where only what follows from angles and speeds can be measured.
+    #[error("`{signal}` depends on the torques of the motors at once, so an observer cannot measure it")]
+    NotASensor {
+        /// The signal.
+        signal: String,
+    },
+    /// Two keys that say the same.
+    #[error("the channel of `{output}` has both `{}` and `{}`", keys[0], keys[1])]
+    Contradiction {
+        /// The output.
+        output: String,
+        /// The keys.
+        keys: [&'static str; 2],
+    },
+    /// The dynamics asked for a channel cannot be had.
+    #[error("the channel of `{output}`: {error}")]
+    Compensation {
+        /// The output.
+        output: String,
+        /// Why.
+        error: decoupling::CompensationError,
+    },
+    /// Static state feedback cannot decouple the outputs.
+    #[error("{error}{}", reasons.iter().map(|reason| format!("; {reason}")).collect::<String>())]
+    NotStatic {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// The exact reason.
+        error: decoupling::NotDecouplable,
+        /// What can be done instead, or why nothing can.
+        reasons: Vec<String>,
+    },
+    /// Nothing decouples the outputs.
+    #[error("no feedback at all decouples the outputs {}: {}", list(outputs), reasons.join("; "))]
+    Impossible {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// Why.
+        reasons: Vec<String>,
+    },
+    /// Blocks that cannot be decoupled.
+    #[error("{0}")]
+    Blocks(#[from] inversion::BlockError),
+    /// The law would hide a motion that grows.
+    #[error(
+        "the zero dynamics are unstable: while the outputs are held still, a motion grows with {} 1/s ({polynomial} = 0)",
+        poles.iter().map(|pole| words(*pole)).collect::<Vec<_>>().join(", ")
+    )]
+    UnstableZeros {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// Their polynomial.
+        polynomial: String,
+        /// The zeros that are not stable.
+        poles: Vec<Pole>,
+    },
+    /// The same input or output twice.
+    #[error("`{name}` is used by two channels; every channel needs an {what} of its own")]
+    Twice {
+        /// The name.
+        name: String,
+        /// `input` or `output`.
+        what: &'static str,
+    },
+}
+
+/// A complex number in words: `3`, `3 ± 4 j`.
+fn words((re, im): Pole) -> String {
+    if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn unreached(names: &[String]) -> String {
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(" (no chosen input reaches the acceleration of {})", list(names))
+    }
+}
+
+/// What to show and say beside a [`SynthesisError`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Advice {
+    /// Words of the controller's table that are to blame.
+    pub named: Vec<String>,
+    /// What is to be seen there.
+    pub label: &'static str,
+    /// What to do.
+    pub help: String,
+}
+
+impl SynthesisError {
+    /// What to do about it.
+    pub fn advice(&self) -> Advice {
+        let advice = |named: &[String], label, help: &str| Advice { named: named.to_vec(), label, help: help.into() };
+        match self {
+            Self::NotDecouplable { outputs, not_reached, .. } => {
+                let (named, label) =
+                    if not_reached.is_empty() { (outputs, "not independent") } else { (not_reached, "not reached") };
+                advice(named, label, "choose other outputs or inputs; `kardan equations` shows what each input reaches")
+            }
+            Self::Twice { name, what } => Advice {
+                named: vec![name.clone()],
+                label: "used here",
+                help: format!("name another {what} in each channel"),
+            },
+            Self::NotReached { input, .. } => advice(
+                std::slice::from_ref(input),
+                "does not act on the output directly",
+                "choose a motor that acts on the output without a spring between, or give `inertia`",
+            ),
+            Self::NotAnAngle { signal, example } => Advice {
+                named: vec![signal.clone()],
+                label: "not an angle",
+                help: format!("name the angle of a shaft, such as `{example}`"),
+            },
+            Self::SensorKind { signal, full } => {
+                Advice { named: vec![signal.clone()], label: "which reading?", help: format!("write `{full}`") }
+            }
+            Self::NotASensor { signal } => advice(
+                std::slice::from_ref(signal),
+                "not for an observer",
+                "let the observer measure angles, speeds and torques of springs",
+            ),
+            Self::Contradiction { output, keys } => Advice {
+                named: vec![output.clone()],
+                label: "two wishes",
+                help: format!("keep one of `{}` and `{}`", keys[0], keys[1]),
+            },
+            Self::Compensation { output, error } => Advice {
+                named: vec![output.clone()],
+                label: "this channel",
+                help: match error {
+                    decoupling::CompensationError::Count { degree, .. } => {
+                        format!("give {degree} pole{}, or a frequency", if *degree == 1 { "" } else { "s" })
+                    }
+                    decoupling::CompensationError::NoConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`".into(),
+                    decoupling::CompensationError::NotStable { .. } => "choose poles with a negative real part".into(),
+                    decoupling::CompensationError::NotPositive { .. } => "choose a value above zero".into(),
+                },
+            },
+            Self::NotStatic { outputs, .. } => {
+                advice(outputs, "not decoupled", "set `feedback` as said, or choose other outputs or inputs")
+            }
+            Self::Impossible { outputs, .. } => {
+                advice(outputs, "not independent", "choose other outputs or inputs; no controller can do this")
+            }
+            Self::Blocks(_) => advice(&[], "these channels", "choose other outputs or inputs"),
+            Self::UnstableZeros { outputs, .. } => advice(
+                outputs,
+                "unstable zero dynamics",
+                "choose other outputs, add damping, or give up decoupling: `law = \"lqr\"`",
+            ),
+        }
+    }
+}

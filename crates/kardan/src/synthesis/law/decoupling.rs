@@ -1,0 +1,322 @@
+use std::cell::RefCell;
+
+use crate::analysis::{LinearSystem, OutputSignal};
+use crate::element::Values;
+use crate::num::{Matrix, Polynomial, Rational, rational_to_f64};
+use crate::results::Design;
+use crate::schema::{Field, Kind};
+use crate::synthesis::channels::{
+    CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
+};
+use crate::synthesis::decoupling::{Compensation, NotDecouplable, decouple, observable_quotient, relative_degrees};
+use crate::synthesis::inversion::{
+    Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons,
+};
+use crate::synthesis::linear_law::{Linear, LinearBlock};
+use crate::synthesis::zeros::{check_zeros, roots};
+use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
+
+/// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
+pub const DECOUPLING: LawKind = LawKind {
+    keyword: "decoupling",
+    summary: "Decoupling by state feedback u = -K x + L r: every chosen output (angle, speed, torque) follows its own \
+              reference and no other, decided and designed exactly on the linear model.",
+    fields: &[
+        Field::required("inputs", Kind::Elements(&["motor"]), "The motors, at least as many as outputs."),
+        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output."),
+        Field::optional(
+            "feedback",
+            Kind::Choice(&["static", "block", "dynamic"]),
+            "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; `dynamic`: \
+             integrators before motors where static feedback does not suffice. Left out: static.",
+        ),
+    ],
+    example: "\
+[control.column]
+law = \"decoupling\"
+design = { beta = \"0 deg\" }
+inputs = [\"wg_motor\", \"rk_motor\"]
+
+[[control.column.channels]]
+output = \"rk.phi\"
+reference = \"ref_rk\"
+natural_frequency = \"20 rad/s\"
+damping_ratio = 0.7
+
+[[control.column.channels]]
+output = \"fs.phi\"
+reference = \"ref_fs\"
+poles = [\"-14 ± 14.3j\"]
+",
+    inputs: |values| values.words("inputs").map(<[String]>::to_vec).unwrap_or_default(),
+    references: |values| channels(values).filter_map(reference).collect(),
+    design,
+};
+
+const CHANNEL: &[Field] = &[
+    Field::required(
+        "output",
+        Kind::Output,
+        "The output: an angle `<shaft>.phi`, a speed `<shaft>.w`, or a sensor of a torque.",
+    ),
+    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
+    NATURAL_FREQUENCY,
+    DAMPING_RATIO,
+    CROSSOVER,
+    POLES,
+];
+
+fn channels(values: &Values) -> impl Iterator<Item = &Values> {
+    values.tables("channels").unwrap_or_default().iter()
+}
+
+/// What is asked, read from the keys.
+struct Task<'a> {
+    request: &'a Request<'a>,
+    inputs: Vec<String>,
+    outputs: Vec<OutputSignal>,
+    names: Vec<String>,
+    dynamics: Vec<Compensation>,
+    /// What the outputs show of the plant.
+    system: LinearSystem,
+    /// How the disturbances act on its states and on the outputs.
+    disturbance: [Matrix<Rational>; 2],
+}
+
+/// The gains of `v = −K x + L r − M d` over the states of the system, to which `u = U_x x + U_v v` adds integrators.
+struct Gains {
+    system: LinearSystem,
+    k: Matrix<Rational>,
+    l: Matrix<Rational>,
+    m: Matrix<Rational>,
+    from_state: Matrix<Rational>,
+    from_input: Matrix<Rational>,
+}
+
+impl Task<'_> {
+    fn polynomial(&self, output: usize, degree: usize) -> Result<Polynomial, SynthesisError> {
+        let wrong = |error| SynthesisError::Compensation { output: self.names[output].clone(), error };
+        self.dynamics[output].polynomial(degree).map_err(wrong)
+    }
+
+    fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
+        let degrees = relative_degrees(system).degrees.into_iter().enumerate();
+        // Of an output that no input reaches the decoupling matrix tells.
+        degrees
+            .map(|(output, degree)| match degree {
+                Some(degree) => self.polynomial(output, degree),
+                None => Ok(Polynomial::constant(Rational::ONE)),
+            })
+            .collect()
+    }
+
+    /// `u = v` with static gains on the system itself.
+    fn by_static_feedback(&self) -> Result<Gains, SynthesisError> {
+        let identity = Matrix::identity(self.inputs.len());
+        let none = Matrix::zeros(self.inputs.len(), self.system.states.len());
+        self.gains(self.system.clone(), none, identity)
+    }
+
+    fn by_dynamic_feedback(&self) -> Result<Gains, SynthesisError> {
+        let extension = dynamic_extension(&self.system).map_err(|obstruction| self.impossible(&obstruction))?;
+        self.gains(extension.extended, extension.from_state, extension.from_input)
+    }
+
+    fn gains(
+        &self,
+        system: LinearSystem,
+        from_state: Matrix<Rational>,
+        from_input: Matrix<Rational>,
+    ) -> Result<Gains, SynthesisError> {
+        let [on_states, on_outputs] = &self.disturbance;
+        let (plant, extended) = (on_states.rows(), system.states.len());
+        let entry = |i: usize, j: usize| if i < plant { on_states[(i, j)].clone() } else { Rational::ZERO };
+        let on_states = Matrix::from_fn(extended, on_states.columns(), entry);
+        let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
+        let found = found.map_err(|error| self.not_static(error))?;
+        Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input })
+    }
+
+    /// Outputs that static feedback cannot part stay together.
+    fn in_blocks(&self) -> Result<Gains, SynthesisError> {
+        let Some(blocks) = finest_blocks(&self.system) else {
+            let why =
+                obstruction(&self.system).expect("outputs that do not depend on each other are one block at least");
+            return Err(self.impossible(&why));
+        };
+        let (n, m) = (self.system.states.len(), self.inputs.len());
+        let wrong = RefCell::new(None);
+        let dynamics = |output: usize, order: usize| {
+            self.polynomial(output, order).unwrap_or_else(|error| {
+                wrong.replace(Some(error));
+                Polynomial::from_roots(&vec![Rational::NEG_ONE; order])
+            })
+        };
+        let found = decouple_blocks(&self.system, &blocks, &dynamics)?;
+        match wrong.into_inner() {
+            Some(error) => Err(error),
+            None => Ok(Gains {
+                system: self.system.clone(),
+                k: found.k,
+                l: found.l,
+                m: Matrix::zeros(m, self.request.disturbances.len()),
+                from_state: Matrix::zeros(m, n),
+                from_input: Matrix::identity(m),
+            }),
+        }
+    }
+
+    fn impossible(&self, obstruction: &Obstruction) -> SynthesisError {
+        let constrained = self.request.plant.constrained(&self.inputs);
+        let element = |name: &str| format!("`{name}`");
+        SynthesisError::Impossible {
+            outputs: self.names.clone(),
+            reasons: reasons(obstruction, &self.outputs, &constrained, &element),
+        }
+    }
+
+    /// What to do where static feedback fails.
+    fn not_static(&self, error: NotDecouplable) -> SynthesisError {
+        let extension = match dynamic_extension(&self.system) {
+            Ok(extension) => extension,
+            Err(obstruction) => return self.impossible(&obstruction),
+        };
+        let before: Vec<String> = extension
+            .chains()
+            .into_iter()
+            .map(|(input, count)| format!("{count} integrator{} before {input}", if count == 1 { "" } else { "s" }))
+            .collect();
+        let mut reasons =
+            vec![format!("dynamic feedback does, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
+        if let Some(blocks) = finest_blocks(&self.system).filter(|blocks| blocks.len() > 1) {
+            let block = |block: &Vec<usize>| {
+                let names: Vec<&str> = block.iter().map(|&i| self.names[i].as_str()).collect();
+                format!("{{{}}}", names.join(", "))
+            };
+            let blocks: Vec<String> = blocks.iter().map(block).collect();
+            reasons.push(format!("static feedback parts the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
+        }
+        SynthesisError::NotStatic { outputs: self.names.clone(), error, reasons }
+    }
+}
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let (plant, values) = (request.plant, request.values);
+    let inputs = (DECOUPLING.inputs)(values);
+    let references = (DECOUPLING.references)(values);
+    let outputs: Vec<OutputSignal> = channels(values)
+        .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
+        .collect::<Result<_, _>>()?;
+    let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
+    once(names.iter().map(String::as_str), "output")?;
+    once(references.iter().map(|r| r.name.as_str()), "reference")?;
+    for (channel, output) in channels(values).zip(&names) {
+        check_dynamics(channel, output)?;
+    }
+    let full = plant.system(&inputs, &outputs);
+    let quotient = observable_quotient(&full, &plant.twists());
+    let (torques, direct) = plant.torques(request.disturbances, &outputs);
+    let task = Task {
+        request,
+        inputs,
+        outputs,
+        names,
+        dynamics: channels(values).map(compensation).collect(),
+        disturbance: [quotient.project(&torques), direct],
+        system: quotient.system.clone(),
+    };
+    let found = match values.word("feedback") {
+        Some("dynamic") => task.by_dynamic_feedback()?,
+        Some("block") => task.in_blocks()?,
+        _ => task.by_static_feedback()?,
+    };
+    check_zeros(&found.system, &task.names)?;
+    let relative = relative_degrees(&task.system);
+    let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let commanded = &found.system.inputs;
+    let states = &found.system.states;
+    let mut gains = vec![
+        named(("K", "state gain K of u = -K x + L r", ""), commanded, states, &found.k),
+        named(("L", "reference gain L", ""), commanded, &reference_names, &found.l),
+    ];
+    if !request.disturbances.is_empty() {
+        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), commanded, &shafts, &found.m));
+    }
+    let design = Design {
+        controller: request.name.into(),
+        law: DECOUPLING.keyword.into(),
+        states: states.clone(),
+        definitions: quotient.definitions.clone(),
+        hidden: roots(&quotient.hidden),
+        decoupling_matrix: named(
+            ("decoupling_matrix", "decoupling matrix G", ""),
+            &derivatives(&task.names, &relative.degrees),
+            &full.inputs,
+            &relative.matrix,
+        ),
+        relative_degrees: relative.degrees,
+        gains,
+        inputs: task.inputs,
+        outputs: task.names,
+        ..Design::default()
+    };
+    let block = block(&found, &quotient.projection);
+    let exact = ExactLoop {
+        plant: task.system,
+        system: found.system,
+        state_gain: found.k,
+        reference_gain: found.l,
+        channels: (0..references.len()).collect(),
+        references: references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
+    };
+    Ok(Box::new(Linear::new(request, design, Some(exact), references, block)))
+}
+
+/// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.
+fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
+    outputs.iter().zip(degrees).map(|(output, degree)| output.clone() + &"'".repeat(degree.unwrap_or(0))).collect()
+}
+
+/// The law over the reduced coordinates and their speeds, z = P [q_r; q̇_r].
+fn block(found: &Gains, projection: &Matrix<Rational>) -> LinearBlock {
+    let Gains { system, k, l, m, from_state, from_input } = found;
+    let minus = Rational::NEG_ONE;
+    let (shown, all) = (projection.rows(), system.states.len());
+    let pick = |matrix: &Matrix<Rational>, rows: (usize, usize), columns: (usize, usize)| {
+        Matrix::from_fn(rows.1 - rows.0, columns.1 - columns.0, |i, j| matrix[(rows.0 + i, columns.0 + j)].clone())
+    };
+    let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
+    let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
+    let beside = |parts: [Matrix<Rational>; 3]| {
+        let columns: usize = parts.iter().map(Matrix::columns).sum();
+        let mut out = Matrix::zeros(parts[0].rows(), columns);
+        let mut first = 0;
+        for part in &parts {
+            for i in 0..part.rows() {
+                for j in 0..part.columns() {
+                    out[(i, first + j)] = rational_to_f64(&part[(i, j)]);
+                }
+            }
+            first += part.columns();
+        }
+        out
+    };
+    let (states, inputs) = ((shown, all), (0, feedback.rows()));
+    let (told, load) = (system.b.multiply(l), system.b.multiply(m).scale(&minus));
+    LinearBlock {
+        states: system.states[shown..].to_vec(),
+        a: pick(&closed, states, states).to_f64(),
+        b: beside([
+            pick(&closed, states, (0, shown)).multiply(projection),
+            pick(&told, states, (0, l.columns())),
+            pick(&load, states, (0, m.columns())),
+        ]),
+        c: pick(&feedback, inputs, states).to_f64(),
+        d: beside([
+            pick(&feedback, inputs, (0, shown)).multiply(projection),
+            from_input.multiply(l),
+            from_input.multiply(m).scale(&minus),
+        ]),
+    }
+}

@@ -1,0 +1,29 @@
+use super::decoupling::zero_polynomial;
+use super::{Stability, SynthesisError, stability};
+use crate::analysis::LinearSystem;
+use crate::num::Polynomial;
+use crate::results::Pole;
+
+/// Refuses outputs whose zero dynamics grow: the law would hide a motion that nothing stops.
+///
+/// Zeros on the imaginary axis pass; the design warns of them.
+pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {
+    let Ok(polynomial) = zero_polynomial(system) else { return Ok(()) };
+    if stability(&polynomial) != Stability::Unstable {
+        return Ok(());
+    }
+    let poles = roots(&polynomial).into_iter().filter(|(re, im)| *re > 0.0 && *im >= 0.0).collect();
+    Err(SynthesisError::UnstableZeros { outputs: outputs.to_vec(), polynomial: polynomial.to_string(), poles })
+}
+
+/// All roots of a polynomial, as often as they are, by size; conjugates beside each other.
+pub(super) fn roots(polynomial: &Polynomial) -> Vec<Pole> {
+    if polynomial.degree() == 0 {
+        return Vec::new();
+    }
+    let parts = polynomial.square_free();
+    let mut out: Vec<Pole> =
+        parts.iter().flat_map(|(part, often)| part.roots().into_iter().flat_map(|root| vec![root; *often])).collect();
+    out.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.0.total_cmp(&b.0)).then(b.1.total_cmp(&a.1)));
+    out
+}
