@@ -7,10 +7,10 @@ use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, LossSearch, Mode, Placement, PlacementSearch, Sensitivity, Structure,
 };
 
+use crate::layout::{cut, heading, more, sentence, table};
 use crate::render::visible;
 use crate::summary::number;
 
-const WIDTH: usize = 100;
 /// More rows of a table are counted, not shown.
 const ROWS: usize = 20;
 /// More sets of places are counted, not shown.
@@ -47,82 +47,6 @@ pub fn text(analysis: &Analysis, origin: &str) -> String {
     }
     certificate(&mut out, analysis);
     visible(&out)
-}
-
-fn heading(out: &mut String, title: &str) {
-    let _ = writeln!(out, "\n{title}");
-}
-
-/// A paragraph, wrapped and indented.
-fn sentence(out: &mut String, text: &str) {
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("    ");
-    let _ = writeln!(out, "{}", textwrap::fill(&text, options));
-}
-
-/// How a column stands.
-#[derive(Clone, Copy, PartialEq)]
-enum Column {
-    /// Text, broken into lines where the table would be too wide.
-    Text,
-    /// Right-aligned, never broken.
-    Number,
-}
-
-/// A table as wide as its contents, at most [`WIDTH`]: the widest texts give way. A header that starts with `#` stands
-/// above numbers.
-fn table(out: &mut String, headers: &[&str], rows: &[Vec<String>], limit: usize) {
-    let columns: Vec<Column> =
-        headers.iter().map(|header| if header.starts_with('#') { Column::Number } else { Column::Text }).collect();
-    let headers: Vec<String> =
-        headers.iter().map(|header| header.strip_prefix('#').unwrap_or(header).to_owned()).collect();
-    let shown = &rows[..rows.len().min(limit)];
-    let width = |k: usize| {
-        let cells = shown.iter().chain([&headers]).filter_map(|row| row.get(k));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let mut widths: Vec<usize> = (0..headers.len()).map(width).collect();
-    while 2 * widths.len() + widths.iter().sum::<usize>() > WIDTH {
-        let texts = widths.iter_mut().zip(&columns).filter(|(_, column)| **column == Column::Text);
-        match texts.map(|(width, _)| width).max() {
-            Some(widest) if *widest > 8 => *widest -= 1,
-            _ => break,
-        }
-    }
-    let titled = headers.iter().any(|header| !header.is_empty());
-    for row in titled.then_some(&headers).into_iter().chain(shown) {
-        let cells: Vec<Vec<String>> = row.iter().zip(&widths).map(|(cell, &width)| lines(cell, width)).collect();
-        for k in 0..cells.iter().map(Vec::len).max().unwrap_or(0) {
-            let mut line = String::new();
-            for ((cell, &width), column) in cells.iter().zip(&widths).zip(&columns) {
-                let part = cell.get(k).map_or("", String::as_str);
-                let _ = match column {
-                    Column::Text => write!(line, "  {part:width$}"),
-                    Column::Number => write!(line, "  {part:>width$}"),
-                };
-            }
-            let _ = writeln!(out, "{}", line.trim_end());
-        }
-    }
-    more(out, rows.len(), limit);
-}
-
-fn more(out: &mut String, all: usize, shown: usize) {
-    if all > shown {
-        let _ = writeln!(out, "  … and {} more; --json gives all", all - shown);
-    }
-}
-
-/// The lines of a cell; hard spaces do not break, and become plain ones.
-fn lines(cell: &str, width: usize) -> Vec<String> {
-    textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
-}
-
-fn cut(text: &str, width: usize) -> String {
-    if text.chars().count() <= width {
-        return text.to_owned();
-    }
-    text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
 fn yes(holds: bool) -> String {
@@ -405,16 +329,7 @@ fn certificate(out: &mut String, analysis: &Analysis) {
 #[cfg(test)]
 mod tests {
     use super::text;
-
-    /// The analyses made by hand that the library's tests display too.
-    mod results {
-        use kardan::results::*;
-
-        pub mod example {
-            include!("../../kardan/src/results/example.rs");
-        }
-    }
-    use results::example;
+    use crate::results::example;
 
     #[test]
     fn two_bodies_read_as_a_whole() {

@@ -12,7 +12,7 @@ use clap_complete::Shell;
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n\n\
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n\n\
                   Exit codes: 0 done, 1 a requirement of the study failed, 2 error."
 )]
 pub struct Cli {
@@ -27,6 +27,7 @@ pub struct Cli {
 pub enum Command {
     Run(RunArgs),
     Analyze(AnalyzeArgs),
+    Design(DesignArgs),
     Equations(EquationsArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
@@ -97,6 +98,61 @@ pub struct AnalyzeArgs {
     pub eliminate_massless: bool,
 }
 
+/// Design one controller of a model: whether its outputs can be decoupled, gains, poles, zero dynamics, the exact proof and
+/// what is left of cross coupling in the nonlinear simulation.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  kardan design\n  kardan design my.toml --control column --report design.html \
+                        --controller column.json\n  kardan design my.toml --law decoupling --inputs wg_motor,rk_motor \
+                        --outputs rk.phi,fs.phi\n  kardan design my.toml --json | jq '.gains.K.exact'")]
+pub struct DesignArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    #[arg(default_value = "sia-steering")]
+    pub model: PathBuf,
+    /// Controller of the file to design; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub control: Option<String>,
+    /// Design a controller with this law that is not in the file; channels have 20 rad/s and a damping ratio of 0.7
+    /// [default: decoupling].
+    #[arg(long, value_name = "LAW", conflicts_with = "control", requires_all = ["inputs", "outputs"])]
+    pub law: Option<String>,
+    /// Inputs of that controller, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control", requires = "outputs")]
+    pub inputs: Vec<String>,
+    /// Outputs of that controller, separated by commas: signals such as `rack.phi`.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control", requires = "inputs")]
+    pub outputs: Vec<String>,
+    /// Which feedback may decouple; as the controller says, or what it takes, if not given.
+    #[arg(long, value_enum)]
+    pub feedback: Option<FeedbackKind>,
+    /// Variant to design for; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the design as one HTML page too; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Write the designed controller as JSON for firmware, numbers to the last bit; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub controller: Option<PathBuf>,
+    /// Do not measure cross coupling in the nonlinear simulation.
+    #[arg(long)]
+    pub no_simulation: bool,
+}
+
+/// How outputs are to be decoupled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FeedbackKind {
+    /// Every output by static state feedback.
+    Static,
+    /// Integrators before some inputs where static feedback fails.
+    Dynamic,
+    /// Blocks of outputs by static state feedback.
+    Block,
+}
+
 /// How tables are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -154,10 +210,38 @@ pub struct CompletionsArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use clap::{CommandFactory, Parser};
+
+    use super::{Cli, Command};
 
     #[test]
     fn the_command_line_is_consistent() {
-        super::Cli::command().debug_assert();
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_controller_is_either_in_the_file_or_given_whole() {
+        let parse = |line: &str| Cli::try_parse_from(line.split(' '));
+        for good in [
+            "kardan design",
+            "kardan design a.toml --control column --feedback block --no-simulation",
+            "kardan design a.toml --inputs a,b --outputs x.phi,y.phi",
+            "kardan design a.toml --law lqr --inputs a --outputs x.phi --controller c.json --report r.html --json",
+        ] {
+            assert!(parse(good).is_ok(), "{good}");
+        }
+        for bad in [
+            "kardan design --law decoupling",
+            "kardan design --inputs a",
+            "kardan design --outputs x.phi",
+            "kardan design --control c --inputs a --outputs x.phi",
+            "kardan design --feedback none",
+        ] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+        let Ok(Cli { command: Command::Design(args), .. }) = parse("kardan design --inputs a,b --outputs x,y") else {
+            panic!("a design")
+        };
+        assert_eq!((args.inputs.len(), args.outputs.len(), args.model.to_str()), (2, 2, Some("sia-steering")));
     }
 }

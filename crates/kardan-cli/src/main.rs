@@ -5,11 +5,23 @@
 mod analysis_text;
 mod args;
 mod commands;
+mod design_text;
 mod input;
+mod layout;
 mod output;
 mod progress;
 mod render;
 mod summary;
+
+/// The results made by hand that the library's tests display too.
+#[cfg(test)]
+mod results {
+    use kardan::results::*;
+
+    pub mod example {
+        include!("../../kardan/src/results/example.rs");
+    }
+}
 
 fn main() -> std::process::ExitCode {
     std::process::ExitCode::from(commands::main(std::env::args_os().collect()))

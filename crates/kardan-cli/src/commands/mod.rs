@@ -3,6 +3,7 @@
 mod analyze;
 mod check;
 mod completions;
+mod design;
 mod elements;
 mod equations;
 mod models;
@@ -39,6 +40,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     let json = match &cli.command {
         Command::Run(args) => args.json,
         Command::Analyze(args) => args.json,
+        Command::Design(args) => args.json,
         _ => false,
     };
     dispatch(&cli).unwrap_or_else(|failure| {
@@ -55,6 +57,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
     match &cli.command {
         Command::Run(args) => run::run(args, cli.quiet),
         Command::Analyze(args) => analyze::analyze(args, cli.quiet),
+        Command::Design(args) => design::design(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),

@@ -14,7 +14,7 @@ use crate::results::{
 /// More rows of a long table are counted, not shown.
 const ROWS: usize = 100;
 
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     figure(value, 5)
 }
 
@@ -82,22 +82,22 @@ pub(super) fn section(analysis: &Analysis, of: &str) -> String {
     framed("analysis", "Structure analysis", &body)
 }
 
-fn paragraph(text: &str) -> String {
+pub(super) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escape(text))
 }
 
-fn items<T: AsRef<str>>(texts: &[T]) -> String {
+pub(super) fn items<T: AsRef<str>>(texts: &[T]) -> String {
     let items: String = texts.iter().map(|text| format!("<li>{}</li>\n", escape(text.as_ref()))).collect();
     if items.is_empty() { items } else { format!("<ul>\n{items}</ul>\n") }
 }
 
-fn codes(names: &[String], none: &str) -> String {
+pub(super) fn codes(names: &[String], none: &str) -> String {
     let names: Vec<String> = names.iter().map(|name| format!("<code>{}</code>", escape(name))).collect();
     if names.is_empty() { none.into() } else { names.join(", ") }
 }
 
 /// A table of the first rows; empty if there are none.
-fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> String {
+pub(super) fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> String {
     let all = rows.len();
     rows.truncate(ROWS);
     let rest = all - rows.len();
@@ -153,7 +153,7 @@ fn class(class: &Class) -> String {
     body + &rows_of(&["friction", "#Coulomb torque [N m]", "state"], friction)
 }
 
-fn titled(title: &str, body: &str) -> String {
+pub(super) fn titled(title: &str, body: &str) -> String {
     if body.is_empty() { String::new() } else { format!("<h3>{title}</h3>\n{body}") }
 }
 

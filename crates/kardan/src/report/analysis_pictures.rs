@@ -7,7 +7,7 @@ use super::words;
 use crate::results::{EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, Zeros};
 
 /// Width of a character of the labels, px, generously.
-const CHARACTER: f64 = 7.0;
+pub(super) const CHARACTER: f64 = 7.0;
 /// More modes are in the table only.
 const MODES: usize = 24;
 /// Modes side by side.
@@ -19,7 +19,7 @@ const COLOURS: usize = ON_WHITE.len() - 1;
 /// More sets of places are in the table only.
 const SETS: usize = 12;
 
-fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
+pub(super) fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
     format!(
         "<div class=\"drawing\"><svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
          height=\"{height:.0}\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
@@ -27,11 +27,11 @@ fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
     )
 }
 
-fn text(x: f64, y: f64, class: &str, text: &str) -> String {
+pub(super) fn text(x: f64, y: f64, class: &str, text: &str) -> String {
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
 }
 
-fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
+pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
     format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
 }
 
@@ -44,14 +44,14 @@ fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> Str
     )
 }
 
-fn cut(text: &str, length: usize) -> String {
+pub(super) fn cut(text: &str, length: usize) -> String {
     if text.chars().count() <= length {
         return text.to_owned();
     }
     text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
 }
 
-fn figure_of(title: &str, body: &str, caption: &str) -> String {
+pub(super) fn figure_of(title: &str, body: &str, caption: &str) -> String {
     format!("<figure class=\"analysis\">\n<h3>{title}</h3>\n{body}<figcaption>{caption}</figcaption>\n</figure>\n")
 }
 
@@ -134,35 +134,11 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
     if poles.is_empty() && circles.is_empty() {
         return String::new();
     }
-    let all = || poles.iter().chain(&circles);
-    let real = Scale::new(&all().map(|point| point.at.0).collect::<Vec<_>>(), 9);
-    let sizes: Vec<f64> = all().flat_map(|point| [point.at.1, -point.at.1]).collect();
-    let flat = sizes.iter().all(|size| *size == 0.0);
-    let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
-    let (left, top, width, height) = (84.0, 12.0, 600.0, if flat { 110.0 } else { 380.0 });
-    let x = |value: f64| left + width * real.place(value);
-    let y = |value: f64| top + height * (1.0 - imaginary.place(value));
-    let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", "eigenvalues here grow");
-    for (at, label) in &real.ticks {
-        body += &line((x(*at), top), (x(*at), top + height), "grid");
-        body += &text(x(*at), top + height + 18.0, "middle", label);
-    }
-    for (at, label) in imaginary.ticks.iter().filter(|(at, _)| !flat || *at == 0.0) {
-        body += &line((left, y(*at)), (left + width, y(*at)), "grid");
-        body += &text(left - 8.0, y(*at) + 4.0, "end", label);
-    }
-    body += &line((x(0.0), top), (x(0.0), top + height), "axis");
-    body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
-    body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
-    let (turn_x, turn_y) = (16.0, top + 0.5 * height);
-    body += &format!(
-        "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} {turn_y:.1})\">\
-         {}</text>\n",
-        if flat { "imaginary" } else { "imaginary part [1/s]" }
-    );
+    let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
+    let mut body = plane.frame("eigenvalues here grow");
     for point in &circles {
         let title = format!("zero at {}", words::pair(point.at, |v| figure(v, 5)));
-        body += &mark((x(point.at.0), y(point.at.1)), "zero", &title, point);
+        body += &mark(plane.place(point.at), "zero", &title, point);
     }
     for point in &poles {
         let fails = match (point.unreached, point.unseen) {
@@ -172,11 +148,11 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
             (true, true) => ", neither reached nor seen",
         };
         let title = format!("eigenvalue {}{fails}", words::pair(point.at, |v| figure(v, 5)));
-        body += &mark((x(point.at.0), y(point.at.1)), "pole", &title, point);
+        body += &mark(plane.place(point.at), "pole", &title, point);
     }
-    let below = top + height + 66.0;
+    let below = plane.below();
     let sample = |unreached, unseen| Point { at: (0.0, 0.0), times: 1, unreached, unseen };
-    let mut at = left;
+    let mut at = Plane::LEFT;
     for (kind, sample, label) in [
         ("pole", sample(false, false), "eigenvalue"),
         ("zero", sample(false, false), "invariant zero"),
@@ -187,13 +163,86 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
         body += &text(at + 28.0, below, "", label);
         at += 50.0 + 6.2 * label.len() as f64;
     }
-    let caption = if real.knee.is_some() || imaginary.knee.is_some() {
-        "An axis with powers of ten is logarithmic away from zero."
-    } else {
-        "Both axes are linear."
-    };
-    let drawn = drawing(left + width + 16.0, below + 12.0, "poles and zeros in the complex plane", &body);
-    figure_of("Poles and zeros", &drawn, &format!("{caption} In the shaded half-plane motions grow."))
+    let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
+    figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption()))
+}
+
+/// The complex plane with its axes.
+pub(super) struct Plane {
+    real: Scale,
+    imaginary: Scale,
+    /// Whether all points are real.
+    flat: bool,
+    height: f64,
+}
+
+impl Plane {
+    pub(super) const LEFT: f64 = 84.0;
+    const TOP: f64 = 12.0;
+    const WIDTH: f64 = 600.0;
+    /// With everything around it.
+    pub(super) const FULL_WIDTH: f64 = Self::LEFT + Self::WIDTH + 16.0;
+
+    /// Large enough for these points and their conjugates.
+    pub(super) fn new(points: impl Iterator<Item = Pole> + Clone) -> Plane {
+        let real = Scale::new(&points.clone().map(|point| point.0).collect::<Vec<_>>(), 9);
+        let sizes: Vec<f64> = points.flat_map(|point| [point.1, -point.1]).collect();
+        let flat = sizes.iter().all(|size| *size == 0.0);
+        let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
+        Plane { real, imaginary, flat, height: if flat { 110.0 } else { 380.0 } }
+    }
+
+    /// Where a point lies in the picture.
+    pub(super) fn place(&self, at: Pole) -> (f64, f64) {
+        (self.x(at.0), self.y(at.1))
+    }
+
+    fn x(&self, real: f64) -> f64 {
+        Self::LEFT + Self::WIDTH * self.real.place(real)
+    }
+
+    fn y(&self, imaginary: f64) -> f64 {
+        Self::TOP + self.height * (1.0 - self.imaginary.place(imaginary))
+    }
+
+    /// Grid, axes and the half-plane of growth.
+    pub(super) fn frame(&self, growing: &str) -> String {
+        let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
+        let (x, y) = (|value| self.x(value), |value| self.y(value));
+        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", growing);
+        for (at, label) in &self.real.ticks {
+            body += &line((x(*at), top), (x(*at), top + height), "grid");
+            body += &text(x(*at), top + height + 18.0, "middle", label);
+        }
+        for (at, label) in self.imaginary.ticks.iter().filter(|(at, _)| !flat || *at == 0.0) {
+            body += &line((left, y(*at)), (left + width, y(*at)), "grid");
+            body += &text(left - 8.0, y(*at) + 4.0, "end", label);
+        }
+        body += &line((x(0.0), top), (x(0.0), top + height), "axis");
+        body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
+        body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
+        let (turn_x, turn_y) = (16.0, top + 0.5 * height);
+        body += &format!(
+            "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} \
+             {turn_y:.1})\">{}</text>\n",
+            if flat { "imaginary" } else { "imaginary part [1/s]" }
+        );
+        body
+    }
+
+    /// The base line of a legend below the axes.
+    pub(super) fn below(&self) -> f64 {
+        Self::TOP + self.height + 66.0
+    }
+
+    /// How to read the axes.
+    pub(super) fn caption(&self) -> &'static str {
+        if self.real.knee.is_some() || self.imaginary.knee.is_some() {
+            "An axis with powers of ten is logarithmic away from zero."
+        } else {
+            "Both axes are linear."
+        }
+    }
 }
 
 fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {

@@ -8,12 +8,15 @@
 //!                                                                    ├─► charts   the same, interactive
 //!                                                                    └─► tables, summary ─► page
 //! Analysis ─► words, analysis_pictures ─► analysis ─► page
+//! Design ─► words::design, design_pictures ─► design ─► page
 //! ```
 
 mod analysis;
 mod analysis_pictures;
 mod charts;
 mod curves;
+mod design;
+mod design_pictures;
 mod page;
 mod summary;
 mod svg;
@@ -26,7 +29,7 @@ mod thin;
 mod ticks;
 pub mod words;
 
-use crate::results::{Analysis, Study};
+use crate::results::{Analysis, Design, Study};
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -78,4 +81,16 @@ pub fn html(study: &Study) -> String {
 /// ```
 pub fn analysis_html(analysis: &Analysis) -> String {
     page::analysis_html(analysis)
+}
+
+/// A design as one HTML file that opens offline and fetches nothing: what was designed, whether the outputs can be
+/// decoupled, gains, channels, poles, zero dynamics, observer, the exact transfer matrix, cross coupling, flatness and
+/// what runs in firmware. Warnings stand above everything. Every text of the design is escaped.
+///
+/// ```
+/// let page = kardan::report::design_html(&kardan::results::Design::default());
+/// assert!(page.starts_with("<!doctype html>"));
+/// ```
+pub fn design_html(design: &Design) -> String {
+    page::design_html(design)
 }

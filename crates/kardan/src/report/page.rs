@@ -3,10 +3,12 @@
 use super::analysis;
 use super::charts;
 use super::curves::{ON_DARK, ON_WHITE, variant_label};
+use super::design;
 use super::summary::summary;
 use super::tables;
 use super::text::escape;
-use crate::results::{Analysis, Study};
+use super::words;
+use crate::results::{Analysis, Design, Study};
 
 const UPLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
@@ -68,6 +70,28 @@ pub(super) fn analysis_html(analysis: &Analysis) -> String {
         verdict: analysis::verdict(analysis),
         alerts: String::new(),
         sections: &analysis::sections(analysis),
+        credits: "",
+        style: "",
+        head: "",
+        scripts: "",
+    };
+    page.html()
+}
+
+/// See [`super::design_html`].
+pub(super) fn design_html(found: &Design) -> String {
+    let name = match (found.model.is_empty(), found.controller.is_empty()) {
+        (true, true) => "Design".into(),
+        (true, _) => found.controller.clone(),
+        (_, true) => found.model.clone(),
+        _ => format!("{}: {}", found.model, found.controller),
+    };
+    let page = Page {
+        name: &name,
+        description: &found.description,
+        verdict: (!found.law.is_empty()).then(|| words::design::verdict(found)),
+        alerts: design::alerts(found),
+        sections: &design::sections(found),
         credits: "",
         style: "",
         head: "",

@@ -85,7 +85,7 @@ fn matrix(matrix: &NamedMatrix) -> String {
 }
 
 /// One row for each real pole and each conjugate pair.
-fn poles(poles: &[Pole]) -> String {
+pub(super) fn poles(poles: &[Pole]) -> String {
     let mut rest = poles.to_vec();
     let mut rows = Vec::new();
     while !rest.is_empty() {

@@ -8,6 +8,8 @@ pub(super) enum Cell {
     Text(String),
     /// A number with a text after it, such as a unit; right-aligned.
     Number(String),
+    /// A number and what it was rounded from, which appears under the pointer.
+    Rounded(String, String),
     /// The name of this row and of as many rows below as the number says.
     Head(String, usize),
     /// HTML as it is.
@@ -29,6 +31,9 @@ impl Cell {
         match self {
             Cell::Text(text) => format!("<td>{}</td>", escape(text)),
             Cell::Number(text) => format!("<td class=\"number\">{}</td>", escape(text)),
+            Cell::Rounded(text, exact) => {
+                format!("<td class=\"number\" title=\"{}\">{}</td>", escape(exact), escape(text))
+            }
             Cell::Head(text, 1) => format!("<th scope=\"row\">{}</th>", escape(text)),
             Cell::Head(text, rows) => format!("<th scope=\"rowgroup\" rowspan=\"{rows}\">{}</th>", escape(text)),
             Cell::Html(html) => format!("<td>{html}</td>"),

@@ -301,3 +301,83 @@ fn short_runs_are_shown_in_milliseconds() {
     assert!(page.contains(">2 ms<"), "the place of the maximum");
     assert!(texts(&plots(&study)[0].svg).contains("time [ms]"));
 }
+
+fn designs() -> [Design; 4] {
+    let hostile = example::hostile_design(HOSTILE);
+    [example::decoupled_steering(), example::observed_train(), hostile, Design::default()]
+}
+
+#[test]
+fn the_page_of_a_design_is_well_formed_and_fetches_nothing() {
+    for (k, design) in designs().iter().enumerate() {
+        let page = super::design_html(design);
+        texts(&page);
+        for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
+            assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
+        }
+        assert_eq!(page, super::design_html(design), "the same design, the same bytes");
+        let sections = page.matches("<section id=").count();
+        assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
+    }
+}
+
+#[test]
+fn the_page_of_a_design_shows_what_was_designed() {
+    let steering = super::design_html(&example::decoupled_steering());
+    for text in [
+        "Decoupled by static state feedback, proven exactly; the zero dynamics are stable; 1 warning.",
+        "class=\"failure\"",
+        "Static state feedback decouples every output from the others.",
+        "title=\"-338911/11000\">−30.8101<",
+        "−51/110",
+        "<p class=\"bad\">−93.636 ± 948.85 j 1/s: lightly damped",
+        "<td>zero dynamics</td>",
+        "−25500/11",
+        "✓ 0 (exact)",
+        "400/(s² + 28 s + 400)",
+        "lightly damped",
+        "torsion_bar\u{a0}50\u{a0}%",
+        "class=\"frame\"",
+        "0.023 % of its own",
+        "Deviations in the nonlinear simulation, over 2 s",
+        "Block StateSpace of kardan-rt, in continuous time.",
+        "In the loop too: driver_model.",
+    ] {
+        assert!(steering.contains(text), "{text:?} is missing");
+    }
+    assert_eq!(steering.matches("<figure").count(), 2);
+    let train = super::design_html(&example::observed_train());
+    for text in [
+        "Not decoupled; the closed loop is unstable; the zero dynamics are not stable; 2 warnings.",
+        "✗ never",
+        "with 2 integrators before motor - 2 wheel_motor",
+        "{rack.phi, driver.tau}",
+        "The rows of rack.phi and driver.tau in G are parallel",
+        "a Kalman filter",
+        "the run failed",
+        "States by channel: rack.phi 2, driver.tau 4; in no channel of their own: 1; not controllable: 0.",
+        "class=\"pole failing\"",
+        "wg.phi - 51 rk.phi + 50 fs.phi",
+        "−3 ± 4 j, 0 1/s",
+        "every 0.001 s",
+    ] {
+        assert!(train.contains(text), "{text:?} is missing");
+    }
+}
+
+#[test]
+fn designs_are_sections_of_a_report() {
+    let [steering, train, ..] = designs();
+    let sections = super::design::section(&steering, 0) + &super::design::section(&train, 1);
+    texts(&sections);
+    assert!(sections.contains("<section id=\"design-1\">\n<h2>Design of column</h2>"));
+    assert!(sections.contains("<h3 id=\"design-2-observer\">") && sections.contains("<h4>Pole map</h4>"));
+    assert_eq!(sections.matches("href=\"#design-").count(), sections.matches("<h3 id=\"design-").count());
+}
+
+#[test]
+fn zzz_write() {
+    for (k, design) in designs().iter().enumerate() {
+        std::fs::write(format!("/tmp/d{k}.html"), super::design_html(design)).unwrap();
+    }
+}

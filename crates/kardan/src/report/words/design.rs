@@ -212,6 +212,7 @@ pub fn observer(found: &ObserverResult) -> Vec<String> {
     };
     let torques = match &found.disturbances[..] {
         [] => String::new(),
+        [one] => format!(", among them the torque along {one}"),
         names => format!(", among them the torques along {}", list(names, NAMES)),
     };
     let mut out = vec![format!(

@@ -16,7 +16,7 @@ pub(super) struct Resolvent {
 /// The characteristic polynomial `det(sI − A)`, exact and proven.
 ///
 /// Cost: n³ operations modulo each of so many primes that their product exceeds a bound of Hadamard's kind (n = 40 with
-/// decimals of four digits: some 100).
+/// decimals as parameters: some dozens).
 ///
 /// ```
 /// use kardan::num::{Matrix, Rational};

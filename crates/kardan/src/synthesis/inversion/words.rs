@@ -1,4 +1,4 @@
-use super::polynomial_matrix::is_zero;
+use super::polynomial_matrix::{is_zero, scaled};
 use crate::num::{Polynomial, Rational, Scalar, rational_to_f64};
 
 /// `wg_motor - 50 rk_motor`; `0` if all weights vanish.
@@ -12,13 +12,10 @@ pub(super) fn sum(factors: &[Polynomial], names: &[String]) -> String {
     let mut out = String::new();
     for (factor, name) in factors.iter().zip(names).filter(|(f, _)| !is_zero(f)) {
         let terms = factor.coefficients().iter().filter(|c| !Scalar::is_zero(*c)).count();
-        let text = polynomial(factor);
-        // A lone negative term takes its sign in front.
-        let (negative, size) = match text.strip_prefix('-') {
-            Some(size) if terms == 1 => (true, size.to_string()),
-            _ if terms > 1 => (false, format!("({text})")),
-            _ => (false, text),
-        };
+        // A sign goes in front.
+        let negative = factor.coefficients().last().is_some_and(|c| *c < Rational::ZERO);
+        let text = polynomial(&if negative { scaled(factor, &Rational::NEG_ONE) } else { factor.clone() });
+        let size = if terms > 1 { format!("({text})") } else { text };
         out += match (out.is_empty(), negative) {
             (true, true) => "-",
             (true, false) => "",
@@ -79,6 +76,7 @@ mod tests {
         let names = ["a", "b", "c"].map(String::from);
         assert_eq!(sum(&[p(&[1]), p(&[-51]), p(&[50])], &names), "a - 51 b + 50 c");
         assert_eq!(sum(&[p(&[1, -2, 1]), p(&[]), p(&[0, -1])], &names), "(s^2 - 2 s + 1) a - s c");
+        assert_eq!(sum(&[p(&[]), p(&[1, -2]), p(&[0, 1])], &names), "-(2 s - 1) b + s c");
         assert_eq!(sum(&[p(&[]), p(&[]), p(&[])], &names), "0");
     }
 }

@@ -1,1 +1,23 @@
 //! State feedback by pole placement and by quadratic cost, in floating point with certified residuals.
+//!
+//! What can be placed or stabilised at all is decided exactly ([`reach`]); floating point ([`place_poles`], [`lqr`],
+//! [`lyapunov`]) then works in balanced coordinates and states how well the defining equation holds.
+
+mod assignment;
+mod floating;
+mod lyapunov;
+mod pole_list;
+mod pole_placement;
+mod quadratic;
+mod reach;
+mod riccati;
+mod schur;
+mod steady_state;
+mod words;
+
+pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
+pub use pole_placement::{Placement, PlacementError, place_poles};
+pub use quadratic::{Regulator, RiccatiError, Weights, lqr};
+pub use reach::{Chains, Unreached, chains, characteristic_polynomial, unreached};
+pub use steady_state::{SteadyState, SteadyStateError, steady_state};
+pub use words::in_words;

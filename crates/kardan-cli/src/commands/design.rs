@@ -1,0 +1,68 @@
+//! `kardan design`: one controller, designed, proven and tried.
+
+use kardan::diagnostics::Severity;
+use kardan::study::DesignSettings;
+use kardan::{export, report, study};
+
+use super::DONE;
+use crate::args::{DesignArgs, FeedbackKind};
+use crate::design_text;
+use crate::input;
+use crate::output::{prepare_file, print, save};
+use crate::progress::Bars;
+use crate::render::{self, Failure, note};
+
+/// The law of a controller that is not in the file.
+const LAW: &str = "decoupling";
+
+pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
+    let source = input::read(&args.model, quiet)?;
+    for path in args.report.iter().chain(&args.controller) {
+        prepare_file(path)?;
+    }
+    // Only the design knows which mistakes stop it; of the others the warnings are said.
+    let mut warnings = study::check(&source.text);
+    warnings.retain(|d| d.severity == Severity::Warning);
+    render::show(Some(&source), &warnings);
+    let bars = Bars::new(quiet);
+    let found = study::design(&source.text, &settings(args), &bars);
+    bars.finish();
+    let origin = source.to_string();
+    let design = found.map_err(|mut diagnostics| {
+        diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
+        Failure { source: Some(source), diagnostics }
+    })?;
+    if let Some(path) = &args.report {
+        save(path, report::design_html(&design).as_bytes())?;
+    }
+    if let Some(path) = &args.controller {
+        save(path, export::controller_json(&design).as_bytes())?;
+    }
+    if args.json {
+        print(&(export::design_json(&design) + "\n"))?;
+    } else {
+        print(&design_text::text(&design, &origin))?;
+    }
+    for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
+        note(&format!("wrote {}", path.display()));
+    }
+    Ok(DONE)
+}
+
+fn settings(args: &DesignArgs) -> DesignSettings {
+    let given = !args.inputs.is_empty() || !args.outputs.is_empty();
+    let feedback = args.feedback.map(|kind| match kind {
+        FeedbackKind::Static => "static",
+        FeedbackKind::Dynamic => "dynamic",
+        FeedbackKind::Block => "block",
+    });
+    DesignSettings {
+        control: args.control.clone(),
+        law: args.law.clone().or_else(|| given.then(|| LAW.into())),
+        inputs: args.inputs.clone(),
+        outputs: args.outputs.clone(),
+        feedback: feedback.map(str::to_owned),
+        variant: args.variant.clone(),
+        simulate: !args.no_simulation,
+    }
+}

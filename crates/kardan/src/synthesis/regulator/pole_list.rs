@@ -1,0 +1,64 @@
+use crate::results::Pole;
+
+/// A real pole or a conjugate pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Wish {
+    /// A real pole.
+    Real(f64),
+    /// `re ± im j`, im > 0.
+    Pair(f64, f64),
+}
+
+/// Joins conjugate poles; the error is one without its partner.
+pub(super) fn paired(poles: &[Pole]) -> Result<Vec<Wish>, Pole> {
+    let mut out = Vec::new();
+    let mut open: Vec<Pole> = Vec::new();
+    for &(re, im) in poles {
+        if im == 0.0 {
+            out.push(Wish::Real(re));
+        } else if let Some(at) = open.iter().position(|other| *other == (re, -im)) {
+            open.swap_remove(at);
+            out.push(Wish::Pair(re, im.abs()));
+        } else {
+            open.push((re, im));
+        }
+    }
+    open.first().map_or(Ok(out), |alone| Err(*alone))
+}
+
+/// The poles with how often each is wished for.
+pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
+    let mut out: Vec<(Pole, usize)> = Vec::new();
+    for pole in poles {
+        // −0 and 0 are the same pole.
+        match out.iter_mut().find(|(other, _)| other == pole) {
+            Some((_, times)) => *times += 1,
+            None => out.push((*pole, 1)),
+        }
+    }
+    out
+}
+
+/// Takes from `poles` the one nearest to each of `others`, and gives the distances; as many as there are others.
+pub(super) fn take_nearest(poles: &mut Vec<Pole>, others: &[Pole]) -> Vec<f64> {
+    let mut out = Vec::new();
+    for other in others {
+        let distance = |p: &Pole| (p.0 - other.0).hypot(p.1 - other.1);
+        let nearest = (0..poles.len()).min_by(|&i, &j| distance(&poles[i]).total_cmp(&distance(&poles[j])));
+        out.push(nearest.map_or(f64::INFINITY, |at| distance(&poles.swap_remove(at))));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conjugates_find_each_other() {
+        let poles = [(-1.0, 2.0), (-3.0, 0.0), (-1.0, 2.0), (-1.0, -2.0), (-1.0, -2.0)];
+        assert_eq!(paired(&poles), Ok(vec![Wish::Real(-3.0), Wish::Pair(-1.0, 2.0), Wish::Pair(-1.0, 2.0)]));
+        assert_eq!(paired(&poles[..3]), Err((-1.0, 2.0)));
+        assert_eq!(multiplicities(&poles), [((-1.0, 2.0), 2), ((-3.0, 0.0), 1), ((-1.0, -2.0), 2)]);
+    }
+}

@@ -1,0 +1,50 @@
+use crate::num::{Rational, Scalar};
+
+/// A combination of names with exact factors: `T_wg - 1/50 T_fs`; terms with the factor zero are left out, `0` if all are.
+///
+/// ```
+/// use kardan::{num::Rational, synthesis::regulator::in_words};
+/// let factors = [Rational::ONE, Rational::from(-51), Rational::from(50)];
+/// assert_eq!(in_words(&["wg", "cs", "fs"], &factors), "wg - 51 cs + 50 fs");
+/// ```
+pub fn in_words<S: AsRef<str>>(names: &[S], factors: &[Rational]) -> String {
+    let mut out = String::new();
+    for (name, factor) in names.iter().zip(factors).filter(|(_, factor)| !Scalar::is_zero(*factor)) {
+        let negative = *factor < Rational::ZERO;
+        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
+        out += match (out.is_empty(), negative) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        if size != Rational::ONE {
+            out += &format!("{size} ");
+        }
+        out += name.as_ref();
+    }
+    if out.is_empty() { "0".into() } else { out }
+}
+
+/// Names one after the other: `a, b and c`.
+pub(in crate::synthesis) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    match names.split_last() {
+        Some((last, [])) => (*last).to_string(),
+        Some((last, rest)) => format!("{} and {last}", rest.join(", ")),
+        None => "nothing".into(),
+    }
+}
+
+/// A pole for a message: `-50`, `-3 ± 4j`.
+pub(in crate::synthesis) fn pole_in_words(pole: &(f64, f64)) -> String {
+    match *pole {
+        (re, im) if im == 0.0 => format!("{re}"),
+        (re, im) => format!("{re} {} {}j", if im < 0.0 { '-' } else { '+' }, im.abs()),
+    }
+}
+
+/// Several poles for a message.
+pub(in crate::synthesis) fn poles_in_words(poles: &[(f64, f64)]) -> String {
+    listed(&poles.iter().map(pole_in_words).collect::<Vec<_>>())
+}
