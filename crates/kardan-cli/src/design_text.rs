@@ -283,7 +283,6 @@ fn canonical(out: &mut String, found: &Canonical, design: &Design) {
 
 fn controller(out: &mut String, design: &Design) {
     let mut texts = said::controller(&design.controller_data, number);
-    texts.extend(design.summary.notes.iter().cloned());
     if texts.is_empty() {
         return;
     }

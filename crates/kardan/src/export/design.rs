@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json as object};
 
 use crate::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness,
-    LawSummary, NamedMatrix, ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
+    ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -41,7 +41,6 @@ const VERSION: u32 = 1;
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
-/// | `summary` | the law in words: `name`, `law`, `gains`, `notes` |
 /// | `warnings`, `notes` | sentences |
 pub fn design_json(design: &Design) -> String {
     object!({
@@ -71,7 +70,6 @@ pub fn design_json(design: &Design) -> String {
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
-        "summary": summary(&design.summary()),
         "warnings": design.warnings,
         "notes": design.notes,
     })
@@ -147,16 +145,6 @@ fn matrix(matrix: &ExactMatrix) -> Value {
         "columns": matrix.columns,
         "values": matrix.values,
         "exact": matrix.exact,
-    })
-}
-
-fn named(matrix: &NamedMatrix) -> Value {
-    object!({
-        "title": matrix.title,
-        "unit": matrix.unit,
-        "rows": matrix.rows,
-        "columns": matrix.columns,
-        "values": matrix.values,
     })
 }
 
@@ -287,15 +275,6 @@ fn data(data: &ControllerData) -> Map<String, Value> {
     .collect()
 }
 
-fn summary(summary: &LawSummary) -> Value {
-    object!({
-        "name": summary.name,
-        "law": summary.law,
-        "gains": list(&summary.gains, named),
-        "notes": summary.notes,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,7 +307,6 @@ mod tests {
         "cross_coupling",
         "flatness",
         "controller_data",
-        "summary",
         "warnings",
         "notes",
     ];

@@ -321,5 +321,5 @@ fn controller(design: &Design) -> String {
     if !reads.is_empty() && !body.is_empty() {
         body += &format!("<details><summary>Signals in their order</summary>\n{reads}</details>\n");
     }
-    body + &items(&design.summary.notes.iter().map(|note| unit(note)).collect::<Vec<_>>())
+    body
 }

@@ -345,7 +345,10 @@ fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
     )
 }
 
-fn choose<'a>(variants: &'a [PreparedVariant], name: Option<&str>) -> Result<&'a PreparedVariant, Diagnostic> {
+pub(super) fn choose<'a>(
+    variants: &'a [PreparedVariant],
+    name: Option<&str>,
+) -> Result<&'a PreparedVariant, Diagnostic> {
     let Some(name) = name else {
         return variants
             .first()

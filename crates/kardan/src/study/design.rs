@@ -1,19 +1,28 @@
 //! The design of one controller, from what a model file or a caller asks for.
 
-use super::Progress;
-use crate::diagnostics::Diagnostic;
+use super::analyze::{AnalyzeSettings, choose, signals};
+use super::coupling::cross_coupling;
+use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
+use super::proof::{judge, prove};
+use super::{PreparedVariant, Progress};
+use crate::analysis::OutputSignal;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::Measured;
+use crate::model::{ControlSpec, Document, read};
 use crate::results::Design;
+use crate::schema::{Spanned, Value};
+use crate::synthesis::{REGISTRY, closed_loop_poles};
 
 /// Which controller is designed and how.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DesignSettings {
-    /// Controller of the model file; `None`: the only one, or the first.
+    /// Controller of the model file; `None`: that with the most inputs, the first of those.
     pub control: Option<String>,
     /// Law of a controller that is not in the file; with it go `inputs` and `outputs`.
     pub law: Option<String>,
-    /// Inputs of that controller.
+    /// Inputs of that controller; empty: those of `[analysis]`, else all motors.
     pub inputs: Vec<String>,
-    /// Outputs of that controller.
+    /// Outputs of that controller; empty: those of `[analysis]`, else all sensors, else the angles of all coordinates.
     pub outputs: Vec<String>,
     /// `static`, `dynamic` or `block`; `None`: as the controller says.
     pub feedback: Option<String>,
@@ -23,10 +32,212 @@ pub struct DesignSettings {
     pub simulate: bool,
 }
 
+/// The name of a controller that is not in the file.
+const OWN: &str = "design";
+
 /// Designs one controller, proves what it does to the linear loop, and measures what it does to the nonlinear one.
 ///
+/// A file without a controller, or settings with a law, inputs or outputs, get a controller of their own, which takes the
+/// place of those that command the same motors.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("sia-steering").unwrap().source;
+/// let design = study::design(source, &Default::default(), &study::Silent).unwrap();
+/// assert_eq!(design.relative_degrees, [Some(2), Some(2)]);
+/// assert_eq!(design.decoupled, Some(true));
+/// ```
+///
 /// # Errors
-/// All mistakes of the file and of the settings.
-pub fn design(_source: &str, _settings: &DesignSettings, _progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
-    Err(vec![Diagnostic::error("design::not-yet", "controllers cannot be designed on their own yet")])
+/// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
+pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
+    let (prepared, diagnostics) = prepare_for(Purpose::Run, source);
+    if diagnostics.iter().any(is_error) {
+        return Err(diagnostics);
+    }
+    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let asked = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
+    if !asked && !variant.model.controls.is_empty() {
+        let Some(feedback) = &settings.feedback else {
+            let number = which(&variant.model.controls, settings.control.as_deref())?;
+            return Ok(designed(&prepared.description, variant, number, settings, progress));
+        };
+        let number = which(&variant.model.controls, settings.control.as_deref())?;
+        let name = variant.model.controls[number].name.clone();
+        let (mut document, out) = read(source);
+        set_feedback(&mut document, &name, feedback)?;
+        return of_document(source, document, out, &name, settings, progress);
+    }
+    let mut notes = Vec::new();
+    let names = AnalyzeSettings {
+        inputs: settings.inputs.clone(),
+        outputs: settings.outputs.clone(),
+        ..AnalyzeSettings::default()
+    };
+    let (inputs, outputs) = signals(variant, &names, &mut notes)?;
+    let keyword = settings.law.as_deref().unwrap_or("decoupling");
+    let table = table(keyword, &inputs, &outputs)?;
+    let text = format!("{source}\n{table}");
+    let (mut document, out) = read(&text);
+    replace_controls(&mut document, &inputs);
+    if let Some(feedback) = &settings.feedback {
+        set_feedback(&mut document, OWN, feedback)?;
+    }
+    let mut design = of_document(source, document, out, OWN, settings, progress)?;
+    design.notes.extend(notes);
+    Ok(design)
+}
+
+/// Designs a controller of a document that is not quite the file: places beyond the file are not told.
+fn of_document(
+    source: &str,
+    document: Document,
+    mut out: Vec<Diagnostic>,
+    name: &str,
+    settings: &DesignSettings,
+    progress: &dyn Progress,
+) -> Result<Design, Vec<Diagnostic>> {
+    let prepared = prepare_document(Purpose::Run, &document, &mut out);
+    if out.iter().any(is_error) {
+        for diagnostic in &mut out {
+            diagnostic.labels.retain(|label| label.span.end <= source.len());
+        }
+        return Err(out);
+    }
+    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let number = which(&variant.model.controls, Some(name))?;
+    Ok(designed(&prepared.description, variant, number, settings, progress))
+}
+
+/// The table of a controller for these inputs and outputs.
+fn table(keyword: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<String, Vec<Diagnostic>> {
+    let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
+        let names = || REGISTRY.iter().map(|law| law.keyword);
+        let help = match nearest(keyword, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", quoted(names())),
+        };
+        let message = format!("there is no law `{}`", shortened(keyword));
+        return Err(vec![Diagnostic::error("name::unknown", message).help(help)]);
+    };
+    let full = |output: &OutputSignal| match (&output.measured, output.name.contains('.')) {
+        (_, true) => output.name.clone(),
+        (Measured::Angle(_), _) => format!("{}.phi", output.name),
+        (Measured::Speed(_), _) => format!("{}.w", output.name),
+        _ => format!("{}.tau", output.name),
+    };
+    let outputs: Vec<String> = outputs.iter().map(full).collect();
+    let Some(keys) = (law.template)(inputs, &outputs) else {
+        let message = format!("a controller of the law `{keyword}` needs keys of its own");
+        return Err(vec![
+            Diagnostic::error("control::template", message)
+                .help(format!("write it into the model file; `kardan elements {keyword}` shows the keys")),
+        ]);
+    };
+    Ok(format!("[control.{OWN}]\nlaw = \"{keyword}\"\n{keys}"))
+}
+
+/// Leaves out the controllers that command the same inputs, and what the file does with their references.
+fn replace_controls(document: &mut Document, inputs: &[String]) {
+    document.controls.retain(|control| {
+        let taken = control.table.values.values().any(|given| names_any(&given.value, inputs));
+        control.name == OWN || !taken
+    });
+    document.scenario.values.remove("event");
+    document.requirements.clear();
+    document.plots.clear();
+    for variant in &mut document.named_variants {
+        if let Some(controls) = &mut variant.controls {
+            controls.retain(|name| document.controls.iter().any(|control| control.name == name.value));
+            controls.push(Spanned { value: OWN.into(), span: 0..0 });
+        }
+    }
+}
+
+fn names_any(value: &Value, names: &[String]) -> bool {
+    match value {
+        Value::Word(word) => names.contains(word),
+        Value::Words(words) => words.iter().any(|word| names.contains(&word.value)),
+        Value::Tables(tables) => {
+            tables.iter().any(|table| table.values.values().any(|given| names_any(&given.value, names)))
+        }
+        _ => false,
+    }
+}
+
+fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(), Vec<Diagnostic>> {
+    let control = document.controls.iter_mut().find(|control| control.name == name);
+    let field = control.as_ref().and_then(|control| control.law.fields.iter().find(|field| field.name == "feedback"));
+    match (control, field) {
+        (Some(control), Some(field)) => {
+            let span = control.span.clone();
+            control.table.values.insert(field.name, Spanned { value: Value::Word(feedback.into()), span });
+            Ok(())
+        }
+        (control, _) => {
+            let law = control.map_or("", |control| control.law.keyword);
+            let message = format!("the law `{law}` of control `{name}` has no choice of feedback");
+            Err(vec![
+                Diagnostic::error("control::feedback", message)
+                    .help("leave `--feedback` out, or choose `--law decoupling`"),
+            ])
+        }
+    }
+}
+
+/// The number of the controller of that name; without a name, of the one with the most inputs.
+fn which(controls: &[ControlSpec], name: Option<&str>) -> Result<usize, Vec<Diagnostic>> {
+    let Some(name) = name else {
+        let inputs = |k: &usize| (controls[*k].law.inputs)(&controls[*k].values).len();
+        return Ok((0..controls.len()).rev().max_by_key(inputs).unwrap_or(0));
+    };
+    controls.iter().position(|control| control.name == name).ok_or_else(|| {
+        let names = || controls.iter().map(|control| control.name.as_str());
+        let help = match nearest(name, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if controls.is_empty() => "the variant has no controller".into(),
+            None => format!("there are {}", quoted(names())),
+        };
+        vec![Diagnostic::error("name::unknown", format!("there is no controller `{}`", shortened(name))).help(help)]
+    })
+}
+
+fn designed(
+    description: &str,
+    variant: &PreparedVariant,
+    number: usize,
+    settings: &DesignSettings,
+    progress: &dyn Progress,
+) -> Design {
+    let laws = variant.design_laws();
+    let (control, plant) = (&variant.model.controls[number], &variant.design_models[number]);
+    let mut design = laws[number].describe();
+    design.model.clone_from(&variant.model.name);
+    design.description = description.into();
+    design.variant.clone_from(&variant.name);
+    design.others = laws_but(&variant.model.controls, number);
+    if design.design_model.is_empty() {
+        design.design_model = "linear, at zero angles".into();
+    }
+    let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
+    if !values.is_empty() {
+        design.design_model += &format!(", {}", values.join(", "));
+    }
+    match closed_loop_poles(&plant.linear, &laws) {
+        Some(poles) => design.closed_loop_poles = poles,
+        None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
+    }
+    if let Some(exact) = laws[number].exact() {
+        prove(&exact, plant, &mut design);
+        judge(&mut design);
+    }
+    if settings.simulate {
+        let references = laws[number].references().to_vec();
+        design.cross_coupling = cross_coupling(variant, &references, &design, progress);
+    }
+    design
+}
+
+fn laws_but(controls: &[ControlSpec], number: usize) -> Vec<String> {
+    controls.iter().enumerate().filter(|(k, _)| *k != number).map(|(_, control)| control.name.clone()).collect()
 }

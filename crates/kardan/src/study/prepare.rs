@@ -87,7 +87,7 @@ pub fn check(source: &str) -> Vec<Diagnostic> {
     prepare(source).1
 }
 
-fn is_error(diagnostic: &Diagnostic) -> bool {
+pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error
 }
 
@@ -103,10 +103,16 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
 /// [`prepare`]; what stands in the way of a run alone does not stop an analysis.
 pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diagnostic>) {
     let (document, mut out) = read(source);
-    let mut prepared = Prepared::default();
     if out.iter().any(|d| d.code == "file::empty") {
-        return (prepared, out);
+        return (Prepared::default(), out);
     }
+    let prepared = prepare_document(purpose, &document, &mut out);
+    (prepared, out)
+}
+
+/// [`prepare`] of a document; what is wrong with it is added to what is known.
+pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut Vec<Diagnostic>) -> Prepared {
+    let mut prepared = Prepared::default();
     let all_settings = document.variant_settings();
     let mut first = None;
     for (k, VariantSettings { name: label, settings, controls }) in all_settings.iter().enumerate() {
@@ -118,37 +124,37 @@ pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diag
         }
         if !document.doubts.equations && !mistakes.iter().any(is_error) {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepared.variants.extend(prepare_variant(purpose, &document, name, model, settings, &mut mistakes));
+            prepared.variants.extend(prepare_variant(purpose, document, name, model, settings, &mut mistakes));
         }
         document.check_tolerances(settings, &mut mistakes);
-        add_new(&mut out, mistakes, (k > 0).then_some(label));
+        add_new(out, mistakes, (k > 0).then_some(label));
     }
     let mut mistakes = Vec::new();
     let known = match (prepared.variants.first(), first) {
         (Some(variant), _) => {
             let signals = signal_names(&variant.reduced, &variant.scenario);
-            Known { document: &document, signals, doubtful: BTreeSet::new() }
+            Known { document, signals, doubtful: BTreeSet::new() }
         }
         (None, Some(mut model)) => {
             let reduced = unreduced(&mut model);
             let settings = &all_settings[0].settings;
-            let scenario = scenario(&document, &model, &reduced.equations, None, settings, &mut mistakes);
+            let scenario = scenario(document, &model, &reduced.equations, None, settings, &mut mistakes);
             let signals = signal_names(&reduced, &scenario);
-            let known = Known { document: &document, signals, doubtful: model.doubtful };
+            let known = Known { document, signals, doubtful: model.doubtful };
             analysis_spec(&known, &reduced.equations, None, settings, &mut mistakes);
             known
         }
-        (None, None) => Known { document: &document, signals: Vec::new(), doubtful: BTreeSet::new() },
+        (None, None) => Known { document, signals: Vec::new(), doubtful: BTreeSet::new() },
     };
     let names: Vec<String> = all_settings.into_iter().map(|variant| variant.name).collect();
     prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
-    prepared.tolerance = tolerance(&document, &mut mistakes);
-    add_new(&mut out, mistakes, None);
+    prepared.tolerance = tolerance(document, &mut mistakes);
+    add_new(out, mistakes, None);
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.span.start), d.severity == Severity::Warning)
     });
-    (prepared, out)
+    prepared
 }
 
 /// The same mistake of several variants is told once; one that the first variant does not have tells where it was found.

@@ -21,6 +21,7 @@ pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use stability::{Stability, stability};
+pub use zeros::roots;
 
 use std::collections::BTreeSet;
 
@@ -30,7 +31,7 @@ use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
 use crate::reduce::{LinearModel, Reduced, linearise};
-use crate::results::{Design, Physical, Pole};
+use crate::results::{Design, Physical};
 use crate::schema::Field;
 
 /// What a law sees at one instant.
@@ -213,6 +214,8 @@ pub struct LawKind {
     pub fields: &'static [Field],
     /// An example, valid TOML.
     pub example: &'static str,
+    /// The keys of a table for these inputs and outputs, with defaults for all else; `None` if the law needs more than that.
+    pub template: fn(inputs: &[String], outputs: &[String]) -> Option<String>,
     /// The inputs that the keys name.
     pub inputs: fn(&Values) -> Vec<String>,
     /// The references and load estimates that the keys introduce.

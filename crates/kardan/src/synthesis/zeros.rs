@@ -17,7 +17,7 @@ pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(
 }
 
 /// All roots of a polynomial, as often as they are, by size; conjugates beside each other.
-pub(super) fn roots(polynomial: &Polynomial) -> Vec<Pole> {
+pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
     if polynomial.degree() == 0 {
         return Vec::new();
     }

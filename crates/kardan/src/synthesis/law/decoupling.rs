@@ -48,6 +48,15 @@ output = \"fs.phi\"
 reference = \"ref_fs\"
 poles = [\"-14 ± 14.3j\"]
 ",
+    template: |inputs, outputs| {
+        let list = |names: &[String]| names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let channel = |output: &String| {
+            let reference = output.split('.').next().unwrap_or_default();
+            format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"ref_{reference}\"\n")
+        };
+        let channels: String = outputs.iter().map(channel).collect();
+        Some(format!("inputs = [{}]\n{channels}", list(inputs)))
+    },
     inputs: |values| values.words("inputs").map(<[String]>::to_vec).unwrap_or_default(),
     references: |values| channels(values).filter_map(reference).collect(),
     design,

@@ -37,6 +37,16 @@ input = \"wg_motor\"
 kind = \"torque\"
 reference = \"u2\"
 ",
+    template: |inputs, outputs| {
+        let channel = |(input, output): (&String, &String)| {
+            let reference = output.split('.').next().unwrap_or_default();
+            format!(
+                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nkind = \"position\"\n\
+                 reference = \"ref_{reference}\"\n"
+            )
+        };
+        (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
+    },
     inputs: |values| channels(values).map(|c| c.word("input").unwrap_or_default().to_string()).collect(),
     references,
     design,

@@ -44,6 +44,7 @@ natural_frequency = \"20 rad/s\"
 damping_ratio = 0.7
 reference = \"ref_fs\"
 ",
+    template: |_, _| None,
     inputs: |values| values.word("input").map(str::to_string).into_iter().collect(),
     references,
     design,

@@ -1,0 +1,239 @@
+//! What can be proven of a designed linear loop, put into the result of a design.
+
+use crate::analysis::{LinearSystem, mode_of_motion, modes_of_pencil};
+use crate::num::{Matrix, Polynomial, Scalar};
+use crate::results::{
+    Canonical, ChannelResult, Decouplability, Design, Feedback, Flatness, Mode, Pole, TransferEntry, ZeroDynamics,
+    ZeroMode,
+};
+use crate::synthesis::decoupling::{
+    RationalFunction, canonical_form, coupled_entries, integrator_decoupled, relative_degrees, transfer_matrix,
+    zero_dynamics,
+};
+use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
+use crate::synthesis::{ExactLoop, Plant, Stability, named, roots, stability};
+
+/// Damping ratio below which a cancelled pole deserves a warning.
+const LIGHT: f64 = 0.2;
+
+/// Fills in what follows exactly from the loop: decouplability, canonical form, zero dynamics, transfer matrix, channels,
+/// flatness.
+pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
+    design.decouplability = decouplability(&exact.plant);
+    if design.relative_degrees.is_empty() {
+        design.relative_degrees = relative_degrees(&exact.plant).degrees;
+    }
+    design.canonical = canonical(&exact.system);
+    design.zero_dynamics = zeros(&exact.system, plant);
+    let [a, b, c, d] = exact.closed();
+    let closed = LinearSystem {
+        states: exact.system.states.clone(),
+        inputs: exact.references.iter().map(|(name, _)| name.clone()).collect(),
+        outputs: exact.system.outputs.clone(),
+        e: Matrix::identity(a.rows()),
+        a,
+        b,
+        c,
+        d,
+        freedoms: None,
+    };
+    let transfer = transfer_matrix(&closed);
+    let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
+    design.decoupled = square.then(|| coupled_entries(&closed).is_empty());
+    design.transfer = entries(&closed, &transfer);
+    design.channels = channels(exact, &transfer);
+    design.flatness = flatness(&exact.plant);
+}
+
+fn decouplability(system: &LinearSystem) -> Decouplability {
+    let degrees = relative_degrees(system);
+    let outputs = system.outputs.len();
+    let rank = rank(&degrees.matrix);
+    let normal_rank = structure_algorithm(system).rank();
+    let blocks = finest_blocks(system).unwrap_or_default();
+    let extension = dynamic_extension(system).ok();
+    let possible = match (rank == outputs, normal_rank == outputs) {
+        (true, _) => Feedback::Static,
+        (false, true) => Feedback::Dynamic,
+        _ => Feedback::Impossible,
+    };
+    let integrators = extension.map(|extension| extension.chains()).unwrap_or_default();
+    Decouplability { rank, normal_rank, possible, blocks, integrators, reasons: Vec::new() }
+}
+
+fn rank(matrix: &Matrix<crate::num::Rational>) -> usize {
+    crate::num::echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).rank()
+}
+
+fn canonical(system: &LinearSystem) -> Option<Canonical> {
+    let form = canonical_form(&integrator_decoupled(system).ok()?).ok()?;
+    let n = form.a.rows();
+    let (states, rows): (Vec<String>, Vec<String>) =
+        (system.states.clone(), (1..=n).map(|k| format!("x{k}")).collect());
+    let inputs: Vec<String> = (1..=form.b.columns()).map(|k| format!("v{k}")).collect();
+    Some(Canonical {
+        sizes: form.sizes,
+        ranks: form.ranks,
+        transformation: named(("Q", "transformation Q", ""), &rows, &states, &form.q),
+        a: named(("A_cd", "A of the canonically decoupled form", ""), &rows, &rows, &form.a),
+        b: named(("B_cd", "B of the canonically decoupled form", ""), &rows, &inputs, &form.b),
+        c: named(("C_cd", "C of the canonically decoupled form", ""), &system.outputs, &rows, &form.c),
+    })
+}
+
+fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
+    let Ok(found) = zero_dynamics(system) else { return ZeroDynamics::default() };
+    let k = found.matrix.rows();
+    let polynomial = found.polynomial.primitive().to_string();
+    if k == 0 {
+        return ZeroDynamics { polynomial, modes: Vec::new(), stable: true };
+    }
+    let names: Vec<String> = (0..k).map(|i| i.to_string()).collect();
+    let floating = modes_of_pencil(&names, &Matrix::identity(k), &found.matrix.to_f64()).unwrap_or_default();
+    let mut exact: Vec<Pole> = roots(&found.polynomial).into_iter().filter(|(_, im)| *im >= 0.0).collect();
+    let modes = floating
+        .iter()
+        .filter_map(|mode| {
+            // Multiple roots spread by rounding; what they are is known.
+            let distance = |pole: &Pole| (pole.0 - mode.eigenvalue.0).hypot(pole.1 - mode.eigenvalue.1);
+            let near = (0..exact.len()).min_by(|&i, &j| distance(&exact[i]).total_cmp(&distance(&exact[j])))?;
+            let pole = exact.remove(near);
+            Some(zero_mode(system, plant, &found.basis.to_f64(), pole, mode))
+        })
+        .collect();
+    ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
+}
+
+/// The motion behind a zero: which shafts move and where the energy is.
+fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Pole, mode: &Mode) -> ZeroMode {
+    let state = |i: usize| {
+        let part = |pick: fn(&(String, f64, f64)) -> f64| {
+            mode.shape.iter().enumerate().map(|(j, entry)| basis[(i, j)] * pick(entry)).sum::<f64>()
+        };
+        (part(|entry| entry.1), part(|entry| entry.2))
+    };
+    let coordinates = &plant.linear.coordinates;
+    let all = |tail: &str| -> Vec<(f64, f64)> {
+        let place = |name: &String| system.states.iter().position(|state| *state == format!("{name}.{tail}"));
+        coordinates.iter().map(|name| place(name).map_or((0.0, 0.0), state)).collect()
+    };
+    let moves = |motion: &[(f64, f64)]| motion.iter().any(|(re, im)| *re != 0.0 || *im != 0.0);
+    let speeds = all("w");
+    let motion = if moves(&speeds) { speeds } else { all("phi") };
+    let shafts: Vec<(f64, f64)> = (0..plant.shafts().len())
+        .map(|shaft| {
+            let row = plant.linear.direction(shaft).to_f64();
+            let sum = |pick: fn(&(f64, f64)) -> f64| -> f64 {
+                motion.iter().enumerate().map(|(j, x)| row[(0, j)] * pick(x)).sum()
+            };
+            (sum(|x| x.0), sum(|x| x.1))
+        })
+        .collect();
+    let found = mode_of_motion(&plant.constrained(&[]), pole, &shafts);
+    let stored = found.stored.iter().map(|(element, _, share)| (element.clone(), *share));
+    let mut shares: Vec<(String, f64)> = Vec::new();
+    for (element, share) in stored {
+        match shares.iter_mut().find(|(other, _)| *other == element) {
+            Some((_, sum)) => *sum += share,
+            None => shares.push((element, share)),
+        }
+    }
+    ZeroMode {
+        pole,
+        natural_frequency: found.natural_frequency,
+        damping_ratio: found.damping_ratio,
+        stored: shares,
+        dissipated: found.dissipated,
+        shape: found.shape,
+        warning: warning(pole, found.natural_frequency, found.damping_ratio),
+    }
+}
+
+fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
+    match pole {
+        (re, _) if re > 0.0 => Some(format!("unstable: it grows with {re:.6} 1/s behind the outputs")),
+        (0.0, 0.0) => Some("at zero: an integrator stays behind the outputs, its motion never comes back".into()),
+        (0.0, _) => Some(format!("not damped at all: it rings for ever at {frequency:.6} rad/s behind the outputs")),
+        _ if damping < LIGHT => Some(format!(
+            "lightly damped ({:.3} % at {frequency:.6} rad/s): the law cancels it, so that it rings behind the outputs, and \
+             the motors with it; an error of the model shows it",
+            100.0 * damping
+        )),
+        _ => None,
+    }
+}
+
+fn text(polynomial: &Polynomial) -> Vec<String> {
+    polynomial.coefficients().iter().map(ToString::to_string).collect()
+}
+
+fn entries(system: &LinearSystem, transfer: &[Vec<RationalFunction>]) -> Vec<TransferEntry> {
+    let entry = |i: usize, j: usize| TransferEntry {
+        output: system.outputs[i].clone(),
+        reference: system.inputs[j].clone(),
+        numerator: text(&transfer[i][j].numerator),
+        denominator: text(&transfer[i][j].denominator),
+    };
+    (0..system.outputs.len())
+        .flat_map(|i| (0..system.inputs.len()).map(move |j| (i, j)))
+        .map(|(i, j)| entry(i, j))
+        .collect()
+}
+
+fn channels(exact: &ExactLoop, transfer: &[Vec<RationalFunction>]) -> Vec<ChannelResult> {
+    let channel = |(j, &i): (usize, &usize)| {
+        let RationalFunction { numerator, denominator } = &transfer[i][j];
+        let bracket = |p: &Polynomial| {
+            let terms = p.coefficients().iter().filter(|x| !Scalar::is_zero(*x)).count();
+            if terms > 1 { format!("({p})") } else { p.to_string() }
+        };
+        let transfer = if denominator.degree() == 0 {
+            numerator.to_string()
+        } else {
+            format!("{}/{}", bracket(numerator), bracket(denominator))
+        };
+        ChannelResult {
+            output: exact.system.outputs[i].clone(),
+            reference: exact.references[j].0.clone(),
+            kind: match exact.references[j].1.as_str() {
+                "rad" => "position",
+                "rad/s" => "speed",
+                _ => "torque",
+            }
+            .into(),
+            transfer,
+            poles: roots(denominator),
+        }
+    };
+    exact.channels.iter().enumerate().map(channel).collect()
+}
+
+fn flatness(system: &LinearSystem) -> Option<Flatness> {
+    let found = flat_parametrisation(system).ok()?;
+    let outputs = system.outputs.join(", ");
+    let (flat, remainder) = (found.is_flat(), found.zeros.to_string());
+    let statement = if flat {
+        format!("({outputs}) is a flat output: all states and inputs are functions of it and finitely many derivatives")
+    } else {
+        format!("({outputs}) is not a flat output: states and inputs follow from it through the filter 1/({remainder})")
+    };
+    Some(Flatness {
+        outputs: system.outputs.clone(),
+        flat,
+        remainder,
+        poles: roots(&found.zeros),
+        derivatives: found.derivatives(),
+        statement,
+    })
+}
+
+/// Says what must not be overlooked.
+pub(super) fn judge(design: &mut Design) {
+    let told = design.zero_dynamics.modes.iter().filter_map(|mode| {
+        let (re, im) = mode.pole;
+        let pole = if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) };
+        mode.warning.as_ref().map(|warning| format!("the zero at {pole} 1/s is {warning}"))
+    });
+    let told: Vec<String> = told.collect();
+    design.warnings.extend(told);
+}
