@@ -11,7 +11,7 @@ mod common;
 use common::*;
 use kardan::model::builtin;
 use kardan::reduce::{Dynamics, MechanismData, MechanismError, Multipliers, Reduced, Work};
-use kardan::synthesis::effective_inertia;
+use kardan::synthesis::{Seen, effective_inertia};
 use kardan_rt::{ComputedTorque, PositionLoop, Situation, StateSpace, Task};
 
 /// Numbers in ±1 from a linear congruential generator, the same in every run.
@@ -242,7 +242,9 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
         let (mut found, mut expected) = ([0.0; 2], [0.0; 2]);
         let now = Situation { position: &position, speed: &speed, references: &references, disturbances: &[] };
         assert!(law.torques(now, &mut memory, &mut found));
-        linear.command(&work.kinematics.angles, &work.kinematics.speeds, &references, &mut expected);
+        let (angles, speeds) = (&work.kinematics.angles, &work.kinematics.speeds);
+        let seen = Seen { angles, speeds, disturbances: &[], references: &references, states: &[] };
+        linear.command(seen, &mut expected);
         agree(&found, &expected, 1e-11, "torques");
     }
 }
@@ -297,7 +299,7 @@ fn computed_torque_decouples_a_bent_joint() {
     let mut memory = vec![0.0; data.block().memory()];
     let now = data.block().evaluate(&[0.0; 3], &[0.0; 3], &mut memory).expect("memory enough");
     let matrix: Vec<Vec<f64>> = now.inertia.chunks(3).map(<[f64]>::to_vec).collect();
-    let inertia = kardan::num::rational_to_f64(&effective_inertia(&straight.design_models[0], fs));
+    let inertia = kardan::num::rational_to_f64(&effective_inertia(&straight.design_models[0].linear, fs));
     close(
         1.0 / dot(&solve(&matrix, &now.basis[3 * fs..3 * fs + 3]), &now.basis[3 * fs..3 * fs + 3]),
         inertia,

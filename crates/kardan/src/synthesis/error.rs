@@ -52,6 +52,40 @@ pub enum SynthesisError {
         /// The signal.
         signal: String,
     },
+    /// An output that computed torque does not control.
+    #[error("computed torque controls angles of shafts and constraint torques, and `{signal}` is neither")]
+    NotForComputedTorque {
+        /// The signal.
+        signal: String,
+    },
+    /// Dynamics for an output that has none.
+    #[error("`{output}` answers to the motors at once, so that `{key}` has no meaning for its channel")]
+    NoDynamics {
+        /// The output.
+        output: String,
+        /// The key.
+        key: &'static str,
+    },
+    /// The motors do not act on the acceleration or the torque that is asked.
+    #[error(
+        "the motors {} do not act on `{output}` directly{}",
+        list(inputs),
+        degree.map_or(" nor in any other way".into(), |degree| format!(", but on its derivative number {degree} only"))
+    )]
+    NoDirectInput {
+        /// The output.
+        output: String,
+        /// The inputs.
+        inputs: Vec<String>,
+        /// Its relative degree.
+        degree: Option<usize>,
+    },
+    /// The runtime does not know a transmission.
+    #[error("the law cannot run on the nonlinear model: {reason}")]
+    NoBlock {
+        /// Why.
+        reason: String,
+    },
     /// Two keys that say the same.
     #[error("the channel of `{output}` has both `{}` and `{}`", keys[0], keys[1])]
     Contradiction {
@@ -173,6 +207,22 @@ impl SynthesisError {
                 "not for an observer",
                 "let the observer measure angles, speeds and torques of springs",
             ),
+            Self::NotForComputedTorque { signal } => advice(
+                std::slice::from_ref(signal),
+                "neither angle nor constraint torque",
+                "name `<shaft>.phi` or a sensor of a constraint torque, or use `law = \"decoupling\"`",
+            ),
+            Self::NoDynamics { output, key } => Advice {
+                named: vec![output.clone()],
+                label: "no dynamics",
+                help: format!("remove `{key}`: the torque equals its reference at once"),
+            },
+            Self::NoDirectInput { output, .. } => advice(
+                std::slice::from_ref(output),
+                "not reached directly",
+                "choose motors that act on it without a spring between, or use `law = \"decoupling\"`",
+            ),
+            Self::NoBlock { .. } => advice(&[], "this law", "design on the linear model: `plant = \"linear\"`"),
             Self::Contradiction { output, keys } => Advice {
                 named: vec![output.clone()],
                 label: "two wishes",

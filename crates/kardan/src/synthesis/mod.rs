@@ -11,6 +11,7 @@ mod exact;
 pub mod inversion;
 mod law;
 mod linear_law;
+mod nonlinear_law;
 pub mod observer;
 pub mod regulator;
 mod stability;
@@ -30,7 +31,7 @@ use crate::assemble::Along;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
-use crate::reduce::{LinearModel, Reduced, linearise};
+use crate::reduce::{Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
 use crate::schema::Field;
 
@@ -175,6 +176,11 @@ impl Plant {
     /// Names of all shafts, sorted.
     pub fn shafts(&self) -> &[String] {
         &self.reduced.equations.shafts
+    }
+
+    /// Whether the equations of motion have constant coefficients.
+    pub fn is_constant(&self) -> bool {
+        Kinematics::new(&self.reduced).is_constant()
     }
 
     /// Names of the states `[q_r; q̇_r]`.

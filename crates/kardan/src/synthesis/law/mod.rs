@@ -1,5 +1,6 @@
 //! The control laws, one file each, and the one list of them.
 
+mod computed_torque;
 mod decoupling;
 mod noninteracting;
 mod position_loop;
@@ -9,8 +10,12 @@ pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteract
 use super::LawKind;
 
 /// All laws.
-pub const REGISTRY: &[LawKind] =
-    &[decoupling::DECOUPLING, noninteracting::NONINTERACTING, position_loop::POSITION_LOOP];
+pub const REGISTRY: &[LawKind] = &[
+    computed_torque::COMPUTED_TORQUE,
+    decoupling::DECOUPLING,
+    noninteracting::NONINTERACTING,
+    position_loop::POSITION_LOOP,
+];
 
 /// The law with that keyword.
 pub fn find(keyword: &str) -> Option<&'static LawKind> {

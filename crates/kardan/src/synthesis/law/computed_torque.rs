@@ -1,0 +1,192 @@
+use kardan_rt::{PositionLoop, Task};
+
+use crate::analysis::OutputSignal;
+use crate::element::Values;
+use crate::equations::Measured;
+use crate::num::{Polynomial, Scalar};
+use crate::results::Design;
+use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::channels::{
+    CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
+};
+use crate::synthesis::decoupling::{decouple, relative_degrees};
+use crate::synthesis::linear_law::{Linear, LinearBlock};
+use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::zeros::check_zeros;
+use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
+use crate::units::Dimension;
+
+/// Computed torque, full and partial, \[diss. (6.17), (6.20)-(6.27)\].
+pub const COMPUTED_TORQUE: LawKind = LawKind {
+    keyword: "computed_torque",
+    summary: "Computed torque on the full nonlinear model: chosen shaft angles become double integrators of their own, \
+              chosen constraint torques equal their references at once (partial computed torque).",
+    fields: &[
+        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its motor."),
+        FRICTION_WIDTH,
+    ],
+    example: "\
+[sensor.fs_torque]
+measures = \"torque\"
+element = \"hd\"
+shaft = \"fs\"
+
+[control.drive]
+law = \"computed_torque\"
+
+[[control.drive.channels]]
+output = \"rk.phi\"
+input = \"rk_motor\"
+poles = [-20, -20]
+reference = \"ref_rk\"
+
+[[control.drive.channels]]
+output = \"fs_torque\"
+input = \"wg_motor\"
+reference = \"ref_torque\"
+",
+    template: |inputs, outputs| {
+        let channel = |(input, output): (&String, &String)| {
+            let reference = output.split('.').next().unwrap_or_default();
+            format!(
+                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nreference = \"ref_{reference}\"\n"
+            )
+        };
+        (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
+    },
+    inputs: |values| channels(values).map(|c| c.word("input").unwrap_or_default().to_string()).collect(),
+    references: |values| channels(values).filter_map(reference).collect(),
+    design,
+};
+
+/// Coulomb friction fed forward.
+pub(super) const FRICTION_WIDTH: Field = Field::optional(
+    "friction_width",
+    Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+    "Feeds the Coulomb friction of the model forward, c w/sqrt(w^2 + width^2) along each friction direction with the speed \
+     w: full beyond a few widths, none at rest; left out: no friction is fed forward.",
+);
+
+const CHANNEL: &[Field] = &[
+    Field::required(
+        "output",
+        Kind::Output,
+        "The output: the angle of a shaft, `<shaft>.phi`, or a sensor of a constraint torque.",
+    ),
+    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
+    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
+    NATURAL_FREQUENCY,
+    DAMPING_RATIO,
+    CROSSOVER,
+    POLES,
+];
+
+fn channels(values: &Values) -> impl Iterator<Item = &Values> {
+    values.tables("channels").unwrap_or_default().iter()
+}
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let (plant, values) = (request.plant, request.values);
+    let inputs = (COMPUTED_TORQUE.inputs)(values);
+    let references = (COMPUTED_TORQUE.references)(values);
+    let outputs: Vec<OutputSignal> = channels(values)
+        .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
+        .collect::<Result<_, _>>()?;
+    let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
+    once(names.iter().map(String::as_str), "output")?;
+    once(inputs.iter().map(String::as_str), "input")?;
+    once(references.iter().map(|r| r.name.as_str()), "reference")?;
+    let (mut polynomials, mut wishes) = (Vec::new(), Vec::new());
+    for (channel, output) in channels(values).zip(&outputs) {
+        check_dynamics(channel, &output.name)?;
+        let degree = match &output.measured {
+            Measured::Angle(_) => 2,
+            Measured::ConstraintTorque(..) => 0,
+            _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
+        };
+        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error };
+        let has_dynamics =
+            ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
+        if let (0, Some(key)) = (degree, has_dynamics) {
+            return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
+        }
+        let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
+        wishes.push(match &output.measured {
+            Measured::Angle(shaft) => Wish::Task(Task::Position {
+                shaft: plant.reduced.shaft(shaft).expect("an output names a shaft"),
+                position_loop: position_loop(&polynomial),
+            }),
+            measured => Wish::ConstraintTorque(measured.clone()),
+        });
+        polynomials.push(polynomial);
+    }
+    let system = plant.system(&inputs, &outputs);
+    let relative = relative_degrees(&system);
+    for (output, (degree, polynomial)) in names.iter().zip(relative.degrees.iter().zip(&polynomials)) {
+        if *degree != Some(polynomial.degree()) {
+            return Err(SynthesisError::NoDirectInput {
+                output: output.clone(),
+                inputs: inputs.clone(),
+                degree: *degree,
+            });
+        }
+    }
+    let (torques, direct) = plant.torques(request.disturbances, &outputs);
+    let found = decouple(&system, &torques, Some(&direct), &polynomials)
+        .map_err(|error| SynthesisError::NotStatic { outputs: names.clone(), error, reasons: Vec::new() })?;
+    check_zeros(&system, &names)?;
+    let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let states = plant.states();
+    let friction_width = values.number("friction_width");
+    let mut notes = Vec::new();
+    if !plant.is_constant() {
+        notes.push(
+            "the gains are those at the design point; the law evaluates the full nonlinear model at every step".into(),
+        );
+    }
+    if let Some(width) = friction_width {
+        notes.push(format!("Coulomb friction is fed forward, smoothed over {width} rad/s"));
+    }
+    let mut gains = vec![
+        named(("K", "state gain K of u = -K x + L r", ""), &inputs, &states, &found.k),
+        named(("L", "reference gain L", ""), &inputs, &reference_names, &found.l),
+    ];
+    if !request.disturbances.is_empty() {
+        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), &inputs, &shafts, &found.m));
+    }
+    let rows: Vec<String> =
+        names.iter().zip(&found.degrees).map(|(output, degree)| output.clone() + &"'".repeat(*degree)).collect();
+    let design = Design {
+        controller: request.name.into(),
+        law: COMPUTED_TORQUE.keyword.into(),
+        design_model: if plant.is_constant() { String::new() } else { "full nonlinear model".into() },
+        states,
+        relative_degrees: relative.degrees,
+        decoupling_matrix: named(("decoupling_matrix", "decoupling matrix G", ""), &rows, &inputs, &found.matrix),
+        gains,
+        inputs,
+        outputs: names,
+        notes,
+        ..Design::default()
+    };
+    let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
+    let exact = ExactLoop {
+        plant: system.clone(),
+        system,
+        state_gain: found.k,
+        reference_gain: found.l,
+        channels: (0..references.len()).collect(),
+        references: references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
+    };
+    let told = (0..references.len()).collect();
+    let linear = Linear::new(request, design, Some(exact), references, block);
+    Ok(Box::new(Nonlinear::new(request, linear, wishes, told, friction_width)?))
+}
+
+/// The loop around a double integrator with that characteristic polynomial.
+fn position_loop(polynomial: &Polynomial) -> PositionLoop<f64> {
+    let coefficient = |k: usize| Scalar::to_f64(&polynomial.coefficient(k));
+    let natural_frequency = coefficient(0).sqrt();
+    PositionLoop { natural_frequency, damping_ratio: coefficient(1) / (2.0 * natural_frequency) }
+}

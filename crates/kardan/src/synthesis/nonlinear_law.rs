@@ -1,0 +1,156 @@
+use kardan_rt::{ComputedTorque, Situation, Task};
+
+use super::linear_law::Linear;
+use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
+use crate::equations::Measured;
+use crate::reduce::{MechanismData, MechanismError};
+use crate::results::Design;
+
+/// A law on the nonlinear model, run by the block [`ComputedTorque`]. What is linear about it is that of the law with
+/// constant gains at the design point.
+pub(super) struct Nonlinear {
+    at_design_point: Linear,
+    data: MechanismData<f64>,
+    tasks: Vec<Task<f64>>,
+    /// The reference of each task.
+    told: Vec<usize>,
+    inputs: Vec<usize>,
+    friction_width: Option<f64>,
+    coordinates: Vec<usize>,
+    /// The shaft of each disturbance that is cancelled; none for one that is not.
+    disturbed: Vec<Option<usize>>,
+    // Memory of one evaluation.
+    memory: Vec<f64>,
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    references: Vec<f64>,
+    disturbances: Vec<f64>,
+}
+
+/// What a channel of a nonlinear law controls, before the model is tabulated.
+pub(super) enum Wish {
+    Task(Task<f64>),
+    /// The constraint torque that a sensor would measure.
+    ConstraintTorque(Measured),
+}
+
+impl Nonlinear {
+    /// Tabulates the model of a request. `told` names the reference of each wish among those of the linear law.
+    ///
+    /// # Errors
+    /// If a transmission has no runtime block.
+    pub fn new(
+        request: &Request<'_>,
+        at_design_point: Linear,
+        wishes: Vec<Wish>,
+        told: Vec<usize>,
+        friction_width: Option<f64>,
+    ) -> Result<Self, SynthesisError> {
+        let reduced = &request.plant.reduced;
+        let cuts: Vec<(&str, &str)> = wishes
+            .iter()
+            .filter_map(|wish| match wish {
+                Wish::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
+                    Some((element.as_str(), shaft.as_str()))
+                }
+                _ => None,
+            })
+            .collect();
+        let data = MechanismData::with_cuts(reduced, &cuts).map_err(no_block)?;
+        let mut cut = 0;
+        let tasks: Vec<Task<f64>> = wishes
+            .into_iter()
+            .map(|wish| match wish {
+                Wish::Task(task) => task,
+                Wish::ConstraintTorque(_) => {
+                    cut += 1;
+                    Task::ConstraintTorque { cut: cut - 1 }
+                }
+            })
+            .collect();
+        let number = |name: &String| {
+            reduced.equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
+        };
+        let inputs: Vec<usize> = at_design_point.inputs().iter().map(number).collect();
+        let felt = |shaft: &usize| tasks.iter().any(|task| matches!(task, Task::Torque { shaft: s } if s == shaft));
+        let r = reduced.coordinates.len();
+        let mut out = Self {
+            told,
+            inputs,
+            friction_width,
+            coordinates: reduced.coordinates.clone(),
+            disturbed: request.disturbances.iter().map(|shaft| (!felt(shaft)).then_some(*shaft)).collect(),
+            memory: Vec::new(),
+            position: vec![0.0; r],
+            speed: vec![0.0; r],
+            references: vec![0.0; tasks.len()],
+            disturbances: vec![0.0; data.shafts.len()],
+            tasks,
+            data,
+            at_design_point,
+        };
+        out.memory = vec![0.0; out.law().memory()];
+        Ok(out)
+    }
+
+    fn law(&self) -> ComputedTorque<'_, f64> {
+        ComputedTorque {
+            mechanism: self.data.block(),
+            tasks: &self.tasks,
+            inputs: &self.inputs,
+            friction_width: self.friction_width,
+        }
+    }
+}
+
+fn no_block(error: MechanismError) -> SynthesisError {
+    SynthesisError::NoBlock { reason: error.to_string() }
+}
+
+impl Law for Nonlinear {
+    fn inputs(&self) -> &[String] {
+        self.at_design_point.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.at_design_point.references()
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        for (k, &shaft) in self.coordinates.iter().enumerate() {
+            self.position[k] = seen.angles[shaft];
+            self.speed[k] = seen.speeds[shaft];
+        }
+        for (reference, &told) in self.references.iter_mut().zip(&self.told) {
+            *reference = seen.references[told];
+        }
+        self.disturbances.fill(0.0);
+        for (shaft, torque) in self.disturbed.iter().zip(seen.disturbances) {
+            if let Some(shaft) = shaft {
+                self.disturbances[*shaft] += torque;
+            }
+        }
+        let mut memory = std::mem::take(&mut self.memory);
+        let now = Situation {
+            position: &self.position,
+            speed: &self.speed,
+            references: &self.references,
+            disturbances: &self.disturbances,
+        };
+        // Where the tasks depend on each other the last torques stay.
+        let _kept = !self.law().torques(now, &mut memory, out);
+        self.memory = memory;
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.at_design_point.linear()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.at_design_point.exact()
+    }
+
+    fn describe(&self) -> Design {
+        self.at_design_point.describe()
+    }
+}
