@@ -48,7 +48,7 @@ pub struct NotIntegratorDecoupled {
 /// use kardan::num::{Matrix, Rational};
 /// use kardan::synthesis::decoupling::{canonical_form, check_canonical, integrator_decoupled, relative_degrees};
 /// let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
-/// let a = matrix(&[&[-1, 2, 0], &[0, -3, 0], &[4, 0, -5]]);
+/// let a = matrix(&[&[-1, 2, 0], &[0, -3, 0], &[3, 0, -5]]);
 /// let system = LinearSystem::state_space(a, matrix(&[&[1, 0], &[0, 1], &[1, 1]]), matrix(&[&[1, 0, 0], &[0, 1, 0]]));
 /// let form = canonical_form(&integrator_decoupled(&system).unwrap()).unwrap();
 /// // The third state is driven by both channels and seen by no output.
