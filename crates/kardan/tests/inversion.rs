@@ -654,7 +654,7 @@ fn definitions_hold_and_extensions_exist_iff_the_rank_is_full() {
         check_blocks(&system, &finest_blocks(&system).unwrap());
     }
     assert!(
-        possible > 100 && impossible > 100 && extended > 20 && combined > 0,
+        possible > 100 && impossible > 100 && extended > 5 && combined > 2,
         "{possible} {impossible} {extended} {combined}"
     );
 }
@@ -880,7 +880,7 @@ fn thirty_states() {
     let dense = LinearSystem::state_space(dice.matrix(30, 30, 9), dice.matrix(30, 3, 9), dice.matrix(3, 30, 9));
     for (name, system) in [("bodies", &bodies), ("dense", &dense)] {
         let start = std::time::Instant::now();
-        let mut lap = |what: &str| println!("{name}: {what} after {:?}", start.elapsed());
+        let lap = |what: &str| println!("{name}: {what} after {:?}", start.elapsed());
         let flat = flat_parametrisation(system).unwrap();
         lap("parametrisation");
         let extension = dynamic_extension(system).unwrap();

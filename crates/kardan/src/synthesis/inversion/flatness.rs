@@ -1,9 +1,8 @@
 use super::characteristic::characteristic_polynomial;
-use super::polynomial_matrix::constant;
 use super::row_span::RowSpan;
 use super::{Obstruction, PolynomialMatrix, obstruction, structure_algorithm};
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Residue, Scalar, echelon};
 
 /// States and inputs as functions of the outputs and their derivatives: `x = X(s)/z(s) y`, `u = U(s)/z(s) y`.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +124,8 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
         .multiply(&zeta)
         .plus(&PolynomialMatrix::constant(&of_free(drive)).multiply(&found.operator));
     let (quotient, remainder) = divide_by_pencil(&q, &excitation);
-    let (z, numerator) = resolvent(&q, &remainder);
+    let zeros = characteristic_polynomial(&q);
+    let (z, numerator) = resolvent(&q, &remainder, &zeros);
     let x = PolynomialMatrix::constant(&from_known)
         .multiply(&zeta)
         .plus(&PolynomialMatrix::constant(&from_rest).multiply(&quotient))
@@ -140,7 +140,7 @@ pub fn flat_parametrisation(system: &LinearSystem) -> Result<FlatParametrisation
         x,
         u,
         z,
-        zeros: characteristic_polynomial(&q),
+        zeros,
     })
 }
 
@@ -158,28 +158,51 @@ fn divide_by_pencil(q: &Matrix<Rational>, w: &PolynomialMatrix) -> (PolynomialMa
     (PolynomialMatrix::from_fn(w.rows(), w.columns(), entry), carried)
 }
 
-/// `(sI − Q)⁻¹ W = N(s)/μ(s)` in lowest terms: μ, monic, and N.
+/// `(sI − Q)⁻¹ W = N(s)/μ(s)` in lowest terms: μ, monic, and N, given the characteristic polynomial of Q.
 ///
-/// μ is the monic polynomial of smallest degree with `μ(Q) W = 0`, N = Σ_k sᵏ Σ_{j>k} μ_j Q^(j−k−1) W.
-fn resolvent(q: &Matrix<Rational>, w: &Matrix<Rational>) -> (Polynomial, PolynomialMatrix) {
-    let mut span = RowSpan::default();
-    let mut powers = vec![w.clone()];
-    let mut mu = loop {
-        let last = &powers[powers.len() - 1];
-        if let Some(weights) = span.insert(last.as_slice()) {
-            break weights.iter().map(|x| Rational::ZERO.minus(x)).collect::<Vec<_>>();
-        }
-        let next = q.multiply(last);
-        powers.push(next);
-    };
-    mu.push(Rational::ONE);
-    let degree = mu.len() - 1;
-    let coefficient = |k: usize, i: usize, j: usize| {
-        (k + 1..=degree).fold(Rational::ZERO, |sum, l| sum.plus(&mu[l].times(&powers[l - k - 1][(i, j)])))
-    };
-    let numerator = PolynomialMatrix::from_fn(w.rows(), w.columns(), |i, j| {
-        Polynomial::new((0..degree).map(|k| coefficient(k, i, j)).collect())
-    });
-    let mu = if degree == 0 { constant(Rational::ONE) } else { Polynomial::new(mu) };
+/// μ is the monic polynomial of smallest degree with `μ(Q) W = 0`; N has the coefficients `N_k = μ_{k+1} W + Q N_{k+1}`.
+fn resolvent(
+    q: &Matrix<Rational>,
+    w: &Matrix<Rational>,
+    characteristic: &Polynomial,
+) -> (Polynomial, PolynomialMatrix) {
+    let mu = if excites_all(q, w) { characteristic.clone() } else { minimal_polynomial(q, w) };
+    let mut carried = Matrix::<Rational>::zeros(w.rows(), w.columns());
+    let mut numerator = Vec::new();
+    for factor in mu.coefficients()[1..].iter().rev() {
+        carried = w.scale(factor).plus(&q.multiply(&carried));
+        numerator.push(carried.clone());
+    }
+    numerator.reverse();
+    let entry = |i, j| Polynomial::new(numerator.iter().map(|n| n[(i, j)].clone()).collect());
+    let numerator = PolynomialMatrix::from_fn(w.rows(), w.columns(), entry);
     (mu, numerator)
+}
+
+/// Whether W, QW, …, Qⁿ⁻¹W are found to be independent modulo a prime; then they are.
+fn excites_all(q: &Matrix<Rational>, w: &Matrix<Rational>) -> bool {
+    let field = PrimeField::new((1 << 61) - 1);
+    let images = [q, w].map(|m| ModularMatrix::from_rational(&field, m));
+    let [Some(q), Some(mut power)] = images else { return false };
+    let n = w.rows();
+    let mut rows: Vec<Vec<Residue>> = Vec::with_capacity(n);
+    for _ in 0..n {
+        rows.push((0..n).flat_map(|i| power.row(i).to_vec()).collect());
+        power = q.multiply(&field, &power);
+    }
+    let krylov = ModularMatrix::from_fn(n, n * w.columns(), |i, j| rows[i][j]);
+    krylov.echelon(&field).1.len() == n
+}
+
+/// The monic polynomial μ of smallest degree with `μ(Q) W = 0`.
+fn minimal_polynomial(q: &Matrix<Rational>, w: &Matrix<Rational>) -> Polynomial {
+    let mut span = RowSpan::default();
+    let mut power = w.clone();
+    loop {
+        if let Some(weights) = span.insert(power.as_slice()) {
+            let lower = weights.iter().map(|x| Rational::ZERO.minus(x));
+            return Polynomial::new(lower.chain([Rational::ONE]).collect());
+        }
+        power = q.multiply(&power);
+    }
 }
