@@ -13,7 +13,7 @@ mod reach;
 mod riccati;
 mod schur;
 mod steady_state;
-mod words;
+pub(super) mod words;
 
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
 pub use pole_placement::{Placement, PlacementError, place_poles};
