@@ -1,10 +1,10 @@
+use super::ObserverError;
 use super::distinguish::{hidden_states, in_proportion, seen_constants};
-use super::poles::{ExactPole, floats, product};
-use super::{ObserverError, poles};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::Pole;
-use crate::synthesis::regulator::{Chains, chains, in_words};
+use crate::synthesis::regulator::exact_poles::{floats, product};
+use crate::synthesis::regulator::{Chains, ExactPole, chains, in_words};
 
 /// The gain of an observer `x̂′ = A x̂ + B u + L (y − C x̂ − D u)` with exact entries, A and B for E = I.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,8 +120,7 @@ fn deal<'a>(
 
 fn polynomials(sensors: &[String], shares: &[&[ExactPole]]) -> Result<Vec<Polynomial>, ObserverError> {
     let polynomial = |(sensor, share): (&String, &&[ExactPole])| {
-        product(share)
-            .ok_or_else(|| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: poles::floats(share) })
+        product(share).ok_or_else(|| ObserverError::NotSelfConjugate { sensor: sensor.clone(), poles: floats(share) })
     };
     sensors.iter().zip(shares).map(polynomial).collect()
 }

@@ -8,7 +8,6 @@ mod error;
 mod extend;
 mod kalman;
 mod luenberger;
-mod poles;
 mod sentences;
 
 pub use distinguish::{Distinguishable, MOST_SETS, distinguishable};
@@ -16,4 +15,3 @@ pub use error::ObserverError;
 pub use extend::{extend, torques_on};
 pub use kalman::{KalmanGain, Noise, kalman};
 pub use luenberger::{ObserverGain, luenberger};
-pub use poles::ExactPole;

@@ -5,7 +5,7 @@ use crate::results::Pole;
 pub type ExactPole = (Rational, Rational);
 
 /// `Π (s − pole)`; `None` if the poles are not self-conjugate.
-pub(super) fn product(poles: &[ExactPole]) -> Option<Polynomial> {
+pub(in crate::synthesis) fn product(poles: &[ExactPole]) -> Option<Polynomial> {
     let mut out = vec![Rational::ONE];
     let mut open: Vec<&ExactPole> = Vec::new();
     for pole in poles {
@@ -33,6 +33,7 @@ fn times(a: &[Rational], b: &[Rational]) -> Vec<Rational> {
     out
 }
 
-pub(super) fn floats(poles: &[ExactPole]) -> Vec<Pole> {
+/// Rounded.
+pub(in crate::synthesis) fn floats(poles: &[ExactPole]) -> Vec<Pole> {
     poles.iter().map(|(re, im)| (rational_to_f64(re), rational_to_f64(im))).collect()
 }
