@@ -449,3 +449,53 @@ fn references_are_reached() {
     let wide = LinearSystem::state_space(m(&[&[0]]), m(&[&[1, 1]]), m(&[&[1]]));
     assert_eq!(steady_state(&wide), Err(SteadyStateError::NotSquare { outputs: 1, inputs: 2 }));
 }
+
+/// No states, no inputs: no panic, and an answer where there is one.
+#[test]
+fn empty_systems() {
+    let free = LinearSystem::state_space(integers(&[&[-1]]), Matrix::zeros(1, 0), Matrix::zeros(0, 1));
+    assert_eq!(place_poles(&free, &[(-1.0, 0.0)]).unwrap().gain.rows(), 0);
+    assert!(matches!(place_poles(&free, &[(-2.0, 0.0)]), Err(PlacementError::FixedModes { .. })));
+    let cost = lqr(&free, &Weights::diagonal(&[2.0], &[])).unwrap();
+    assert!((cost.solution[(0, 0)] - 1.0).abs() < 1e-15);
+    assert!(steady_state(&free).is_ok());
+    let nothing = LinearSystem::state_space(Matrix::zeros(0, 0), Matrix::zeros(0, 0), Matrix::zeros(0, 0));
+    assert!(place_poles(&nothing, &[]).is_ok() && lqr(&nothing, &Weights::diagonal(&[], &[])).is_ok());
+    assert!(steady_state(&nothing).is_ok());
+    let none = Matrix::<f64>::zeros(0, 0);
+    assert!(lyapunov(&none, &none).is_ok() && exponential(&none).is_some() && discretise(&none, &none, 1.0).is_some());
+}
+
+#[test]
+fn tmp_timing() {
+    use std::time::Instant;
+    for n in [6usize, 12, 24, 40] {
+        let s = random(n, 3, 5);
+        let t = Instant::now();
+        let p = place_poles(&s, &wishes(n, 4));
+        let t1 = t.elapsed();
+        let t = Instant::now();
+        let r = lqr(&s, &Weights::diagonal(&vec![1.0; n], &[1.0; 3]));
+        println!(
+            "{n}: place {t1:?} {:?} lqr {:?} {:?}",
+            p.map(|p| (p.residual, p.condition)),
+            t.elapsed(),
+            r.map(|r| r.residual)
+        );
+    }
+    for (n, m, seed) in [(4, 2, 1), (6, 2, 2), (8, 3, 3), (10, 2, 4), (12, 4, 5)] {
+        let s = random(n, m, seed);
+        let w = wishes(n, seed);
+        let p = place_poles(&s, &w).unwrap();
+        let j = |m: &Matrix<f64>| format!("{:?}", m.to_rows());
+        println!(
+            "PY\t{}\t{}\t{:?}\t{}\t{}\t{}",
+            j(&s.a.to_f64()),
+            j(&s.b.to_f64()),
+            w,
+            p.condition,
+            j(&p.gain),
+            j(&lqr(&s, &Weights::diagonal(&vec![1.0; n], &vec![2.0; m])).unwrap().solution)
+        );
+    }
+}

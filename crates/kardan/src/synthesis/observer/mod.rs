@@ -1,2 +1,17 @@
-//! Extended disturbance observers.
-pub fn kalman() {}
+//! Observers that estimate states and unknown constant torques \[diss. (6.41)-(6.46)\], for any model and sensor set.
+//!
+//! [`distinguishable`] says which torques the sensors can tell apart, [`extend`] adds them to the states, [`luenberger`] gives
+//! an exact gain with chosen poles, [`kalman`] one for given noise.
+
+mod distinguish;
+mod error;
+mod extend;
+mod kalman;
+mod luenberger;
+mod sentences;
+
+pub use distinguish::{Distinguishable, MOST_SETS, distinguishable};
+pub use error::ObserverError;
+pub use extend::{extend, torques_on};
+pub use kalman::{KalmanGain, Noise, kalman};
+pub use luenberger::{ObserverGain, luenberger};

@@ -55,6 +55,9 @@ pub fn lyapunov(a: &Matrix<f64>, q: &Matrix<f64>) -> Result<Lyapunov, LyapunovEr
     if !(finite(a) && finite(q)) {
         return Err(LyapunovError::NotFinite);
     }
+    if n == 0 {
+        return Ok(Lyapunov { solution: q.clone(), residual: 0.0 });
+    }
     let a = to_faer(a);
     let scales = balance(&a);
     let inverse: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();

@@ -4,6 +4,7 @@
 //! [`lyapunov`]) then works in balanced coordinates and states how well the defining equation holds.
 
 mod assignment;
+pub(super) mod exact_poles;
 mod floating;
 mod lyapunov;
 mod pole_list;
@@ -12,9 +13,11 @@ mod quadratic;
 mod reach;
 mod riccati;
 mod schur;
+mod single_input;
 mod steady_state;
-mod words;
+pub(super) mod words;
 
+pub use exact_poles::ExactPole;
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
 pub use pole_placement::{Placement, PlacementError, place_poles};
 pub use quadratic::{Regulator, RiccatiError, Weights, lqr};

@@ -4,6 +4,7 @@ use super::assignment::{Assignment, assign};
 use super::floating::{finite, from_faer, scaled, to_faer};
 use super::pole_list::{multiplicities, paired, take_nearest};
 use super::quadratic::balanced_eigenvalues;
+use super::single_input::single_input;
 use super::words::{pole_in_words, poles_in_words};
 use super::{chains, unreached};
 use crate::analysis::LinearSystem;
@@ -21,7 +22,7 @@ pub struct Placement {
     /// the largest one count as that large.
     pub residual: f64,
     /// Condition number of the eigenvectors of the reached part, in balanced coordinates: how much the poles move with
-    /// errors of A − BK there.
+    /// errors of A − BK there. Infinite if they are numerically dependent.
     pub condition: f64,
 }
 
@@ -98,7 +99,7 @@ pub enum PlacementError {
 /// What can be placed is decided exactly: modes that no input reaches must be among the poles (within 1e-6 of their size);
 /// repeated poles need independent inputs. Then eigenvectors are chosen for largest `|det X|` (Kautsky, Nichols and Van
 /// Dooren 1985; Tits and Yang 1996) in coordinates in which the closed loop is balanced, and `K = B⁺(A − XΛX⁻¹)`; a single
-/// input leaves no choice. Cost some 30 n⁴ flops.
+/// input leaves no choice, its gain is computed exactly and rounded once. Cost some 30 n⁴ flops for each sweep.
 ///
 /// # Errors
 /// See [`PlacementError`].
@@ -139,18 +140,42 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
         }
     };
     let rank = check_repetitions(&a, &b, &free)?;
-    let wishes = paired(&free).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
+    let single = (rank == 1 && a.rows() <= MOST_EXACT).then(|| single_input(&a, &b, &free)).flatten();
+    let chosen = eigenvectors(&a, &b, rank, &free)?;
+    let condition = chosen.as_ref().map_or(f64::INFINITY, |chosen| chosen.condition);
+    let inner = single.or(chosen.map(|chosen| from_faer(&chosen.gain))).ok_or(PlacementError::Dependent)?;
+    let mut gain = Matrix::zeros(explicit.inputs.len(), n);
+    for (k, &state) in reached.iter().enumerate() {
+        (0..gain.rows()).for_each(|i| gain[(i, state)] = inner[(i, k)]);
+    }
+    let closed = explicit.a.to_f64().plus(&explicit.b.to_f64().multiply(&gain).scale(&-1.0));
+    let achieved = balanced_eigenvalues(&closed).ok_or(PlacementError::Dependent)?;
+    Ok(Placement { residual: mismatch(&achieved, poles), gain, poles: achieved, condition })
+}
+
+/// Largest number of states for which a single input is treated exactly.
+const MOST_EXACT: usize = 32;
+
+/// The gain whose eigenvectors are the most independent ones found, in three systems of coordinates; `None` if they are
+/// numerically dependent in all.
+fn eigenvectors(
+    a: &Matrix<Rational>,
+    b: &Matrix<Rational>,
+    rank: usize,
+    poles: &[Pole],
+) -> Result<Option<Assignment>, PlacementError> {
+    let wishes = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
     let (a, b) = (a.to_f64(), b.to_f64());
     if !(finite(&a) && finite(&b)) {
         return Err(PlacementError::NotFinite);
     }
     let (a, b) = (to_faer(&a), to_faer(&b));
-    let mut best: Option<Assignment> = None;
     if a.nrows() == 0 {
-        best = Some(Assignment { gain: Mat::zeros(b.ncols(), 0), condition: 1.0 });
+        return Ok(Some(Assignment { gain: Mat::zeros(b.ncols(), 0), condition: 1.0 }));
     }
+    let mut best: Option<Assignment> = None;
     let mut scales = balance(&a);
-    for _ in 0..if best.is_none() { 3 } else { 0 } {
+    for _ in 0..3 {
         let inverse: Vec<f64> = scales.iter().map(|s| 1.0 / s).collect();
         let pushes = scaled(&b, &scales, &vec![1.0; b.ncols()]);
         let sizes: Vec<f64> = (0..b.ncols()).map(|j| 1.0 / size(&pushes, j)).collect();
@@ -163,15 +188,7 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
             best = Some(Assignment { gain, ..found });
         }
     }
-    let best = best.ok_or(PlacementError::Dependent)?;
-    let inner = from_faer(&best.gain);
-    let mut gain = Matrix::zeros(explicit.inputs.len(), n);
-    for (k, &state) in reached.iter().enumerate() {
-        (0..gain.rows()).for_each(|i| gain[(i, state)] = inner[(i, k)]);
-    }
-    let closed = explicit.a.to_f64().plus(&explicit.b.to_f64().multiply(&gain).scale(&-1.0));
-    let achieved = balanced_eigenvalues(&closed).ok_or(PlacementError::Dependent)?;
-    Ok(Placement { residual: mismatch(&achieved, poles), gain, poles: achieved, condition: best.condition })
+    Ok(best)
 }
 
 /// Largest distance of an achieved pole from its wish, relative to the wish.

@@ -3,7 +3,7 @@ use faer::Mat;
 use super::floating::{finite, from_faer, to_faer};
 use super::riccati::riccati;
 use super::words::poles_in_words;
-use super::{Unreached, in_words, unreached};
+use super::{Unreached, in_words, lyapunov, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
 use crate::results::Pole;
@@ -152,6 +152,9 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     if !(finite(&a) && finite(&b)) {
         return Err(RiccatiError::NotFinite("system"));
     }
+    if n == 0 || m == 0 {
+        return without_input(&a, &q, m);
+    }
     let found = riccati(&to_faer(&a), &to_faer(&b), &to_faer(&q), &to_faer(&r), &to_faer(&cross));
     let found = found.filter(|found| found.residual < 1e-6).ok_or(RiccatiError::NotSolved)?;
     let (gain, solution) = (from_faer(&found.gain), from_faer(&found.x));
@@ -163,8 +166,22 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     Ok(Regulator { gain, solution, poles, residual: found.residual })
 }
 
+/// Without inputs the cost of a stable system follows from a Lyapunov equation.
+fn without_input(a: &Matrix<f64>, q: &Matrix<f64>, inputs: usize) -> Result<Regulator, RiccatiError> {
+    let found = lyapunov(&a.transpose(), q).map_err(|_| RiccatiError::NotSolved)?;
+    Ok(Regulator {
+        gain: Matrix::zeros(inputs, a.rows()),
+        solution: found.solution,
+        poles: balanced_eigenvalues(a).ok_or(RiccatiError::NotSolved)?,
+        residual: found.residual,
+    })
+}
+
 /// The eigenvalues, found in balanced coordinates.
 pub(super) fn balanced_eigenvalues(a: &Matrix<f64>) -> Option<Vec<Pole>> {
+    if a.rows() == 0 {
+        return Some(Vec::new());
+    }
     if !finite(a) {
         return None;
     }
@@ -212,6 +229,9 @@ fn difference(a: &Matrix<Rational>, b: &Matrix<Rational>) -> Matrix<Rational> {
 
 fn semidefinite(states: &[String], cost: &Mat<f64>) -> Result<(), RiccatiError> {
     let n = cost.nrows();
+    if n == 0 {
+        return Ok(());
+    }
     let largest = cost.norm_max();
     let unit = |i: usize| if cost[(i, i)].abs() > 0.0 { cost[(i, i)].abs().sqrt() } else { largest.sqrt().max(1e-150) };
     let sizes: Vec<f64> = (0..n).map(unit).collect();

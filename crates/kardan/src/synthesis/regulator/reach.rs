@@ -82,7 +82,7 @@ pub struct Unreached {
 pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
     let n = system.states.len();
     assert_eq!(system.e, Matrix::identity(n), "the system is not explicit");
-    if controllable_rank(system) == Some(n) {
+    if n == 0 || system.b.columns() > 0 && controllable_rank(system) == Some(n) {
         return None;
     }
     let found = chains(&system.a, &system.b).vectors;

@@ -1,0 +1,92 @@
+use crate::results::Pole;
+use crate::synthesis::regulator::RiccatiError;
+use crate::synthesis::regulator::words::{listed, poles_in_words};
+
+/// Why there is no observer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ObserverError {
+    /// The sensors do not see all states.
+    #[error(
+        "with {} only {rank} of {states} states can be observed; no sensor shows {}{}",
+        listed(sensors),
+        hidden.join("; nor "),
+        only(seen)
+    )]
+    NotObservable {
+        /// The sensors.
+        sensors: Vec<String>,
+        /// Rank of the observability matrix.
+        rank: usize,
+        /// Number of states.
+        states: usize,
+        /// States and torques, in words, that show in no sensor: `T_wg : T_cs : T_fs = 1 : -51 : 50`.
+        hidden: Vec<String>,
+        /// What of the constant torques can be seen, in words, if not all: `T_wg - 1/50 T_fs`.
+        seen: Vec<String>,
+    },
+    /// Neither as many poles as the longest chain has, nor as many as there are states.
+    #[error(
+        "{given} poles are given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
+         needed"
+    )]
+    WrongNumber {
+        /// How many are given.
+        given: usize,
+        /// Largest observability index.
+        longest: usize,
+        /// Number of states.
+        states: usize,
+    },
+    /// The poles that fall to a sensor are not self-conjugate.
+    #[error("of the poles, {sensor} takes {}: they are not self-conjugate", poles_in_words(poles))]
+    NotSelfConjugate {
+        /// The sensor.
+        sensor: String,
+        /// Its share, 1/s.
+        poles: Vec<Pole>,
+    },
+    /// E is singular.
+    #[error("the matrix E is singular")]
+    Singular,
+    /// Not one noise intensity per state or sensor.
+    #[error("{given} noise intensities for {expected} {of}")]
+    Noises {
+        /// `states` or `sensors`.
+        of: &'static str,
+        /// How many are given.
+        given: usize,
+        /// How many are needed.
+        expected: usize,
+    },
+    /// A noise intensity is negative or not finite, or that of a sensor is zero.
+    #[error("the noise of {name} is {value}; it must be {}", if *sensor { "above zero" } else { "zero or above" })]
+    Noise {
+        /// The state or sensor.
+        name: String,
+        /// Its intensity.
+        value: f64,
+        /// Whether it is a sensor.
+        sensor: bool,
+    },
+    /// Motions that do not decay show in no sensor.
+    #[error("no sensor shows {}, and the modes {} do not decay", hidden.join("; nor "), poles_in_words(modes))]
+    NotDetectable {
+        /// The modes, 1/s.
+        modes: Vec<Pole>,
+        /// In words.
+        hidden: Vec<String>,
+    },
+    /// Combinations of states that no noise moves and that do not decay: the filter would stop listening to the sensors.
+    #[error("no noise acts on {}: the filter would cease to correct it; give it a noise intensity", combinations.join("; "))]
+    Noiseless {
+        /// In words.
+        combinations: Vec<String>,
+    },
+    /// The Riccati equation has no solution that floating point can find.
+    #[error("the Riccati equation of the filter: {0}")]
+    Riccati(RiccatiError),
+}
+
+fn only(seen: &[String]) -> String {
+    if seen.is_empty() { String::new() } else { format!(" (of the constant torques only {})", listed(seen)) }
+}
