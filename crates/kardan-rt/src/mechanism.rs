@@ -196,9 +196,10 @@ impl<T: Real> Mechanism<'_, T> {
                 let x_bias = self.along(*argument, bias);
                 set(bias, *shaft, curvature * x_speed * x_speed + slope * x_bias);
                 self.project(*argument, basis, direction);
-                let own = basis.get_mut(shaft.saturating_mul(r)..).unwrap_or(&mut []);
-                for (entry, combined) in own.iter_mut().zip(&*direction) {
-                    *entry = slope * *combined;
+                if let Some(own) = basis.get_mut(shaft.saturating_mul(r)..) {
+                    for (entry, combined) in own.iter_mut().zip(&*direction) {
+                        *entry = slope * *combined;
+                    }
                 }
             }
         }
@@ -241,7 +242,7 @@ impl<T: Real> Mechanism<'_, T> {
     }
 
     fn terms(&self, row: Row) -> &[(usize, T)] {
-        self.entries.get(row.first..).and_then(|rest| rest.get(..row.count)).unwrap_or(&[])
+        self.entries.get(row.first..).and_then(|rest| rest.get(..row.count)).map_or(&[], |terms| terms)
     }
 
     /// `aᵀx` for values x of the shafts.

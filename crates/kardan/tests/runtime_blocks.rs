@@ -347,6 +347,8 @@ fn bad_situations_are_told() {
         }
     }
     assert!(!try_it(law(&good), &[0.1; 2], 1.0, enough), "a coordinate is missing");
+    let still = ComputedTorque { friction_width: Some(0.0), ..law(&good) };
+    assert!(try_it(still, &[0.1; 3], 1.0, enough), "the sign of a speed of zero is zero");
     // The same task twice, a cut and a shaft that are not there, one task less than inputs.
     let twice = [Task::Torque { shaft: fs }, Task::Torque { shaft: fs }];
     let no_cut = [Task::ConstraintTorque { cut: 1 }, good[1]];
