@@ -48,6 +48,25 @@ pub struct Situation<'a, T> {
 /// at each step. Covers full computed torque (6.17), the partial one of the harmonic drive with the constraint torque of
 /// the flexspline, (6.20)-(6.27) in the corrected form (`T′ₐ` in (6.22), (6.24) and (6.26)), and noninteracting control
 /// (6.124), (6.130) without its assumption of a straight joint.
+///
+/// ```
+/// use kardan_rt::{ComputedTorque, Mechanism, PositionLoop, Row, Situation, Task};
+/// // A body of 2 kg m² with a damper of 0.5 N m s/rad and a motor: u = 2 v + 0.5 w.
+/// let body = Mechanism {
+///     shafts: 1, held: 0, coordinates: &[0], entries: &[(0, 1.0)], operations: &[], basis: &[1.0],
+///     inertia: &[2.0], damping: &[0.5], stiffness: &[0.0], force: &[0.0],
+///     inertias: &[], dampers: &[], springs: &[], frictions: &[], inputs: &[Row { first: 0, count: 1 }],
+/// };
+/// let position_loop = PositionLoop { natural_frequency: 10.0, damping_ratio: 1.0 };
+/// let tasks = [Task::Position { shaft: 0, position_loop }];
+/// let law = ComputedTorque { mechanism: body, tasks: &tasks, inputs: &[0], friction_width: None };
+/// let mut memory = [0.0; 13];
+/// assert_eq!(memory.len(), law.memory());
+/// let now = Situation { position: &[0.25], speed: &[3.0], references: &[1.0], disturbances: &[] };
+/// let mut torques = [0.0];
+/// assert!(law.torques(now, &mut memory, &mut torques));
+/// assert_eq!(torques, [2.0 * (100.0 * 0.75 - 20.0 * 3.0) + 0.5 * 3.0]);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ComputedTorque<'a, T> {
     /// The model.
@@ -108,11 +127,11 @@ impl<T: Real> ComputedTorque<'_, T> {
                 Task::Position { shaft, position_loop } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
                     let channel = Channel::Position { position_loop, inverse_inertia };
-                    (wish(channel, shaft, *reference, &evaluated), None)
+                    (acceleration(channel, shaft, *reference, &evaluated), None)
                 }
                 Task::Torque { shaft } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
-                    (wish(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated), None)
+                    (acceleration(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated), None)
                 }
                 Task::ConstraintTorque { cut } => {
                     let held = r.checked_add(cut)?;
@@ -149,7 +168,10 @@ impl<T: Real> ComputedTorque<'_, T> {
             for friction in mechanism.frictions {
                 let w = mechanism.along(friction.row, evaluated.speeds);
                 mechanism.project(friction.row, evaluated.basis, direction);
-                add_scaled(-(friction.coefficient * w / (w * w + width * width).sqrt()), direction, out);
+                let size = (w * w + width * width).sqrt();
+                if size > T::ZERO {
+                    add_scaled(-(friction.coefficient * w / size), direction, out);
+                }
             }
         }
     }
@@ -163,7 +185,7 @@ fn respond<T: Real>(lower: &[T], b: &[T], y: &mut [T]) -> Option<T> {
 }
 
 /// The acceleration asked of a shaft less its bias, rad/s².
-fn wish<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> T {
+fn acceleration<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> T {
     let (angle, speed) = (at(evaluated.angles, shaft), at(evaluated.speeds, shaft));
     channel.acceleration(reference, angle, speed, T::ZERO) - at(evaluated.bias, shaft)
 }

@@ -11,13 +11,13 @@ fn smallest_pivot<T: Real>() -> T {
 /// Entry of a slice; 0 behind its end.
 #[inline]
 pub fn at<T: Real>(x: &[T], k: usize) -> T {
-    x.get(k).copied().unwrap_or(T::ZERO)
+    x.get(k).map_or(T::ZERO, |x| *x)
 }
 
 /// Row k of a matrix; empty behind its end.
 #[inline]
 pub fn row<T>(matrix: &[T], k: usize, columns: usize) -> &[T] {
-    matrix.get(k.saturating_mul(columns)..).and_then(|rest| rest.get(..columns)).unwrap_or(&[])
+    matrix.get(k.saturating_mul(columns)..).and_then(|rest| rest.get(..columns)).map_or(&[], |row| row)
 }
 
 /// Copies as far as both reach.
@@ -129,40 +129,4 @@ pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
         }
     }
     Some(())
-}
-
-#[cfg(test)]
-#[allow(clippy::expect_used)] // a test may panic
-mod tests {
-    use super::*;
-
-    /// (L D Lᵀ)⁻¹ of the leading block, in both ways, against the right-hand side itself.
-    #[test]
-    fn solutions_solve() {
-        let matrix = [4.0_f64, 1.0, -2.0, 9.0, 1.0, 3.0, 0.5, 9.0, -2.0, 0.5, 5.0, 9.0];
-        let right = [1.0, -2.0, 3.0];
-        let (mut lower, mut x) = ([0.0; 9], right);
-        factor(&matrix, 4, 3, &mut lower).expect("positive definite");
-        solve_factored(&lower, 3, &mut x).expect("memory enough");
-        let mut equations = [0.0, 1.0, -2.0, 1.0, 1.0, 0.0, 0.5, -2.0, -2.0, 0.5, 0.0, 3.0];
-        let other = equations;
-        solve(&mut equations, 3).expect("regular, but only with pivoting");
-        for i in 0..3 {
-            assert!((dot(row(&matrix, i, 4), &x) - at(&right, i)).abs() < 1e-15 * 16.0);
-            let left: f64 = (0..3).map(|j| at(row(&other, i, 4), j) * at(row(&equations, j, 4), 3)).sum();
-            assert!((left - at(&right, i)).abs() < 1e-15 * 16.0);
-        }
-    }
-
-    #[test]
-    fn singular_and_nan_are_told() {
-        let mut lower = [0.0; 4];
-        assert!(factor(&[1.0, 2.0, 2.0, 4.0], 2, 2, &mut lower).is_none());
-        assert!(factor(&[1.0, 2.0, 2.0, f64::NAN], 2, 2, &mut lower).is_none());
-        assert!(factor(&[-1.0_f64], 1, 1, &mut lower).is_none());
-        assert!(solve(&mut [1.0, 2.0, 5.0, 2.0, 4.0, 5.0], 2).is_none());
-        assert!(solve(&mut [1e-20, 2.0, 5.0, 1e-20, 4.0, 5.0], 2).is_none(), "a column far below the other");
-        assert!(solve(&mut [f64::NAN, 2.0, 5.0, 2.0, 4.0, 5.0], 2).is_none());
-        assert!(factor(&[1.0; 4], 2, 2, &mut lower[..3]).is_none(), "too little memory");
-    }
 }

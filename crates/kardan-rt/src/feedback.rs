@@ -24,12 +24,17 @@ impl<'a, T: Real> Gain<'a, T> {
     /// Adds `G·x` to `out`; one entry of `x` per column, one of `out` per row.
     #[inline]
     pub fn add_to(&self, x: &[T], out: &mut [T]) {
-        for (row, value) in self.entries.chunks_exact(self.columns.max(1)).zip(out) {
+        let columns = self.columns.max(1);
+        // Rows are split off one by one: to count them would take a division, which costs as much as a row.
+        let mut rows = self.entries;
+        for value in out {
+            let Some((row, next_rows)) = rows.split_at_checked(columns) else { return };
             let mut sum = *value;
             for (gain, state) in row.iter().zip(x) {
                 sum = sum + *gain * *state;
             }
             *value = sum;
+            rows = next_rows;
         }
     }
 }

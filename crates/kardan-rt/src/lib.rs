@@ -1,7 +1,16 @@
 //! Controller blocks for firmware and for the simulation: the same code in both.
 //!
 //! `no_std`, no heap, no panic: a block reads slices, writes slices, and stops at the shorter one. Gains are data that
-//! the `kardan` library designs; a firmware project keeps them as constants.
+//! the `kardan` library designs; a firmware project keeps them as constants. Memory belongs to the caller, and what cannot be
+//! computed (a reading is NaN, a matrix singular) is told by the return value, with the last answer kept.
+//!
+//! | block | what it does |
+//! |---|---|
+//! | [`Noninteracting`] | decoupling by constant gains on the linear model |
+//! | [`ComputedTorque`] | decoupling on the nonlinear model, constraint torques as outputs |
+//! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
+//! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
+//! | [`PositionLoop`], [`Channel`], [`Gain`] | what these are made of |
 //!
 //! ```
 //! use kardan_rt::PositionLoop;

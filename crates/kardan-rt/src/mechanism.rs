@@ -196,9 +196,10 @@ impl<T: Real> Mechanism<'_, T> {
                 let x_bias = self.along(*argument, bias);
                 set(bias, *shaft, curvature * x_speed * x_speed + slope * x_bias);
                 self.project(*argument, basis, direction);
-                let own = basis.get_mut(shaft.saturating_mul(r)..).unwrap_or(&mut []);
-                for (entry, combined) in own.iter_mut().zip(&*direction) {
-                    *entry = slope * *combined;
+                if let Some(own) = basis.get_mut(shaft.saturating_mul(r)..) {
+                    for (entry, combined) in own.iter_mut().zip(&*direction) {
+                        *entry = slope * *combined;
+                    }
                 }
             }
         }
@@ -240,21 +241,21 @@ impl<T: Real> Mechanism<'_, T> {
         }
     }
 
-    fn entries(&self, row: Row) -> &[(usize, T)] {
-        self.entries.get(row.first..).and_then(|rest| rest.get(..row.count)).unwrap_or(&[])
+    fn terms(&self, row: Row) -> &[(usize, T)] {
+        self.entries.get(row.first..).and_then(|rest| rest.get(..row.count)).map_or(&[], |terms| terms)
     }
 
     /// `aᵀx` for values x of the shafts.
     #[inline]
     pub fn along(&self, direction: Row, x: &[T]) -> T {
-        self.entries(direction).iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(x, *shaft))
+        self.terms(direction).iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(x, *shaft))
     }
 
     /// `aᵀK`: a direction over the shafts in reduced coordinates, from the basis of an [`Evaluation`].
     #[inline]
     pub fn project(&self, direction: Row, basis: &[T], out: &mut [T]) {
         out.fill(T::ZERO);
-        for (shaft, c) in self.entries(direction) {
+        for (shaft, c) in self.terms(direction) {
             add_scaled(*c, row(basis, *shaft, self.coordinates.len()), out);
         }
     }

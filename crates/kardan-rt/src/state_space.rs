@@ -73,8 +73,9 @@ impl<'a, T: Real> StateSpace<'a, T> {
     #[inline]
     pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) {
         out.fill(T::ZERO);
-        self.a.add_to(state, out);
+        // The state last: what one step waits for from the one before is then the shortest.
         self.b.add_to(signals, out);
+        self.a.add_to(state, out);
     }
 
     /// One sample: `ξ ← A ξ + B s`. `next` is memory, one entry per state.

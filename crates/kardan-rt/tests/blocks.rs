@@ -62,4 +62,9 @@ fn short_slices_do_not_panic() {
     assert_eq!(out, [1.0]);
     assert!(Gain::<f64>::new(&[], 0).is_none());
     assert!(Gain::new(&[1.0], 2).is_none());
+    // More places than rows: those behind stay.
+    let mut long = [1.0; 3];
+    gain.add_to(&[1.0, 1.0], &mut long);
+    assert_eq!(long, [4.0, 8.0, 1.0]);
+    Gain::new(&[], usize::MAX).expect("no rows").add_to(&[1.0], &mut long);
 }

@@ -1,1 +1,159 @@
-fn main() {}
+//! Speed of one control step, as firmware and simulation run it: `cargo bench -p kardan --bench control`. Each iteration
+//! is one step, so that the times are those per step.
+
+#[path = "../tests/runtime/observer.rs"]
+mod observer;
+
+use divan::{Bencher, black_box};
+use kardan::model::builtin;
+use kardan::num::Matrix;
+use kardan::reduce::MechanismData;
+use kardan::study::{self, PreparedVariant};
+use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting};
+use kardan_rt::{
+    Channel, ComputedTorque, Gain, Measurement, Noninteracting, PositionLoop, Real, Situation, StateSpace, Task,
+};
+
+/// Shows allocations beside the times; there must be none.
+#[global_allocator]
+static ALLOCATOR: divan::AllocProfiler = divan::AllocProfiler::system();
+
+fn main() {
+    divan::main();
+}
+
+fn variant(name: &str, number: usize) -> PreparedVariant {
+    study::prepare(builtin(name).expect("built in").source).0.variants.remove(number)
+}
+
+fn loops<T>(to: impl Fn(f64) -> T) -> PositionLoop<T> {
+    PositionLoop { natural_frequency: to(20.0), damping_ratio: to(0.7) }
+}
+
+fn shaft(variant: &PreparedVariant, name: &str) -> usize {
+    variant.reduced.shaft(name).expect("a shaft")
+}
+
+fn input(variant: &PreparedVariant, name: &str) -> usize {
+    variant.design_models[0].inputs.iter().position(|input| input == name).expect("an input")
+}
+
+fn sia_design(variant: &PreparedVariant) -> NoninteractingDesign {
+    let channel = |output, motor| ChannelDesign { shaft: shaft(variant, output), input: input(variant, motor) };
+    let channels = [channel("fs", "wg_motor"), channel("rk", "rk_motor")];
+    design_noninteracting(&variant.design_models[0], &channels, &|_| Default::default()).expect("can be decoupled")
+}
+
+/// (6.124), (6.130), (6.137) with a position loop on the rack and a torque on the wheel, on the estimate of an observer of
+/// 8 states from 3 sensors and 2 motor torques, both loads fed forward.
+fn sia_law_with_observer<T: Real + 'static>(bencher: Bencher, to: impl Fn(f64) -> T + Copy) {
+    let variant = variant("sia-steering", 0);
+    let design = sia_design(&variant);
+    let list = |values: &[f64]| values.iter().map(|x| to(*x)).collect::<Vec<T>>();
+    let matrix = |m: &Matrix<f64>| list(m.as_slice());
+    let (on_state, on_accelerations) =
+        (matrix(&design.state_gain.to_f64()), matrix(&design.acceleration_gain.to_f64()));
+    let inverse: Vec<f64> = design.effective_inertia.iter().map(|j| 1.0 / kardan::num::rational_to_f64(j)).collect();
+    let channels = [
+        Channel::Torque { inverse_inertia: to(inverse[0]) },
+        Channel::Position { position_loop: loops(to), inverse_inertia: to(inverse[1]) },
+    ];
+    let law = Noninteracting {
+        state_gain: Gain::new(&on_state, 6).expect("whole rows"),
+        acceleration_gain: Gain::new(&on_accelerations, 2).expect("whole rows"),
+        channels: &channels,
+    };
+    let shafts = ["wg", "cs", "rk", "cj"].map(|name| shaft(&variant, name));
+    let observer = observer::predictor(&variant.design_models[0], shafts, 1e-4);
+    let (a, b) = (list(&observer.a), list(&observer.b));
+    let observer = StateSpace::new(&a, &b, &[], &[], 8, 5).expect("shapes");
+    let (mut state, mut next) = ([T::ZERO; 8], [T::ZERO; 8]);
+    let (mut accelerations, mut torques) = ([T::ZERO; 2], [T::ZERO; 2]);
+    let signals = [0.1, -0.2, 3.0, 0.07, 0.01].map(to);
+    bencher.bench_local(|| {
+        let signals = black_box(signals);
+        let references = black_box([to(1.0), to(0.3)]);
+        let [rk, fs, _, w_rk, w_fs, _, driver, road] = state;
+        let measured = Measurement {
+            state: state.get(..6).unwrap_or(&[]),
+            positions: &[fs, rk],
+            speeds: &[w_fs, w_rk],
+            references: &references,
+            loads: &[driver, road],
+        };
+        law.torques(measured, &mut accelerations, &mut torques);
+        let kept = observer.step(&mut state, &signals, &mut next);
+        black_box((torques, kept))
+    });
+}
+
+#[divan::bench]
+fn sia_law_with_observer_f64(bencher: Bencher) {
+    sia_law_with_observer(bencher, |x| x);
+}
+
+#[divan::bench]
+fn sia_law_with_observer_f32(bencher: Bencher) {
+    sia_law_with_observer(bencher, |x| x as f32);
+}
+
+/// The same task on the nonlinear model with a joint angle of 20 deg, state given.
+fn sia_computed_torque<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, friction: Option<T>) {
+    let variant = variant("sia-steering", 2);
+    let data = MechanismData::new(&variant.reduced).expect("known curves").cast(to);
+    let tasks = [
+        Task::Torque { shaft: shaft(&variant, "fs") },
+        Task::Position { shaft: shaft(&variant, "rk"), position_loop: loops(to) },
+    ];
+    let inputs = ["wg_motor", "rk_motor"].map(|name| input(&variant, name));
+    let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: friction };
+    computed_torque(bencher, law, &[0.3, -0.7, 1.1].map(to), &[2.0, -3.0, 5.0].map(to), [1.0, 0.3].map(to));
+}
+
+fn computed_torque<T: Real>(
+    bencher: Bencher,
+    law: ComputedTorque<'_, T>,
+    position: &[T],
+    speed: &[T],
+    references: [T; 2],
+) {
+    let (mut memory, mut torques) = (vec![T::ZERO; law.memory()], [T::ZERO; 2]);
+    bencher.bench_local(|| {
+        let now = Situation {
+            position: black_box(position),
+            speed: black_box(speed),
+            references: &black_box(references),
+            disturbances: &[],
+        };
+        let found = law.torques(now, &mut memory, &mut torques);
+        black_box((torques, found))
+    });
+}
+
+#[divan::bench]
+fn sia_computed_torque_f64(bencher: Bencher) {
+    sia_computed_torque(bencher, |x| x, None);
+}
+
+#[divan::bench]
+fn sia_computed_torque_f32(bencher: Bencher) {
+    sia_computed_torque(bencher, |x| x as f32, None);
+}
+
+#[divan::bench]
+fn sia_computed_torque_with_friction_f64(bencher: Bencher) {
+    sia_computed_torque(bencher, |x| x, Some(0.1));
+}
+
+/// (6.20)-(6.27): angle of the circular spline and constraint torque of the flexspline.
+#[divan::bench]
+fn hd_partial_computed_torque_f64(bencher: Bencher) {
+    let variant = variant("harmonic-drive", 0);
+    let data = MechanismData::with_cuts(&variant.reduced, &[("hd", "fs")]).expect("a cut");
+    let position_loop = PositionLoop { natural_frequency: 20.0, damping_ratio: 1.0 };
+    let tasks = [Task::Position { shaft: shaft(&variant, "cs"), position_loop }, Task::ConstraintTorque { cut: 0 }];
+    let inputs = ["wg_motor", "cs_motor"]
+        .map(|name| variant.reduced.equations.inputs.iter().position(|input| input.element == name).expect("an input"));
+    let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: None };
+    computed_torque(bencher, law, &[0.3, -0.7], &[2.0, -3.0], [1.0, 0.5]);
+}
