@@ -317,7 +317,6 @@ mod tests {
             assert!(!shown.contains("NaN"));
         }
         let shown = text(&example::observed_train(), "here");
-        println!("{shown}");
         let shown = shown.split_whitespace().collect::<Vec<_>>().join(" ");
         for part in [
             "Not decoupled; the closed loop is unstable",
