@@ -144,8 +144,11 @@ fn matrix(out: &mut String, matrix: &ExactMatrix) {
             until += 1;
         }
         let titles: Vec<&str> = std::iter::once("").chain(headers[from..until].iter().map(String::as_str)).collect();
-        let rows: Vec<Vec<String>> =
-            names.iter().zip(&cells).map(|(name, row)| [&[name.clone()], &row[from..until]].concat()).collect();
+        let rows: Vec<Vec<String>> = names
+            .iter()
+            .zip(&cells)
+            .map(|(name, row)| [std::slice::from_ref(name), &row[from..until]].concat())
+            .collect();
         table(out, &titles, &rows, LARGE);
         from = until;
     }
@@ -316,7 +319,6 @@ mod tests {
             assert!(!shown.contains("NaN"));
         }
         let shown = text(&example::observed_train(), "here");
-        println!("{shown}");
         let shown = shown.split_whitespace().collect::<Vec<_>>().join(" ");
         for part in [
             "Not decoupled; the closed loop is unstable",

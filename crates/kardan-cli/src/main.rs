@@ -13,6 +13,10 @@ mod progress;
 mod render;
 mod summary;
 
+fn main() -> std::process::ExitCode {
+    std::process::ExitCode::from(commands::main(std::env::args_os().collect()))
+}
+
 /// The results made by hand that the library's tests display too.
 #[cfg(test)]
 mod results {
@@ -21,8 +25,4 @@ mod results {
     pub mod example {
         include!("../../kardan/src/results/example.rs");
     }
-}
-
-fn main() -> std::process::ExitCode {
-    std::process::ExitCode::from(commands::main(std::env::args_os().collect()))
 }

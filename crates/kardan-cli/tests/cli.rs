@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 const BUILTIN: &str = "sia-steering";
-const COMMANDS: [&str; 7] = ["run", "analyze", "equations", "check", "models", "elements", "completions"];
+const COMMANDS: [&str; 8] = ["run", "analyze", "design", "equations", "check", "models", "elements", "completions"];
 
 fn kardan(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
@@ -63,7 +63,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
     }
     for (model, code, parts) in cases {
-        for command in ["run", "analyze", "equations", "check"] {
+        for command in ["run", "analyze", "design", "equations", "check"] {
             let got = output(&at, &[command, model]);
             let said = words(&got.stderr);
             assert_eq!(got.status.code(), Some(2), "{command} {model}: {said}");
@@ -73,7 +73,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
             }
             assert!(!said.contains("panicked"));
         }
-        for command in ["run", "analyze"] {
+        for command in ["run", "analyze", "design"] {
             let got = output(&at, &[command, model, "--json"]);
             assert_eq!(got.status.code(), Some(2));
             let object: Value = serde_json::from_slice(&got.stdout).unwrap();
@@ -131,7 +131,14 @@ fn help_of_every_command_has_an_example() {
 #[test]
 fn wrong_usage_exits_with_2_and_keeps_to_json() {
     let at = folder("usage");
-    for arguments in [&["run", "--nonsense"][..], &["equations"], &["models", "--write", "x"], &["fly"], &[]] {
+    for arguments in [
+        &["run", "--nonsense"][..],
+        &["equations"],
+        &["models", "--write", "x"],
+        &["design", "--inputs", "a"],
+        &["fly"],
+        &[],
+    ] {
         let got = output(&at, arguments);
         assert_eq!(got.status.code(), Some(2), "{arguments:?}");
         assert!(got.stdout.is_empty() && !got.stderr.is_empty());
@@ -270,10 +277,12 @@ fn a_page_that_cannot_be_written_is_named_before_anything_is_computed() {
     fs::create_dir(at.join("folder")).unwrap();
     fs::write(at.join("taken"), "keep").unwrap();
     for (path, code) in [("folder", "output::file"), ("taken/page.html", "output::folder")] {
-        let got = output(&at, &["analyze", "two-bodies", "--json", "--report", path]);
-        assert_eq!(got.status.code(), Some(2), "{path}");
-        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
-        assert_eq!(object["error"]["diagnostics"][0]["code"], code);
+        for (command, flag) in [("analyze", "--report"), ("design", "--report"), ("design", "--controller")] {
+            let got = output(&at, &[command, "two-bodies", "--json", flag, path]);
+            assert_eq!(got.status.code(), Some(2), "{command} {flag} {path}");
+            let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+            assert_eq!(object["error"]["diagnostics"][0]["code"], code);
+        }
     }
     assert_eq!(fs::read_to_string(at.join("taken")).unwrap(), "keep");
 }

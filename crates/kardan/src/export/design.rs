@@ -30,6 +30,7 @@ const VERSION: u32 = 1;
 /// | `relative_degrees` | one for each output; `null`: no input ever reaches it |
 /// | `decoupling_matrix` | G, outputs × inputs |
 /// | `decouplability` | `rank` of G, `normal_rank` of the transfer matrix, `possible`: `static`, `block`, `dynamic` or `impossible`; `blocks` (names of outputs), `integrators` (`input`, `count`), `reasons` |
+/// | `feedback` | how this law decouples: `static`, `block` or `dynamic`; `null` if it does not, or does not say |
 /// | `gains` | an object from the name of a matrix to the matrix |
 /// | `canonical` | the canonically decoupled form: `sizes`, `ranks`, `Q`, `A`, `B`, `C` |
 /// | `channels` | `output`, `reference`, `kind`, `transfer`, `poles` |
@@ -59,6 +60,7 @@ pub fn design_json(design: &Design) -> String {
         "relative_degrees": design.relative_degrees,
         "decoupling_matrix": matrix(&design.decoupling_matrix),
         "decouplability": decouplability(&design.decouplability, &design.outputs),
+        "feedback": design.feedback.map(feedback),
         "gains": by_name(design.gains.iter().map(|gain| (&gain.name, matrix(gain)))),
         "canonical": design.canonical.as_ref().map(canonical),
         "channels": list(&design.channels, channel),
@@ -153,16 +155,20 @@ fn decouplability(found: &Decouplability, outputs: &[String]) -> Value {
     object!({
         "rank": found.rank,
         "normal_rank": found.normal_rank,
-        "possible": match found.possible {
-            Feedback::Static => "static",
-            Feedback::Block => "block",
-            Feedback::Dynamic => "dynamic",
-            Feedback::Impossible => "impossible",
-        },
+        "possible": feedback(found.possible),
         "blocks": list(&found.blocks, block),
         "integrators": list(&found.integrators, |(input, count)| object!({ "input": input, "count": count })),
         "reasons": found.reasons,
     })
+}
+
+fn feedback(feedback: Feedback) -> &'static str {
+    match feedback {
+        Feedback::Static => "static",
+        Feedback::Block => "block",
+        Feedback::Dynamic => "dynamic",
+        Feedback::Impossible => "impossible",
+    }
 }
 
 fn canonical(found: &Canonical) -> Value {
@@ -280,7 +286,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 29] = [
+    const KEYS: [&str; 30] = [
         "model",
         "description",
         "variant",
@@ -296,6 +302,7 @@ mod tests {
         "relative_degrees",
         "decoupling_matrix",
         "decouplability",
+        "feedback",
         "gains",
         "canonical",
         "channels",

@@ -91,11 +91,10 @@ fn decoupling(design: &Design) -> String {
         vec![Cell::Head(output.clone(), 1), degree]
     };
     let rows = design.outputs.iter().zip(&design.relative_degrees).map(row).collect();
-    body += &titled("Relative degrees", &rows_of(&["output", "#derivatives until an input appears"], rows));
     if !design.decoupling_matrix.values.is_empty() {
         body += &matrices(std::slice::from_ref(&design.decoupling_matrix));
     }
-    body
+    body + &titled("Relative degrees", &rows_of(&["output", "#derivatives until an input appears"], rows))
 }
 
 /// Matrices side by side, fractions where they are short.
@@ -276,10 +275,10 @@ fn cross_coupling(design: &Design) -> String {
         let mut row = vec![
             Cell::text(said::step(c, number)),
             Cell::text(c.output.clone()),
-            Cell::text(if c.own { "own channel" } else { "another channel" }),
+            Cell::text(if c.own { "own" } else { "other" }),
         ];
         match &c.failure {
-            Some(why) => row.extend([mark(false, why), Cell::text(""), Cell::text("")]),
+            Some(_) => row.extend([mark(false, "failed"), Cell::text(""), Cell::text("")]),
             None => {
                 let share = said::relative(c, found).map_or(String::new(), |s| said::share(s, |v| figure(v, 2)));
                 row.extend([with_unit(c.peak, &c.unit), with_unit(c.rms, &c.unit), Cell::Number(share)]);
@@ -290,7 +289,7 @@ fn cross_coupling(design: &Design) -> String {
         }
         row
     };
-    let mut headers = vec!["step of", "output", "", "#peak", "#root mean square", "#of its own step"];
+    let mut headers = vec!["step of", "output", "channel", "#peak", "#root mean square", "#of its own step"];
     if same.is_none() {
         headers.push("#window [s]");
     }
@@ -300,7 +299,13 @@ fn cross_coupling(design: &Design) -> String {
          angles.</p>\n",
         escape(&over)
     );
-    hint + &pictures::couplings(design) + &rows_of(&headers, found.iter().map(row).collect())
+    let failure = |c: &CrossCoupling| {
+        let why = escape(c.failure.as_ref()?);
+        Some(format!("<p class=\"bad\">Step of {}: {why}</p>\n", escape(&said::step(c, number))))
+    };
+    hint + &pictures::couplings(design)
+        + &rows_of(&headers, found.iter().map(row).collect())
+        + &found.iter().filter_map(failure).collect::<String>()
 }
 
 fn flatness(design: &Design) -> String {

@@ -374,10 +374,3 @@ fn designs_are_sections_of_a_report() {
     assert!(sections.contains("<h3 id=\"design-2-observer\">") && sections.contains("<h4>Pole map</h4>"));
     assert_eq!(sections.matches("href=\"#design-").count(), sections.matches("<h3 id=\"design-").count());
 }
-
-#[test]
-fn zzz_write() {
-    for (k, design) in designs().iter().enumerate() {
-        std::fs::write(format!("/tmp/d{k}.html"), super::design_html(design)).unwrap();
-    }
-}

@@ -54,6 +54,8 @@ pub struct Design {
     pub decoupling_matrix: ExactMatrix,
     /// Whether and how the outputs can be decoupled.
     pub decouplability: Decouplability,
+    /// How this law decouples, which need not be the best that can be done; `None`: it does not, or does not say.
+    pub feedback: Option<Feedback>,
     /// The gains by name.
     pub gains: Vec<ExactMatrix>,
     /// The canonically decoupled form (6.73)-(6.81).

@@ -602,6 +602,7 @@ pub fn decoupled_steering() -> Design {
             &[&["0", "20"], &["-22000/26087", "0"]],
         ),
         decouplability: Decouplability { rank: 2, normal_rank: 2, ..Decouplability::default() },
+        feedback: Some(Feedback::Static),
         controller_data: ControllerData {
             block: "StateSpace".into(),
             reads: states

@@ -12,11 +12,11 @@ const NAMES: usize = 12;
 /// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it) and nothing grows.
 pub fn verdict(design: &Design) -> (bool, String) {
     let impossible = design.decouplability.possible == Feedback::Impossible;
-    let (decoupled, first) = match (design.decoupled, design.decouplability.possible) {
-        (Some(true), Feedback::Static) => (true, "Decoupled by static state feedback, proven exactly"),
-        (Some(true), Feedback::Block) => (true, "Decoupled in blocks by static state feedback, proven exactly"),
-        (Some(true), Feedback::Dynamic) => (true, "Decoupled by dynamic state feedback, proven exactly"),
-        (Some(true), Feedback::Impossible) => (true, "Decoupled, proven exactly"),
+    let (decoupled, first) = match (design.decoupled, design.feedback) {
+        (Some(true), Some(Feedback::Static)) => (true, "Decoupled by static state feedback, proven exactly"),
+        (Some(true), Some(Feedback::Block)) => (true, "Decoupled in blocks by static state feedback, proven exactly"),
+        (Some(true), Some(Feedback::Dynamic)) => (true, "Decoupled by dynamic state feedback, proven exactly"),
+        (Some(true), _) => (true, "Decoupled, proven exactly"),
         (Some(false), _) => (false, "Not decoupled"),
         (None, _) if impossible => (false, "The outputs cannot be decoupled"),
         (None, _) => (true, "Designed; it is not claimed to decouple"),
@@ -352,4 +352,69 @@ pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> 
 /// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.
 pub fn share(value: f64, figures: Figures) -> String {
     if value == 0.0 || value >= 0.1 { percent(value) } else { format!("{} %", figures(100.0 * value)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::text::figure;
+    use crate::results::{ZeroMode, example};
+
+    const FIGURES: Figures = |value| figure(value, 5);
+
+    #[test]
+    fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
+        let mut design = example::decoupled_steering();
+        assert!(verdict(&design).0);
+        design.feedback = None;
+        design.warnings.clear();
+        assert_eq!(verdict(&design), (true, "Decoupled, proven exactly; the zero dynamics are stable.".into()));
+        design.zero_dynamics.stable = false;
+        assert!(!verdict(&design).0);
+        design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
+        design.feedback = Some(Feedback::Block);
+        assert!(verdict(&design).1.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
+        design.decoupled = None;
+        design.decouplability.possible = Feedback::Impossible;
+        assert_eq!(verdict(&design), (false, "The outputs cannot be decoupled; no zero dynamics.".into()));
+        assert_eq!(decouplability(&design)[0], "No state feedback decouples the outputs.");
+        let plain = Design { law: "lqr".into(), ..Design::default() };
+        assert_eq!(verdict(&plain), (true, "Designed; it is not claimed to decouple.".into()));
+        assert!(decouplability(&plain).is_empty() && zero_dynamics(&plain.zero_dynamics).is_empty());
+    }
+
+    #[test]
+    fn transfer_functions_read_as_written_by_hand() {
+        let said = |numerator: &[&str], denominator: &[&str]| {
+            let texts = |words: &[&str]| words.iter().map(|&word| word.into()).collect();
+            let entry =
+                TransferEntry { numerator: texts(numerator), denominator: texts(denominator), ..Default::default() };
+            transfer(&entry)
+        };
+        assert_eq!(said(&[], &["1"]), "0 (exact)");
+        assert_eq!(said(&["400"], &["400", "28", "1"]), "400/(s^2 + 28 s + 400)");
+        assert_eq!(said(&["0", "-3/2"], &["0", "0", "1"]), "(-3/2 s)/s^2");
+        assert_eq!(said(&["1", "1"], &["1"]), "s + 1");
+    }
+
+    #[test]
+    fn poles_are_joined_counted_and_owned() {
+        let design = example::decoupled_steering();
+        let poles = joined(&design.closed_loop_poles);
+        assert_eq!(poles.iter().map(|(_, times)| *times).collect::<Vec<_>>(), [2, 1]);
+        assert_eq!(owner(poles[0].0, &design), "rk.phi, fs.phi");
+        assert_eq!(owner(poles[1].0, &design), "zero dynamics");
+        assert_eq!(owner((-1.0, 0.0), &design), "");
+        let drifting = ZeroDynamics { modes: vec![ZeroMode::default()], ..ZeroDynamics::default() };
+        assert!(zero_dynamics(&drifting)[1].contains("NOT stable"));
+    }
+
+    #[test]
+    fn shares_of_the_own_step_may_be_tiny() {
+        let design = example::decoupled_steering();
+        let shares: Vec<_> = design.cross_coupling.iter().map(|c| relative(c, &design.cross_coupling)).collect();
+        assert_eq!((shares[0], shares[1], shares[3]), (None, Some(0.0), None));
+        assert_eq!(share(shares[2].unwrap(), FIGURES), "0.02304 %");
+        assert_eq!((share(0.0, FIGURES), share(0.123, FIGURES)), ("0 %".into(), "12 %".into()));
+    }
 }
