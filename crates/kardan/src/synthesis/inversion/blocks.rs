@@ -36,7 +36,7 @@ pub enum BlockError {
         output: usize,
     },
     /// The rows of D̄ of the blocks depend on each other.
-    #[error("static state feedback cannot decouple these blocks: rank {rank} of {outputs}")]
+    #[error("regular static state feedback cannot decouple these blocks: rank {rank} of {outputs}")]
     NotDecouplable {
         /// Rank of the rows of D̄ together.
         rank: usize,
@@ -60,7 +60,7 @@ pub enum BlockError {
 /// make the block a set of chains of integrators from w_B to y_B, coupled from earlier to later chains only. The feedback
 /// `w_i = −Σ_k a_ik ζ_ik + v_i` gives chain i the polynomial `a_i(s) = sᵏ + … + a_i0`, and `M(s) y_B = v_B` with the rows
 /// `P_i + Σ_k a_ik (operator of ζ_ik)`, det M = ± Π a_i. With `v_B = M(0) r_B` outputs and references agree at rest. All
-/// blocks together determine u where their rows D̄ are independent (Dion and Commault 1988); with more inputs than outputs
+/// blocks together determine u where their rows D̄ are independent (Dion 1983); with more inputs than outputs
 /// the inputs that are not needed stay zero.
 ///
 /// `dynamics(output, order)` gives the monic polynomial a_i of degree `order`. `system` has E = I.

@@ -67,15 +67,20 @@ impl Extension {
     }
 }
 
-/// The fewest integrators before inputs or combinations of them with which static state feedback decouples the outputs.
+/// Integrators before inputs, or combinations of them, with which static state feedback decouples the outputs; for as many
+/// inputs as outputs the fewest.
 ///
 /// Method (Descusse and Moog, Int. J. Control 42 (1985), 1387-1398, for linear systems): let G be the decoupling matrix,
 /// one row `C_i A^(r_i − 1) B` per output. The combinations of inputs in rows of G that depend on each other get an
-/// integrator each; repeat until G has full row rank m. No fewer will do: a compensator C(s) that decouples makes the rows
-/// of `G C(∞)` independent or zero, so it annihilates every row that depends on others, hence factors through these
-/// integrators; by induction the relative degrees become the essential orders (Commault, Descusse, Dion, Lafay and Malabre
-/// 1986). It ends because every stage raises the sum of the relative degrees by more than the number of integrators. An
-/// integrator stands before an input as it is wherever the space of combinations allows it.
+/// integrator each; repeat until G has full row rank m. It ends because every stage raises the sum of the relative degrees by
+/// more than the number of integrators.
+///
+/// Every compensator C(s) that decouples makes each row of `G C(∞)` zero or independent of the others, so it annihilates all
+/// rows that depend on others, hence factors through these integrators; by induction the relative degrees become the least
+/// possible, the essential orders (Commault, Descusse, Dion, Lafay and Malabre 1986). Where the transfer matrix is square,
+/// static feedback leaves its orders at infinity alone, so that no fewer integrators will do. With more inputs than outputs,
+/// feedback that gives up inputs can sometimes do with fewer (Morgan's problem), which is not tried. An integrator stands
+/// before an input as it is wherever the space of combinations allows it.
 ///
 /// `system` has E = I; there may be more inputs than outputs.
 ///

@@ -139,8 +139,15 @@ impl Cause {
             let s = Rational::from(number);
             let m = inertia.scale(&s.times(&s)).plus(&damping.scale(&s)).plus(&stiffness);
             let a = Matrix::from_fn(n, 1, |i, _| value(&row[i], &s));
-            let reduced = basis.transpose().multiply(&m).multiply(&basis);
-            let Some(eta) = reduced.solve(&basis.transpose().multiply(&a)) else { continue };
+            let forced = basis.transpose().multiply(&a);
+            let eta = if forced.as_slice().iter().all(Scalar::is_zero) {
+                // The constraints alone are the cause, whatever M is.
+                forced
+            } else {
+                let reduced = basis.transpose().multiply(&m).multiply(&basis);
+                let Some(eta) = reduced.solve(&forced) else { continue };
+                eta
+            };
             looks += 1;
             let motion = basis.multiply(&eta);
             let rest = a.plus(&m.multiply(&motion).scale(&Rational::NEG_ONE));
