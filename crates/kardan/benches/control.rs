@@ -35,13 +35,13 @@ fn shaft(variant: &PreparedVariant, name: &str) -> usize {
 }
 
 fn input(variant: &PreparedVariant, name: &str) -> usize {
-    variant.design_models[0].inputs.iter().position(|input| input == name).expect("an input")
+    variant.design_models[0].linear.inputs.iter().position(|input| input == name).expect("an input")
 }
 
 fn sia_design(variant: &PreparedVariant) -> NoninteractingDesign {
     let channel = |output, motor| ChannelDesign { shaft: shaft(variant, output), input: input(variant, motor) };
     let channels = [channel("fs", "wg_motor"), channel("rk", "rk_motor")];
-    design_noninteracting(&variant.design_models[0], &channels, &|_| Default::default()).expect("can be decoupled")
+    design_noninteracting(&variant.design_models[0].linear, &channels, &|_| Default::default()).expect("can be decoupled")
 }
 
 /// (6.124), (6.130), (6.137) with a position loop on the rack and a torque on the wheel, on the estimate of an observer of
@@ -64,7 +64,7 @@ fn sia_law_with_observer<T: Real + 'static>(bencher: Bencher, to: impl Fn(f64) -
         channels: &channels,
     };
     let shafts = ["wg", "cs", "rk", "cj"].map(|name| shaft(&variant, name));
-    let observer = observer::predictor(&variant.design_models[0], shafts, 1e-4);
+    let observer = observer::predictor(&variant.design_models[0].linear, shafts, 1e-4);
     let (a, b) = (list(&observer.a), list(&observer.b));
     let observer = StateSpace::new(&a, &b, &[], &[], 8, 5).expect("shapes");
     let (mut state, mut next) = ([T::ZERO; 8], [T::ZERO; 8]);

@@ -446,7 +446,7 @@ fn steps_are_deterministic_and_do_not_allocate() {
 #[test]
 fn sampled_law_with_observer_in_the_loop() {
     let variant = first(source("sia-steering"));
-    let (model, period) = (&variant.design_models[0], 1e-4);
+    let (model, period) = (&variant.design_models[0].linear, 1e-4);
     let number = |name: &str| shaft(&variant.reduced, name);
     let design = {
         let input = |name: &str| model.inputs.iter().position(|input| input == name).expect("an input");

@@ -286,7 +286,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 30] = [
+    const KEYS: [&str; 29] = [
         "model",
         "description",
         "variant",

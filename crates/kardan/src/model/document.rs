@@ -184,7 +184,7 @@ const LAWS: &[&str] = &["computed_torque", "decoupling", "noninteracting", "posi
 
 /// All keys of a control table, by law.
 static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
+    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, synthesis::COMMON, law.fields].concat()).collect());
 
 /// An entry of `[parameters]`.
 #[derive(Debug, Clone, PartialEq)]

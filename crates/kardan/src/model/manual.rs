@@ -99,7 +99,7 @@ pub fn manual_of(name: &str) -> Option<String> {
         let _ = write!(out, "\nExample\n\n{}", kind.example);
     } else if let Some(law) = synthesis::find(name) {
         let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
-        keys(&[CONTROL, law.fields].concat(), &mut out);
+        keys(&[CONTROL, law.fields, synthesis::COMMON].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", law.example);
     } else if name == "parameters" {
         out.push_str(PARAMETERS);

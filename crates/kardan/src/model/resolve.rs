@@ -10,7 +10,7 @@ use crate::element::{Resolved, Values};
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::ParameterValue;
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
-use crate::synthesis::LawKind;
+use crate::synthesis::{COMMON, LawKind};
 use crate::units::{Dimension, Exact};
 
 /// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
@@ -468,8 +468,9 @@ impl Document {
         let idle = idle.collect();
         for control in active {
             let what = format!("control `{}`", control.name);
-            let values = reader.values(control.law.fields, &control.table, &what, &mut out);
-            reader.check_outputs(control.law.fields, &control.table, &what, &mut out);
+            let fields = [control.law.fields, COMMON].concat();
+            let values = reader.values(&fields, &control.table, &what, &mut out);
+            reader.check_outputs(&fields, &control.table, &what, &mut out);
             let design = reader.settings(&control.table, "design", &what, &mut out);
             for input in (control.law.inputs)(&values) {
                 let taken = controls.iter().find(|other| (other.law.inputs)(&other.values).contains(&input));

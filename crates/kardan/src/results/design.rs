@@ -78,6 +78,8 @@ pub struct Design {
     pub flatness: Option<Flatness>,
     /// What runs in firmware.
     pub controller_data: ControllerData,
+    /// The observer that runs before it.
+    pub observer_data: Option<ControllerData>,
     /// What must not be overlooked: cancellations of lightly damped or unstable poles, torques beyond limits.
     pub warnings: Vec<String>,
     /// What the reader must know: choices made for him, parts left out.

@@ -17,7 +17,7 @@ use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
-use crate::synthesis::{Law, Plant, Request, SynthesisError};
+use crate::synthesis::{Law, Plant, SynthesisError, design_law};
 use std::collections::BTreeSet;
 
 /// A study that is ready to run, as far as the file is right.
@@ -75,9 +75,8 @@ impl PreparedVariant {
     }
 
     fn try_laws(&self) -> Vec<Result<Box<dyn Law>, SynthesisError>> {
-        let design = |(control, plant): (&ControlSpec, &Plant)| {
-            (control.law.design)(&Request { name: &control.name, values: &control.values, plant, disturbances: &[] })
-        };
+        let design =
+            |(control, plant): (&ControlSpec, &Plant)| design_law(control.law, &control.name, &control.values, plant);
         self.model.controls.iter().zip(&self.design_models).map(design).collect()
     }
 }
@@ -297,8 +296,7 @@ fn prepare_variant(
         if out.len() > before {
             continue;
         }
-        let request = Request { name: &control.name, values: &control.values, plant: &design, disturbances: &[] };
-        match (control.law.design)(&request) {
+        match design_law(control.law, &control.name, &control.values, &design) {
             Ok(law) => {
                 if law.linear().is_finite() {
                     designed.push(design);

@@ -1,4 +1,4 @@
-use super::{decoupling, inversion};
+use super::{decoupling, inversion, observer};
 use crate::results::Pole;
 
 /// Why a law cannot be designed.
@@ -85,6 +85,35 @@ pub enum SynthesisError {
     NoBlock {
         /// Why.
         reason: String,
+    },
+    /// A sample time that no controller has.
+    #[error("a sample time of {time} s is longer than {} s", super::LONGEST_SAMPLE_TIME)]
+    SampleTime {
+        /// s
+        time: f64,
+    },
+    /// A name that is no shaft.
+    #[error("there is no shaft `{name}` on which a disturbance could act")]
+    NoShaft {
+        /// The name.
+        name: String,
+    },
+    /// The observer cannot be designed.
+    #[error("the observer: {error}")]
+    Observer {
+        /// Its sensors.
+        sensors: Vec<String>,
+        /// Why.
+        error: Box<observer::ObserverError>,
+    },
+    /// No poles for an observer.
+    #[error("the observer needs `poles`")]
+    ObserverPoles,
+    /// A pole of an observer that does not decay.
+    #[error("a pole of the observer has the real part {real}; its error would not die out")]
+    ObserverUnstable {
+        /// The real part.
+        real: f64,
     },
     /// Two keys that say the same.
     #[error("the channel of `{output}` has both `{}` and `{}`", keys[0], keys[1])]
@@ -223,6 +252,28 @@ impl SynthesisError {
                 "choose motors that act on it without a spring between, or use `law = \"decoupling\"`",
             ),
             Self::NoBlock { .. } => advice(&[], "this law", "design on the linear model: `plant = \"linear\"`"),
+            Self::SampleTime { .. } => {
+                advice(&["sample_time".into()], "this controller", "write a time such as \"1 ms\"")
+            }
+            Self::NoShaft { name } => {
+                advice(std::slice::from_ref(name), "no such shaft", "name shafts of the model in `disturbances`")
+            }
+            Self::Observer { sensors, error } => advice(
+                sensors,
+                "measured here",
+                match **error {
+                    observer::ObserverError::NotObservable { .. } | observer::ObserverError::NotDetectable { .. } => {
+                        "add a sensor, or estimate fewer torques: `disturbances = [...]`"
+                    }
+                    observer::ObserverError::WrongNumber { .. } => "give as many poles as said",
+                    observer::ObserverError::NotSelfConjugate { .. } => "write pairs: `\"-50 ± 10j\"`, for each sensor",
+                    _ => "choose other sensors, poles or noises",
+                },
+            ),
+            Self::ObserverPoles => {
+                advice(&["observer".into()], "this observer", "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`")
+            }
+            Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {
                 named: vec![output.clone()],
                 label: "two wishes",

@@ -12,6 +12,7 @@ pub mod inversion;
 mod law;
 mod linear_law;
 mod nonlinear_law;
+mod observed;
 pub mod observer;
 pub mod regulator;
 mod stability;
@@ -21,6 +22,7 @@ pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
+pub use observed::OBSERVER;
 pub use stability::{Stability, stability};
 pub use zeros::roots;
 
@@ -33,7 +35,8 @@ use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
 use crate::reduce::{Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
-use crate::schema::Field;
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
 
 /// What a law sees at one instant.
 #[derive(Debug, Clone, Copy)]
@@ -161,6 +164,41 @@ pub struct Plant {
     pub position: Vec<f64>,
     /// Linear there.
     pub linear: LinearModel,
+}
+
+/// Keys that every law has besides its own.
+pub const COMMON: &[Field] = &[
+    Field::optional(
+        "observer",
+        Kind::Table(OBSERVER),
+        "An observer: the law then sees its sensors and its estimates, not the true state. Left out: all angles and speeds \
+         are known.",
+    ),
+    Field::optional(
+        "sample_time",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Sample time for which `kardan design` writes observer and dynamic parts for firmware, up to 1 s (the run itself is \
+         in continuous time); left out: continuous time.",
+    ),
+];
+
+/// Longest sample time of a controller, s.
+pub const LONGEST_SAMPLE_TIME: f64 = 1.0;
+
+/// Designs a law with the observer that its keys ask for.
+///
+/// # Errors
+/// Why it cannot be designed.
+pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Box<dyn Law>, SynthesisError> {
+    if let Some(time) = values.number("sample_time").filter(|time| *time > LONGEST_SAMPLE_TIME) {
+        return Err(SynthesisError::SampleTime { time });
+    }
+    let disturbances = observed::disturbances(values, plant)?;
+    let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
+    match values.table("observer") {
+        Some(observer) => Ok(Box::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
+        None => Ok(law),
+    }
 }
 
 impl Plant {

@@ -1,0 +1,416 @@
+use kardan_rt::StateSpace;
+
+use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
+use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError, named, rounded};
+use crate::analysis::{LinearSystem, OutputSignal};
+use crate::element::Values;
+use crate::equations::Measured;
+use crate::num::{Matrix, rational_to_f64};
+use crate::reduce::Kinematics;
+use crate::results::{ControllerData, Design, ExactMatrix, ObserverResult, Pole};
+use crate::schema::{Field, Kind, Sign};
+
+/// Keys of `[control.<name>.observer]`.
+pub const OBSERVER: &[Field] = &[
+    Field::required("sensors", Kind::Outputs, "What is measured: angles, speeds, torques of torsion bars; ideal here."),
+    Field::optional(
+        "disturbances",
+        Kind::Words,
+        "Shafts on which an unknown constant torque acts, which is estimated too; left out: all reduced coordinates.",
+    ),
+    Field::optional("method", Kind::Choice(&["poles", "kalman"]), "How its gain is found; left out: poles."),
+    Field::optional(
+        "poles",
+        Kind::Poles,
+        "Poles of the error: as many as the longest chain of a sensor has (for every sensor alike), or one for each state \
+         of the observer. Required by the method `poles`.",
+    ),
+    Field::optional(
+        "disturbance_rate",
+        Kind::Number(Sign::Positive),
+        "Kalman: how fast a disturbance may wander, N m/sqrt(s); left out: 10.",
+    ),
+    Field::optional(
+        "speed_noise",
+        Kind::Number(Sign::NonNegative),
+        "Kalman: noise of the accelerations, rad/s/sqrt(s); left out: 0.1.",
+    ),
+    Field::optional(
+        "sensor_noise",
+        Kind::Number(Sign::Positive),
+        "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5.",
+    ),
+    Field::optional(
+        "compensation",
+        Kind::Number(Sign::NonNegative),
+        "Which part of the estimated disturbances the law cancels, from 0 to 1; left out: 1.",
+    ),
+];
+
+/// Numbers of the shafts on which the observer of a controller estimates torques; none without an observer.
+///
+/// # Errors
+/// If a name is no shaft or stands twice.
+pub(super) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
+    let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
+    let Some(names) = observer.words("disturbances") else { return Ok(plant.reduced.coordinates.clone()) };
+    let shaft = |name: &String| plant.reduced.shaft(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
+    names.iter().map(shaft).collect()
+}
+
+/// Where a reading comes from.
+enum Reading {
+    Angle(usize),
+    Speed(usize),
+    /// Sum of coefficients times angles, less a constant.
+    Twist(Vec<(usize, f64)>, f64),
+}
+
+/// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
+///
+/// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
+/// by the block [`StateSpace`] with the signals `[u; y]`.
+pub(super) struct Observed {
+    law: Box<dyn Law>,
+    result: ObserverResult,
+    data: ControllerData,
+    readings: Vec<Reading>,
+    coordinates: Vec<usize>,
+    a: Matrix<f64>,
+    b: Matrix<f64>,
+    /// Rows of the sensors over angles and speeds of all shafts.
+    rows: [Matrix<f64>; 2],
+    basis: Matrix<f64>,
+    compensation: f64,
+    disturbances: usize,
+    kinematics: Kinematics,
+    // Memory of one evaluation.
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    told: Vec<f64>,
+    signals: Vec<f64>,
+}
+
+impl Observed {
+    /// Puts the observer that the keys ask for before a law.
+    ///
+    /// # Errors
+    /// If the sensors do not show what is to be estimated, or the poles do not fit.
+    pub fn new(law: Box<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
+        let sensors: Vec<OutputSignal> = values
+            .words("sensors")
+            .unwrap_or_default()
+            .iter()
+            .map(|name| plant.output(name))
+            .collect::<Result<_, _>>()?;
+        let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
+        let inputs = law.inputs().to_vec();
+        let system = plant.system(&inputs, &sensors);
+        let (torques, _) = plant.torques(disturbed, &[]);
+        let names: Vec<String> = disturbed.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        let states: Vec<String> = names.iter().map(|name| format!("{name}.disturbance")).collect();
+        let extended = extend(&system, &torques, &states);
+        let (gain, poles, notes) = gain(values, &extended)?;
+        let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
+        let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
+        let correction = floating.multiply(&c);
+        let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
+        let (m, p) = (inputs.len(), sensors.len());
+        let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
+        let mut sentences = told_apart(plant, &system)?;
+        sentences.extend(notes);
+        let method = values.word("method").unwrap_or("poles").to_string();
+        let result = ObserverResult {
+            sensors: sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            states: extended.states.clone(),
+            disturbances: names,
+            poles,
+            method,
+            gain,
+            distinguishable: sentences,
+        };
+        let r = plant.linear.coordinates.len();
+        let mut out = Self {
+            data: ControllerData::default(),
+            rows: rows(&readings, plant.shafts().len()),
+            readings,
+            coordinates: plant.reduced.coordinates.clone(),
+            basis: plant.linear.basis.to_f64(),
+            compensation: values.number("compensation").unwrap_or(1.0),
+            disturbances: disturbed.len(),
+            kinematics: Kinematics::new(&plant.reduced),
+            position: vec![0.0; r],
+            speed: vec![0.0; r],
+            told: vec![0.0; disturbed.len()],
+            signals: vec![0.0; m + p],
+            a,
+            b,
+            law,
+            result,
+        };
+        out.data = out.observer_data(&inputs);
+        Ok(out)
+    }
+
+    fn observer_data(&self, inputs: &[String]) -> ControllerData {
+        let unit = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
+            Some("phi") => "rad",
+            Some("w") => "rad/s",
+            _ => "N m",
+        };
+        let torques = inputs.iter().map(|input| (format!("{input}.tau"), "N m".to_string()));
+        let sensors = self.result.sensors.iter().map(|name| (name.clone(), unit(name).to_string()));
+        let (n, signals) = (self.a.rows(), self.b.columns());
+        let matrices = [
+            ("A", self.a.clone()),
+            ("B", self.b.clone()),
+            ("C", Matrix::identity(n)),
+            ("D", Matrix::zeros(n, signals)),
+        ];
+        ControllerData {
+            block: "StateSpace".into(),
+            reads: torques.chain(sensors).collect(),
+            writes: self.result.states.clone(),
+            sample_time: None,
+            matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
+            numbers: vec![("compensation".into(), self.compensation)],
+        }
+    }
+
+    fn own(&self) -> usize {
+        self.a.rows()
+    }
+
+    /// What the law sees: estimates, and in their place what is measured.
+    fn estimate(&mut self, seen: &Seen<'_>) {
+        let r = self.coordinates.len();
+        self.position.copy_from_slice(&seen.states[..r]);
+        self.speed.copy_from_slice(&seen.states[r..2 * r]);
+        for reading in &self.readings {
+            let (of, shaft, from) = match reading {
+                Reading::Angle(shaft) => (&mut self.position, shaft, seen.angles),
+                Reading::Speed(shaft) => (&mut self.speed, shaft, seen.speeds),
+                Reading::Twist(..) => continue,
+            };
+            if let Some(place) = self.coordinates.iter().position(|coordinate| coordinate == shaft) {
+                of[place] = from[*shaft];
+            }
+        }
+        self.kinematics.update(&self.position, &self.speed);
+        for (told, torque) in self.told.iter_mut().zip(&seen.states[2 * r..]) {
+            *told = self.compensation * torque;
+        }
+    }
+}
+
+fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
+    let shaft = |name: &String| plant.reduced.shaft(name).expect("an output names a shaft");
+    Ok(match &sensor.measured {
+        Measured::Angle(name) => Reading::Angle(shaft(name)),
+        Measured::Speed(name) => Reading::Speed(shaft(name)),
+        Measured::SpringTorque(element) => {
+            let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+            let (mut row, mut rest) = (Vec::new(), 0.0);
+            for spring in springs {
+                let stiffness = spring.value.stiffness.to_f64();
+                row.extend(spring.row.iter().map(|(shaft, x)| (*shaft, stiffness * rational_to_f64(x))));
+                rest += stiffness * spring.value.rest.to_f64();
+            }
+            Reading::Twist(row, rest)
+        }
+        Measured::ConstraintTorque(..) | Measured::NetTorque(_) => {
+            return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
+        }
+    })
+}
+
+fn rows(readings: &[Reading], shafts: usize) -> [Matrix<f64>; 2] {
+    let mut angles = Matrix::zeros(readings.len(), shafts);
+    let mut speeds = Matrix::zeros(readings.len(), shafts);
+    for (i, reading) in readings.iter().enumerate() {
+        match reading {
+            Reading::Angle(shaft) => angles[(i, *shaft)] = 1.0,
+            Reading::Speed(shaft) => speeds[(i, *shaft)] = 1.0,
+            Reading::Twist(row, _) => row.iter().for_each(|(shaft, x)| angles[(i, *shaft)] += x),
+        }
+    }
+    [angles, speeds]
+}
+
+/// The gain L with the poles of the error and what must be known.
+fn gain(values: &Values, extended: &LinearSystem) -> Result<(ExactMatrix, Vec<Pole>, Vec<String>), SynthesisError> {
+    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
+    if values.word("method") == Some("kalman") {
+        let number = |key: &str, otherwise: f64| values.number(key).unwrap_or(otherwise).powi(2);
+        let process = extended.states.iter().map(|state| match state.rsplit_once('.').map(|(_, tail)| tail) {
+            Some("phi") => 0.0,
+            Some("w") => number("speed_noise", 0.1),
+            _ => number("disturbance_rate", 10.0),
+        });
+        let noise = Noise {
+            process: process.collect(),
+            measurement: vec![number("sensor_noise", 1e-5); extended.outputs.len()],
+        };
+        let found = kalman(extended, &noise).map_err(failed)?;
+        let notes =
+            vec![format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual)];
+        return Ok((rounded(title, &extended.states, &extended.outputs, &found.gain), found.poles, notes));
+    }
+    let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
+    let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
+    if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
+        return Err(SynthesisError::ObserverUnstable { real: rational_to_f64(re) });
+    }
+    let found = luenberger(extended, &poles).map_err(failed)?;
+    Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
+}
+
+/// Which torques on any shafts the sensors could tell apart, \[diss. (6.41)-(6.43)\].
+fn told_apart(plant: &Plant, system: &LinearSystem) -> Result<Vec<String>, SynthesisError> {
+    let all: Vec<usize> = (0..plant.shafts().len()).collect();
+    let (torques, _) = plant.torques(&all, &[]);
+    let names: Vec<String> = plant.shafts().iter().map(|shaft| format!("T_{shaft}")).collect();
+    let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
+    Ok(distinguishable(system, &torques, &names).map_err(failed)?.sentences)
+}
+
+impl Law for Observed {
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.law.references()
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.result.states.iter().map(|state| format!("estimate of {state}")).chain(self.law.states()).collect()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        let (own, rest) = out.split_at_mut(self.own());
+        own.fill(0.0);
+        for (state, &shaft) in own.iter_mut().zip(&self.coordinates) {
+            *state = angles[shaft];
+        }
+        self.law.start(angles, speeds, rest);
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.estimate(&seen);
+        let estimated = Seen {
+            angles: &self.kinematics.angles,
+            speeds: &self.kinematics.speeds,
+            disturbances: &self.told,
+            references: seen.references,
+            states: &seen.states[self.a.rows()..],
+        };
+        self.law.command(estimated, out);
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
+        let m = torques.len();
+        self.signals[..m].copy_from_slice(torques);
+        for (signal, reading) in self.signals[m..].iter_mut().zip(&self.readings) {
+            *signal = match reading {
+                Reading::Angle(shaft) => seen.angles[*shaft],
+                Reading::Speed(shaft) => seen.speeds[*shaft],
+                Reading::Twist(row, rest) => row.iter().map(|(shaft, x)| x * seen.angles[*shaft]).sum::<f64>() - rest,
+            };
+        }
+        let n = self.own();
+        let (own, rest) = out.split_at_mut(n);
+        let [a, b] = [&self.a, &self.b].map(Matrix::as_slice);
+        let Some(block) = StateSpace::new(a, b, &[], &[], n, self.signals.len()) else {
+            unreachable!("the matrices fit each other by construction");
+        };
+        block.rates(&seen.states[..n], &self.signals, own);
+        if !rest.is_empty() {
+            self.estimate(&seen);
+            let estimated = Seen {
+                angles: &self.kinematics.angles,
+                speeds: &self.kinematics.speeds,
+                disturbances: &self.told,
+                references: seen.references,
+                states: &seen.states[n..],
+            };
+            self.law.rates(estimated, torques, rest);
+        }
+    }
+
+    fn linear(&self) -> LinearLaw {
+        let law = self.law.linear();
+        let (n, k, shafts) = (self.own(), law.states.rows(), self.basis.rows());
+        let (r, m) = (self.coordinates.len(), law.on_angles.rows());
+        // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
+        let measured = |speed: bool| -> Vec<bool> {
+            let of = |reading: &Reading, shaft: usize| match reading {
+                Reading::Angle(s) => !speed && *s == shaft,
+                Reading::Speed(s) => speed && *s == shaft,
+                Reading::Twist(..) => false,
+            };
+            self.coordinates.iter().map(|&shaft| self.readings.iter().any(|reading| of(reading, shaft))).collect()
+        };
+        let [true_angles, true_speeds] = [measured(false), measured(true)];
+        let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
+            let rows = on_angles.rows();
+            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
+            let mut states = Matrix::zeros(rows, n);
+            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
+            for i in 0..rows {
+                for j in 0..r {
+                    if true_angles[j] {
+                        angles[(i, self.coordinates[j])] = over_q[(i, j)];
+                    } else {
+                        states[(i, j)] = over_q[(i, j)];
+                    }
+                    if true_speeds[j] {
+                        speeds[(i, self.coordinates[j])] = over_w[(i, j)];
+                    } else {
+                        states[(i, r + j)] = over_w[(i, j)];
+                    }
+                }
+                for j in 0..on_disturbances.columns().min(self.disturbances) {
+                    states[(i, 2 * r + j)] = self.compensation * on_disturbances[(i, j)];
+                }
+            }
+            (states, angles, speeds)
+        };
+        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
+        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
+        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
+            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
+        };
+        let correct = Matrix::from_fn(n, self.readings.len(), |i, j| self.b[(i, m + j)]);
+        LinearLaw {
+            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
+                (true, true) => self.a[(i, j)],
+                (true, false) => 0.0,
+                (false, true) => rate_states[(i - n, j)],
+                (false, false) => law.states[(i - n, j - n)],
+            }),
+            angles: below(&correct.multiply(&self.rows[0]), &angles),
+            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            disturbances: Matrix::zeros(n + k, 0),
+            torques: below(&Matrix::from_fn(n, m, |i, j| self.b[(i, j)]), &law.torques),
+            on_states: Matrix::from_fn(m, n + k, |i, j| {
+                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
+            }),
+            on_angles,
+            on_speeds,
+            on_disturbances: Matrix::zeros(m, 0),
+        }
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn describe(&self) -> Design {
+        let mut design = self.law.describe();
+        design.observer = Some(self.result.clone());
+        design.observer_data = Some(self.data.clone());
+        design
+    }
+}
