@@ -41,7 +41,8 @@ fn input(variant: &PreparedVariant, name: &str) -> usize {
 fn sia_design(variant: &PreparedVariant) -> NoninteractingDesign {
     let channel = |output, motor| ChannelDesign { shaft: shaft(variant, output), input: input(variant, motor) };
     let channels = [channel("fs", "wg_motor"), channel("rk", "rk_motor")];
-    design_noninteracting(&variant.design_models[0].linear, &channels, &|_| Default::default()).expect("can be decoupled")
+    design_noninteracting(&variant.design_models[0].linear, &channels, &|_| Default::default())
+        .expect("can be decoupled")
 }
 
 /// (6.124), (6.130), (6.137) with a position loop on the rack and a torque on the wheel, on the estimate of an observer of

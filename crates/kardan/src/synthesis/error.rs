@@ -86,6 +86,18 @@ pub enum SynthesisError {
         /// Why.
         reason: String,
     },
+    /// A key of the nonlinear plant.
+    #[error("`{key}` needs the full model: `plant = \"nonlinear\"`")]
+    NeedsNonlinear {
+        /// The key.
+        key: &'static str,
+    },
+    /// A key of the linear plant.
+    #[error("`{key}` is for constant gains; with `plant = \"nonlinear\"` an observer tells the loads")]
+    NeedsLinear {
+        /// The key.
+        key: &'static str,
+    },
     /// A sample time that no controller has.
     #[error("a sample time of {time} s is longer than {} s", super::LONGEST_SAMPLE_TIME)]
     SampleTime {
@@ -252,6 +264,16 @@ impl SynthesisError {
                 "choose motors that act on it without a spring between, or use `law = \"decoupling\"`",
             ),
             Self::NoBlock { .. } => advice(&[], "this law", "design on the linear model: `plant = \"linear\"`"),
+            Self::NeedsNonlinear { key } => Advice {
+                named: vec![(*key).into()],
+                label: "this key",
+                help: format!("add `plant = \"nonlinear\"`, or remove `{key}`"),
+            },
+            Self::NeedsLinear { key } => Advice {
+                named: vec![(*key).into()],
+                label: "this key",
+                help: format!("remove `{key}`, and add an observer"),
+            },
             Self::SampleTime { .. } => {
                 advice(&["sample_time".into()], "this controller", "write a time such as \"1 ms\"")
             }

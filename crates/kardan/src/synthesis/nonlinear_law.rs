@@ -1,15 +1,14 @@
 use kardan_rt::{ComputedTorque, Situation, Task};
 
-use super::linear_law::Linear;
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
 use crate::equations::Measured;
 use crate::reduce::{MechanismData, MechanismError};
-use crate::results::Design;
+use crate::results::{ControllerData, Design};
 
 /// A law on the nonlinear model, run by the block [`ComputedTorque`]. What is linear about it is that of the law with
 /// constant gains at the design point.
 pub(super) struct Nonlinear {
-    at_design_point: Linear,
+    at_design_point: Box<dyn Law>,
     data: MechanismData<f64>,
     tasks: Vec<Task<f64>>,
     /// The reference of each task.
@@ -41,7 +40,7 @@ impl Nonlinear {
     /// If a transmission has no runtime block.
     pub fn new(
         request: &Request<'_>,
-        at_design_point: Linear,
+        at_design_point: Box<dyn Law>,
         wishes: Vec<Wish>,
         told: Vec<usize>,
         friction_width: Option<f64>,
@@ -91,6 +90,24 @@ impl Nonlinear {
         };
         out.memory = vec![0.0; out.law().memory()];
         Ok(out)
+    }
+
+    /// The tables of the model as the block reads them.
+    fn data(&self) -> ControllerData {
+        let names = |tail: &str, unit: &str| {
+            let name = |&shaft: &usize| (format!("{}.{tail}", self.data.shafts[shaft]), unit.to_string());
+            self.coordinates.iter().map(name).collect::<Vec<_>>()
+        };
+        let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
+        let references = self.at_design_point.references();
+        reads
+            .extend(self.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())));
+        ControllerData {
+            block: "ComputedTorque".into(),
+            reads,
+            writes: self.at_design_point.inputs().to_vec(),
+            ..ControllerData::default()
+        }
     }
 
     fn law(&self) -> ComputedTorque<'_, f64> {
@@ -151,6 +168,10 @@ impl Law for Nonlinear {
     }
 
     fn describe(&self) -> Design {
-        self.at_design_point.describe()
+        let mut design = self.at_design_point.describe();
+        let plant_is = "full nonlinear model";
+        design.design_model = plant_is.into();
+        design.controller_data = self.data();
+        design
     }
 }

@@ -181,7 +181,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     };
     let told = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Box::new(Nonlinear::new(request, linear, wishes, told, friction_width)?))
+    Ok(Box::new(Nonlinear::new(request, Box::new(linear), wishes, told, friction_width)?))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

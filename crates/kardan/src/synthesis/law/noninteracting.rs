@@ -1,4 +1,7 @@
-use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop};
+use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
+
+use super::computed_torque::FRICTION_WIDTH;
+use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
@@ -17,7 +20,16 @@ pub const NONINTERACTING: LawKind = LawKind {
     keyword: "noninteracting",
     summary: "Noninteracting control by partial feedback linearisation: every chosen shaft angle becomes a double \
               integrator of its own channel, whatever the other channels and the load do.",
-    fields: &[Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its input.")],
+    fields: &[
+        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its input."),
+        Field::optional(
+            "plant",
+            Kind::Choice(&["linear", "nonlinear"]),
+            "`linear`: constant gains for the model at zero angles (with the values of `design`, or those of the file); \
+             `nonlinear`: the full model is evaluated at every step. Left out: linear.",
+        ),
+        FRICTION_WIDTH,
+    ],
     example: "\
 [control.column]
 law = \"noninteracting\"
@@ -214,6 +226,9 @@ struct Running {
     reference_values: Vec<f64>,
     loads: Vec<f64>,
     accelerations: Vec<f64>,
+    /// −M, and the shafts of its columns.
+    disturbance_gain: Matrix<f64>,
+    disturbed: Vec<String>,
 }
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
@@ -261,10 +276,17 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
             Channel::Torque { inverse_inertia }
         });
     }
+    let nonlinear = request.values.word("plant") == Some("nonlinear");
+    if request.values.has("friction_width") && !nonlinear {
+        return Err(SynthesisError::NeedsNonlinear { key: "friction_width" });
+    }
     let shaft =
         |name: &String| request.plant.shafts().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
     let m = designs.len();
-    Ok(Box::new(Running {
+    let disturbance_gain = disturbance_gain(request, &design, &designs, &specs);
+    let told_references: Vec<usize> = told.iter().map(|(reference, _)| *reference).collect();
+    let loads: Vec<Option<usize>> = told.iter().map(|(_, load)| *load).collect();
+    let running = Running {
         name: request.name.to_string(),
         plant: request.plant.clone(),
         specs,
@@ -285,7 +307,53 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         reference_values: vec![0.0; m],
         loads: vec![0.0; m],
         accelerations: vec![0.0; m],
-    }))
+        disturbance_gain: disturbance_gain.scale(&Rational::NEG_ONE).to_f64(),
+        disturbed: (0..request.disturbances.len())
+            .map(|k| request.plant.shafts()[request.disturbances[k]].clone())
+            .collect(),
+    };
+    if !nonlinear {
+        return Ok(Box::new(running));
+    }
+    if loads.iter().any(Option::is_some) {
+        return Err(SynthesisError::NeedsLinear { key: "load" });
+    }
+    let wishes = running
+        .channels
+        .iter()
+        .zip(&running.output_shafts)
+        .map(|(channel, &shaft)| match channel {
+            Channel::Position { position_loop, .. } => {
+                Wish::Task(Task::Position { shaft, position_loop: *position_loop })
+            }
+            Channel::Torque { .. } => Wish::Task(Task::Torque { shaft }),
+        })
+        .collect();
+    let friction_width = request.values.number("friction_width");
+    Ok(Box::new(Nonlinear::new(request, Box::new(running), wishes, told_references, friction_width)?))
+}
+
+/// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
+/// channel is what the channel is for, and is not cancelled.
+fn disturbance_gain(
+    request: &Request<'_>,
+    design: &NoninteractingDesign,
+    channels: &[ChannelDesign],
+    specs: &[ChannelSpec],
+) -> Matrix<Rational> {
+    let model = &request.plant.linear;
+    let output =
+        Matrix::from_fn(channels.len(), model.inertia.rows(), |i, j| model.basis[(channels[i].shaft, j)].clone());
+    let on_coordinates = Matrix::from_fn(model.inertia.rows(), request.disturbances.len(), |i, j| {
+        let shaft = request.disturbances[j];
+        let mut all = channels.iter().zip(specs);
+        if all.any(|(channel, spec)| channel.shaft == shaft && matches!(spec, ChannelSpec::Torque)) {
+            return Rational::ZERO;
+        }
+        model.basis[(shaft, i)].clone()
+    });
+    let accelerations = model.inertia.solve(&on_coordinates).expect("reduced inertia is positive definite");
+    design.acceleration_gain.multiply(&output.multiply(&accelerations))
 }
 
 impl Law for Running {
@@ -324,6 +392,9 @@ impl Law for Running {
             loads: &self.loads,
         };
         law.torques(measured, &mut self.accelerations, out);
+        if let Some(cancel) = Gain::new(self.disturbance_gain.as_slice(), self.disturbance_gain.columns()) {
+            cancel.add_to(seen.disturbances, out);
+        }
     }
 
     fn linear(&self) -> LinearLaw {
@@ -344,7 +415,12 @@ impl Law for Running {
                 }
             }
         }
-        LinearLaw::gains(on_angles, on_speeds)
+        let on_disturbances = self.disturbance_gain.clone();
+        LinearLaw {
+            on_disturbances,
+            disturbances: Matrix::zeros(0, self.disturbed.len()),
+            ..LinearLaw::gains(on_angles, on_speeds)
+        }
     }
 
     fn exact(&self) -> Option<ExactLoop> {
