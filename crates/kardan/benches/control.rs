@@ -88,12 +88,12 @@ fn sia_law_with_observer<T: Real + 'static>(bencher: Bencher, to: impl Fn(f64) -
     });
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn sia_law_with_observer_f64(bencher: Bencher) {
     sia_law_with_observer(bencher, |x| x);
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn sia_law_with_observer_f32(bencher: Bencher) {
     sia_law_with_observer(bencher, |x| x as f32);
 }
@@ -131,23 +131,23 @@ fn computed_torque<T: Real>(
     });
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn sia_computed_torque_f64(bencher: Bencher) {
     sia_computed_torque(bencher, |x| x, None);
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn sia_computed_torque_f32(bencher: Bencher) {
     sia_computed_torque(bencher, |x| x as f32, None);
 }
 
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn sia_computed_torque_with_friction_f64(bencher: Bencher) {
     sia_computed_torque(bencher, |x| x, Some(0.1));
 }
 
 /// (6.20)-(6.27): angle of the circular spline and constraint torque of the flexspline.
-#[divan::bench]
+#[divan::bench(sample_size = 1000)]
 fn hd_partial_computed_torque_f64(bencher: Bencher) {
     let variant = variant("harmonic-drive", 0);
     let data = MechanismData::with_cuts(&variant.reduced, &[("hd", "fs")]).expect("a cut");

@@ -332,7 +332,7 @@ fn riccati_refusals() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// A X + X Aᵀ + Q = 0 for any A without eigenvalues that add up to zero.
     #[test]
@@ -466,36 +466,30 @@ fn empty_systems() {
     assert!(lyapunov(&none, &none).is_ok() && exponential(&none).is_some() && discretise(&none, &none, 1.0).is_some());
 }
 
+/// The gain of a single input is exact but for one rounding: the exact roots of the characteristic polynomial of A − BK are
+/// nearer to the wishes than what an eigenvalue iteration finds, which is all that the certificate can see.
 #[test]
-fn tmp_timing() {
-    use std::time::Instant;
-    for n in [6usize, 12, 24, 40] {
-        let s = random(n, 3, 5);
-        let t = Instant::now();
-        let p = place_poles(&s, &wishes(n, 4));
-        let t1 = t.elapsed();
-        let t = Instant::now();
-        let r = lqr(&s, &Weights::diagonal(&vec![1.0; n], &[1.0; 3]));
-        println!(
-            "{n}: place {t1:?} {:?} lqr {:?} {:?}",
-            p.map(|p| (p.residual, p.condition)),
-            t.elapsed(),
-            r.map(|r| r.residual)
-        );
+fn single_inputs_are_placed_exactly() {
+    for n in [4usize, 8, 12] {
+        for seed in 0..4 {
+            let s = random(n, 1, 1000 * n as u64 + 10 + seed);
+            let poles = wishes(n, seed + 77 * n as u64);
+            let placement = place_poles(&s, &poles).unwrap();
+            let gain = Matrix::from_fn(1, n, |i, j| rational_from_f64(placement.gain[(i, j)]).unwrap());
+            let closed = s.a.plus(&s.b.multiply(&gain).scale(&Rational::from(-1)));
+            let roots = characteristic_polynomial(&closed).roots();
+            let distance = |wish: &Pole| {
+                let nearest = roots.iter().map(|r| (r.0 - wish.0).hypot(r.1 - wish.1)).fold(f64::INFINITY, f64::min);
+                nearest / wish.0.hypot(wish.1)
+            };
+            let worst = poles.iter().map(distance).fold(0.0, f64::max);
+            assert!(worst <= placement.residual.max(1e-13), "{n} {seed}: {worst:e} {:e}", placement.residual);
+            let rounding = f64::EPSILON * placement.condition * (1.0 + norm(&placement.gain));
+            assert!(worst < rounding.max(1e-13), "{n} {seed}: {worst:e} {rounding:e}");
+        }
     }
-    for (n, m, seed) in [(4, 2, 1), (6, 2, 2), (8, 3, 3), (10, 2, 4), (12, 4, 5)] {
-        let s = random(n, m, seed);
-        let w = wishes(n, seed);
-        let p = place_poles(&s, &w).unwrap();
-        let j = |m: &Matrix<f64>| format!("{:?}", m.to_rows());
-        println!(
-            "PY\t{}\t{}\t{:?}\t{}\t{}\t{}",
-            j(&s.a.to_f64()),
-            j(&s.b.to_f64()),
-            w,
-            p.condition,
-            j(&p.gain),
-            j(&lqr(&s, &Weights::diagonal(&vec![1.0; n], &vec![2.0; m])).unwrap().solution)
-        );
-    }
+    // Two inputs in the same direction share the command.
+    let s = system(&[&[0, 1], &[0, 0]], &[&[0, 0], &[1, 3]]);
+    let gain = place_poles(&s, &[(-1.0, 0.0), (-2.0, 0.0)]).unwrap().gain;
+    assert_eq!(gain.as_slice(), [0.2, 0.3, 0.6, 0.9]);
 }

@@ -1,6 +1,6 @@
 //! State feedback by pole placement and by quadratic cost, in floating point with certified residuals.
 //!
-//! What can be placed or stabilised at all is decided exactly ([`reach`]); floating point ([`place_poles`], [`lqr`],
+//! What can be placed or stabilised at all is decided exactly ([`unreached`]); floating point ([`place_poles`], [`lqr`],
 //! [`lyapunov`]) then works in balanced coordinates and states how well the defining equation holds.
 
 mod assignment;

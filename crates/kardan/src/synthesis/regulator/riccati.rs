@@ -46,7 +46,7 @@ pub(super) fn riccati(a: &Mat<f64>, b: &Mat<f64>, q: &Mat<f64>, r: &Mat<f64>, n:
         q: symmetric(&scaled(q, &inverse, &scales)),
         n: scaled(&n, &inverse, &ones),
     };
-    let mut x = equation.from_subspace()?;
+    let mut x = equation.stable_subspace()?;
     let mut residual = equation.residual(&x);
     for _ in 0..20 {
         let Some(next) = equation.newton(&x) else { break };
@@ -94,7 +94,7 @@ impl Equation {
     }
 
     /// X = U₂ U₁⁻¹ from the stable invariant subspace [U₁; U₂] of the Hamiltonian matrix.
-    fn from_subspace(&self) -> Option<Mat<f64>> {
+    fn stable_subspace(&self) -> Option<Mat<f64>> {
         let n = self.a.nrows();
         let inner = &self.a - &self.b * self.n.transpose();
         let cost = &self.q - &self.n * self.n.transpose();

@@ -39,7 +39,7 @@ pub(in crate::synthesis) fn listed<S: AsRef<str>>(names: &[S]) -> String {
 /// A pole for a message: `-50`, `-3 ± 4j`.
 pub(in crate::synthesis) fn pole_in_words(pole: &(f64, f64)) -> String {
     match *pole {
-        (re, im) if im == 0.0 => format!("{re}"),
+        (re, 0.0) => format!("{re}"),
         (re, im) => format!("{re} {} {}j", if im < 0.0 { '-' } else { '+' }, im.abs()),
     }
 }
