@@ -98,7 +98,7 @@ mod tests {
         assert_eq!(rows, matrix(&[&[-2, 1, 0], &[0, 0, 1]]));
         // The eigenvalue 2 has two eigenvectors, so one input reaches two states and two inputs all.
         assert_eq!(annihilator(&a, &matrix(&[&[0], &[1], &[1]])).rows(), 1);
-        assert_eq!(annihilator(&a, &matrix(&[&[0, 1], &[1, 0], &[1, 0]])).rows(), 0);
+        assert_eq!(annihilator(&a, &matrix(&[&[0, 0], &[1, 1], &[1, 0]])).rows(), 0);
         assert_eq!(annihilator(&a, &Matrix::zeros(3, 0)), Matrix::identity(3));
         assert_eq!(annihilator(&Matrix::zeros(0, 0), &Matrix::zeros(0, 2)).rows(), 0);
     }
