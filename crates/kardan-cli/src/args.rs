@@ -109,18 +109,18 @@ pub struct DesignArgs {
     /// model needs `./` before it.
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
-    /// Controller of the file to design; the first if not given.
+    /// Controller of the file to design; the one with the most motors if not given.
     #[arg(long, value_name = "NAME")]
     pub control: Option<String>,
     /// Design a controller with this law that is not in the file; channels have 20 rad/s and a damping ratio of 0.7
     /// [default: decoupling].
-    #[arg(long, value_name = "LAW", conflicts_with = "control", requires_all = ["inputs", "outputs"])]
+    #[arg(long, value_name = "LAW", conflicts_with = "control")]
     pub law: Option<String>,
-    /// Inputs of that controller, separated by commas.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control", requires = "outputs")]
+    /// Inputs of that controller, separated by commas; those of `[analysis]`, or all motors, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control")]
     pub inputs: Vec<String>,
-    /// Outputs of that controller, separated by commas: signals such as `rack.phi`.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control", requires = "inputs")]
+    /// Outputs of that controller, separated by commas: signals such as `rack.phi`; those of `[analysis]` if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control")]
     pub outputs: Vec<String>,
     /// Which feedback may decouple; as the controller says, or what it takes, if not given.
     #[arg(long, value_enum)]

@@ -285,7 +285,7 @@ fn canonical(out: &mut String, found: &Canonical, design: &Design) {
 }
 
 fn controller(out: &mut String, design: &Design) {
-    let mut texts = said::controller(&design.controller_data, number);
+    let texts = said::controller(&design.controller_data, number);
     if texts.is_empty() {
         return;
     }

@@ -42,6 +42,7 @@ const VERSION: u32 = 1;
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
+/// | `observer_data` | the same for the observer that runs before it; `null` without one |
 /// | `warnings`, `notes` | sentences |
 pub fn design_json(design: &Design) -> String {
     object!({
@@ -72,6 +73,7 @@ pub fn design_json(design: &Design) -> String {
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
+        "observer_data": design.observer_data.as_ref().map(|found| Value::Object(data(found))),
         "warnings": design.warnings,
         "notes": design.notes,
     })
@@ -82,7 +84,8 @@ pub fn design_json(design: &Design) -> String {
 /// back to the same 64 bits.
 ///
 /// Keys: `format` (`kardan-controller`), `version` of the format, `description` (how to run it), `model`, `variant`,
-/// `controller`, `law`, `inputs`, `outputs`, and those of `controller_data` in [`design_json`].
+/// `controller`, `law`, `inputs`, `outputs`, those of `controller_data` in [`design_json`], and `observer` with the same keys
+/// for the observer that runs before it (`null` without one).
 ///
 /// ```
 /// use kardan::{export, results::{ControllerData, Design}};
@@ -107,6 +110,7 @@ pub fn controller_json(design: &Design) -> String {
     .into_iter()
     .collect();
     keys.extend(data(&design.controller_data));
+    keys.insert("observer".into(), object!(design.observer_data.as_ref().map(|found| Value::Object(data(found)))));
     let lines: Vec<String> = keys.iter().map(|(key, value)| format!("  {}: {value}", object!(key))).collect();
     format!("{{\n{}\n}}\n", lines.join(",\n"))
 }
@@ -286,7 +290,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 29] = [
+    const KEYS: [&str; 30] = [
         "model",
         "description",
         "variant",
@@ -314,6 +318,7 @@ mod tests {
         "cross_coupling",
         "flatness",
         "controller_data",
+        "observer_data",
         "warnings",
         "notes",
     ];

@@ -109,6 +109,58 @@ impl<T: Real> MechanismData<T> {
         }
     }
 
+    /// The tables as numbers with names, for a file: each is a list of rows.
+    ///
+    /// `coordinates` (shaft of each), `entries` (shaft, coefficient), `operations` (shaft, first entry, entries, constant,
+    /// ratio, phase_in, phase_out of a universal joint or zeros, varying), `basis`, `inertia`, `damping`, `stiffness`,
+    /// `force`, the varying `inertias`, `dampers`, `springs` and all `frictions` (first entry, entries, coefficient, rest),
+    /// `inputs` (first entry, entries).
+    pub fn tables(&self, number: impl Fn(T) -> f64) -> Vec<(String, Vec<Vec<f64>>)> {
+        let r = self.coordinates.len().max(1);
+        let matrix = |values: &[T]| -> Vec<Vec<f64>> {
+            values.chunks(r).map(|row| row.iter().map(|x| number(*x)).collect()).collect()
+        };
+        let row = |row: &Row| vec![row.first as f64, row.count as f64];
+        let along = |terms: &[Along<T>]| -> Vec<Vec<f64>> {
+            terms
+                .iter()
+                .map(|term| [row(&term.row), vec![number(term.coefficient), number(term.rest)]].concat())
+                .collect()
+        };
+        let operation = |operation: &Operation<T>| {
+            let joint = operation
+                .curve
+                .map_or([0.0; 3], |joint| [number(joint.ratio), number(joint.phase_in), number(joint.phase_out)]);
+            let mut out = vec![operation.shaft as f64];
+            out.extend(row(&operation.argument));
+            out.push(number(operation.constant));
+            out.extend(joint);
+            out.push(f64::from(u8::from(operation.varying)));
+            out
+        };
+        let tables = [
+            ("coordinates", self.coordinates.iter().map(|k| vec![*k as f64]).collect()),
+            ("entries", self.entries.iter().map(|(shaft, x)| vec![*shaft as f64, number(*x)]).collect()),
+            ("operations", self.operations.iter().map(operation).collect()),
+            ("basis", matrix(&self.basis)),
+            ("inertia", matrix(&self.inertia)),
+            ("damping", matrix(&self.damping)),
+            ("stiffness", matrix(&self.stiffness)),
+            ("force", matrix(&self.force)),
+            ("inertias", along(&self.inertias)),
+            ("dampers", along(&self.dampers)),
+            ("springs", along(&self.springs)),
+            ("frictions", along(&self.frictions)),
+            ("inputs", self.inputs.iter().map(row).collect()),
+        ];
+        tables.into_iter().map(|(name, rows): (_, Vec<Vec<f64>>)| (name.to_string(), rows)).collect()
+    }
+
+    /// How many of the last coordinates are cuts.
+    pub fn held(&self) -> usize {
+        self.held
+    }
+
     /// The same tables in another precision.
     pub fn cast<U: Real>(&self, to: impl Fn(T) -> U) -> MechanismData<U> {
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect();

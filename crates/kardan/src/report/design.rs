@@ -50,8 +50,6 @@ pub(super) fn sections(design: &Design) -> Vec<String> {
 }
 
 /// One section of the report on runs; `index` tells the designs of a report apart.
-// The report on runs takes it once studies carry designs.
-#[cfg_attr(not(test), allow(dead_code))]
 pub(super) fn section(design: &Design, index: usize) -> String {
     let (good, verdict) = said::verdict(design);
     let class = if good { "good" } else { "bad" };

@@ -28,6 +28,7 @@ pub(super) fn html(study: &Study) -> String {
         tables::notes(study),
         tables::warnings(study),
         summary(&study.model),
+        study.designs.iter().enumerate().map(|(k, found)| design::section(found, k)).collect(),
         study.analysis.as_ref().map(|analysis| analysis::section(analysis, &whose(study))).unwrap_or_default(),
         tables::variants(study),
     ];

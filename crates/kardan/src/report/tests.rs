@@ -80,6 +80,7 @@ fn hostile() -> Study {
         ],
         warnings: vec![HOSTILE.into()],
         analysis: None,
+        designs: Vec::new(),
     }
 }
 

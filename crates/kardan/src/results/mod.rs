@@ -262,4 +262,6 @@ pub struct Study {
     pub warnings: Vec<String>,
     /// Structure analysis of the model, where one was made.
     pub analysis: Option<Analysis>,
+    /// The designs of the controllers, each as in the first variant that uses it.
+    pub designs: Vec<Design>,
 }

@@ -9,7 +9,8 @@ use crate::analysis::OutputSignal;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Measured;
 use crate::model::{ControlSpec, Document, read};
-use crate::results::Design;
+use crate::num::{Matrix, discretise};
+use crate::results::{ControllerData, Design};
 use crate::schema::{Spanned, Value};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
@@ -60,7 +61,7 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if !asked && !variant.model.controls.is_empty() {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
-            return Ok(designed(&prepared.description, variant, number, settings, progress));
+            return Ok(designed(&prepared.description, variant, number, settings.simulate, progress));
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
@@ -106,7 +107,7 @@ fn of_document(
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
-    Ok(designed(&prepared.description, variant, number, settings, progress))
+    Ok(designed(&prepared.description, variant, number, settings.simulate, progress))
 }
 
 /// The table of a controller for these inputs and outputs.
@@ -202,11 +203,12 @@ fn which(controls: &[ControlSpec], name: Option<&str>) -> Result<usize, Vec<Diag
     })
 }
 
-fn designed(
+/// The design of a controller of a variant.
+pub(super) fn designed(
     description: &str,
     variant: &PreparedVariant,
     number: usize,
-    settings: &DesignSettings,
+    simulate: bool,
     progress: &dyn Progress,
 ) -> Design {
     let laws = variant.design_laws();
@@ -227,15 +229,49 @@ fn designed(
         Some(poles) => design.closed_loop_poles = poles,
         None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
     }
+    if let Some(time) = control.values.number("sample_time") {
+        for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
+            if !sample(data, time) {
+                design.notes.push(format!(
+                    "the controller cannot be written for a sample time of {time} s: its numbers overflow"
+                ));
+            }
+        }
+    }
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, &mut design);
         judge(&mut design);
     }
-    if settings.simulate {
+    if simulate {
         let references = laws[number].references().to_vec();
         design.cross_coupling = cross_coupling(variant, &references, &design, progress);
     }
     design
+}
+
+/// A block with states for firmware that runs it at a sample time, its signals held in between: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.
+///
+/// False, and the block as it was, if its numbers overflow.
+fn sample(data: &mut ControllerData, time: f64) -> bool {
+    let place = |name: &str| data.matrices.iter().position(|(other, _)| other == name);
+    let (a, b) = (place("A"), place("B"));
+    let (Some(a), Some(b)) = (a, b) else {
+        data.sample_time = Some(time);
+        return true;
+    };
+    let matrix = |rows: &[Vec<f64>], columns: usize| Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
+    let n = data.matrices[a].1.len();
+    if n == 0 {
+        data.sample_time = Some(time);
+        return true;
+    }
+    let signals = data.matrices[b].1.first().map_or(0, Vec::len);
+    let found = discretise(&matrix(&data.matrices[a].1, n), &matrix(&data.matrices[b].1, signals), time);
+    let Some(found) = found else { return false };
+    data.matrices[a].1 = found.a.to_rows();
+    data.matrices[b].1 = found.b.to_rows();
+    data.sample_time = Some(time);
+    true
 }
 
 fn laws_but(controls: &[ControlSpec], number: usize) -> Vec<String> {

@@ -22,6 +22,7 @@ pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 
 use analyze::analyze_variant;
+use design::designed;
 use rayon::prelude::*;
 
 use crate::diagnostics::{Diagnostic, Severity, nearest};
@@ -29,7 +30,7 @@ use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
 use crate::results::{
-    Analysis, LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
+    Analysis, Design, LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
 };
 use crate::simulate::{Setup, signal_names, simulate};
 use crate::synthesis::closed_loop_poles;
@@ -95,6 +96,14 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         || chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect(),
         || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose(),
     );
+    let mut designs: Vec<Design> = Vec::new();
+    for variant in &chosen {
+        for (number, control) in variant.model.controls.iter().enumerate() {
+            if designs.iter().all(|design| design.controller != control.name) {
+                designs.push(designed(&prepared.description, variant, number, false, &Silent));
+            }
+        }
+    }
     let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
     let analysis = analysis.unwrap_or_else(|why| {
         warnings.push(why);
@@ -106,6 +115,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         plots: chosen_plots(&prepared, &settings.variants),
         warnings,
         analysis,
+        designs,
     })
 }
 

@@ -298,13 +298,16 @@ fn prepare_variant(
         }
         match design_law(control.law, &control.name, &control.values, &design) {
             Ok(law) => {
-                if law.linear().is_finite() {
+                if law.linear().fits_single() {
                     designed.push(design);
                 } else {
                     out.push(
                         Diagnostic::error(
                             "number::range",
-                            format!("control `{}`: a gain is too large for a number", control.name),
+                            format!(
+                                "control `{}`: a gain is too large for single precision, in which firmware runs",
+                                control.name
+                            ),
                         )
                         .at(control.span.clone(), "this controller")
                         .help("check the exponents of its frequencies and of the model's numbers"),

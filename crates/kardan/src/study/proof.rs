@@ -25,22 +25,11 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     }
     design.canonical = canonical(&exact.system);
     design.zero_dynamics = zeros(&exact.system, plant);
-    let [a, b, c, d] = exact.closed();
-    let closed = LinearSystem {
-        states: exact.system.states.clone(),
-        inputs: exact.references.iter().map(|(name, _)| name.clone()).collect(),
-        outputs: exact.system.outputs.clone(),
-        e: Matrix::identity(a.rows()),
-        a,
-        b,
-        c,
-        d,
-        freedoms: None,
-    };
-    let transfer = transfer_matrix(&closed);
+    let closed = &exact.closed;
+    let transfer = transfer_matrix(closed);
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
-    design.decoupled = square.then(|| coupled_entries(&closed).is_empty());
-    design.transfer = entries(&closed, &transfer);
+    design.decoupled = square.then(|| coupled_entries(closed).is_empty());
+    design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
     design.flatness = flatness(&exact.plant);
 }
@@ -82,7 +71,7 @@ fn canonical(system: &LinearSystem) -> Option<Canonical> {
 }
 
 fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
-    let Ok(found) = zero_dynamics(system) else { return ZeroDynamics::default() };
+    let Ok(found) = zero_dynamics(system) else { return zeros_of_inverse(system) };
     let k = found.matrix.rows();
     let polynomial = found.polynomial.primitive().to_string();
     if k == 0 {
@@ -102,6 +91,22 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
         })
         .collect();
     ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
+}
+
+/// The zeros of a system that static feedback cannot decouple; nothing is said about their motions.
+fn zeros_of_inverse(system: &LinearSystem) -> ZeroDynamics {
+    let Ok(found) = flat_parametrisation(system) else { return ZeroDynamics::default() };
+    let mode = |pole: &Pole| {
+        let natural_frequency = pole.0.hypot(pole.1);
+        let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
+        let warning = warning(*pole, natural_frequency, damping_ratio);
+        ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
+    };
+    ZeroDynamics {
+        polynomial: found.zeros.primitive().to_string(),
+        modes: roots(&found.zeros).iter().filter(|(_, im)| *im >= 0.0).map(mode).collect(),
+        stable: stability(&found.zeros) == Stability::Stable,
+    }
 }
 
 /// The motion behind a zero: which shafts move and where the energy is.
@@ -194,8 +199,8 @@ fn channels(exact: &ExactLoop, transfer: &[Vec<RationalFunction>]) -> Vec<Channe
         };
         ChannelResult {
             output: exact.system.outputs[i].clone(),
-            reference: exact.references[j].0.clone(),
-            kind: match exact.references[j].1.as_str() {
+            reference: exact.closed.inputs[j].clone(),
+            kind: match exact.units[j].as_str() {
                 "rad" => "position",
                 "rad/s" => "speed",
                 _ => "torque",

@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 
 use super::decoupling::Compensation;
 use super::{Reference, SynthesisError};
-use crate::analysis::OutputSignal;
 use crate::element::Values;
-use crate::equations::Measured;
 use crate::num::Rational;
 use crate::results::Physical;
 use crate::schema::{Field, Kind, Sign};
@@ -67,15 +65,6 @@ pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), Synth
     match given[..] {
         [first, other, ..] => Err(SynthesisError::Contradiction { output: output.into(), keys: [first, other] }),
         _ => Ok(()),
-    }
-}
-
-/// What an output is, for its unit.
-pub(super) fn physical(output: &OutputSignal) -> Physical {
-    match output.measured {
-        Measured::Angle(_) => Physical::Angle,
-        Measured::Speed(_) => Physical::Speed,
-        Measured::SpringTorque(_) | Measured::ConstraintTorque(..) | Measured::NetTorque(_) => Physical::Torque,
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{decoupling, inversion, observer};
+use super::{decoupling, inversion, observer, regulator};
 use crate::results::Pole;
 
 /// Why a law cannot be designed.
@@ -98,6 +98,61 @@ pub enum SynthesisError {
         /// The key.
         key: &'static str,
     },
+    /// A wished pole that does not decay.
+    #[error("a pole with the real part {real} does not decay")]
+    UnstablePole {
+        /// The real part, 1/s.
+        real: f64,
+    },
+    /// Poles cannot be placed.
+    #[error("{0}")]
+    Placement(#[from] regulator::PlacementError),
+    /// The Riccati equation cannot be solved.
+    #[error("{0}")]
+    Riccati(#[from] regulator::RiccatiError),
+    /// The outputs cannot be held at any values.
+    #[error("{error}")]
+    SteadyState {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// Why.
+        error: regulator::SteadyStateError,
+    },
+    /// Not as many outputs as inputs.
+    #[error("{reason}")]
+    NotSquare {
+        /// In words.
+        reason: String,
+        /// The outputs.
+        outputs: Vec<String>,
+    },
+    /// No trajectories can be planned.
+    #[error("no trajectory can be planned: {error}")]
+    Planner {
+        /// The outputs.
+        outputs: Vec<String>,
+        /// Why.
+        error: Box<inversion::PlannerError>,
+    },
+    /// A name in `largest` that has no weight.
+    #[error("`largest` names `{name}`, which is neither a motor of the law nor an angle or speed of a coordinate")]
+    NoWeight {
+        /// The name.
+        name: String,
+        /// The states.
+        states: Vec<String>,
+        /// The inputs.
+        inputs: Vec<String>,
+    },
+    /// A value in `largest` that is no size.
+    #[error("the largest acceptable value of `{name}` must be more than zero")]
+    NotPositive {
+        /// The name.
+        name: String,
+    },
+    /// A gain that no number holds.
+    #[error("a gain is too large for a number")]
+    TooLarge,
     /// A sample time that no controller has.
     #[error("a sample time of {time} s is longer than {} s", super::LONGEST_SAMPLE_TIME)]
     SampleTime {
@@ -274,6 +329,42 @@ impl SynthesisError {
                 label: "this key",
                 help: format!("remove `{key}`, and add an observer"),
             },
+            Self::UnstablePole { .. } => advice(&[], "this controller", "choose poles with a negative real part"),
+            Self::Placement(error) => advice(
+                &[],
+                "this controller",
+                match error {
+                    regulator::PlacementError::NotSelfConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`",
+                    regulator::PlacementError::WrongNumber { .. } => {
+                        "give as many poles as states: two for each reduced coordinate"
+                    }
+                    regulator::PlacementError::FixedModes { .. } => {
+                        "add a motor that reaches them, or name them as poles"
+                    }
+                    _ => "spread the poles",
+                },
+            ),
+            Self::Riccati(error) => advice(
+                &[],
+                "this controller",
+                match error {
+                    regulator::RiccatiError::NotStabilisable { .. } => "add a motor that reaches them",
+                    regulator::RiccatiError::NotDetectable { .. } => "give the motion a weight in `largest`",
+                    _ => "choose other weights",
+                },
+            ),
+            Self::SteadyState { outputs, .. } => {
+                advice(outputs, "cannot be held", "choose as many outputs as motors, and such that can be held at rest")
+            }
+            Self::NotSquare { outputs, .. } => advice(outputs, "these outputs", "name as many outputs as motors"),
+            Self::Planner { outputs, .. } => advice(outputs, "not invertible", "choose other outputs"),
+            Self::NoWeight { name, states, inputs } => Advice {
+                named: vec![name.clone()],
+                label: "no weight",
+                help: format!("there are {}", list(&[inputs.as_slice(), states].concat())),
+            },
+            Self::NotPositive { name } => advice(std::slice::from_ref(name), "not a size", "write a value above zero"),
+            Self::TooLarge => advice(&[], "this controller", "check the exponents of the model's numbers"),
             Self::SampleTime { .. } => {
                 advice(&["sample_time".into()], "this controller", "write a time such as \"1 ms\"")
             }

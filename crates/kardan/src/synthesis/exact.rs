@@ -2,39 +2,49 @@ use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational};
 use crate::results::ExactMatrix;
 
-/// A designed linear loop, exact: `ẋ = A x + B u`, `y = C x + D u` under `u = −K x + L r`.
+/// A designed linear loop, exact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactLoop {
     /// The design model with E = I, as far as the outputs show it: its inputs are those that the law commands, its outputs
     /// those that it controls.
     pub plant: LinearSystem,
-    /// The same with the integrators that the law puts before inputs; the gains belong to this one.
+    /// The same with the integrators that the law puts before inputs.
     pub system: LinearSystem,
-    /// K, inputs × states.
-    pub state_gain: Matrix<Rational>,
-    /// L, inputs × references.
-    pub reference_gain: Matrix<Rational>,
-    /// Name and unit of each reference.
-    pub references: Vec<(String, String)>,
+    /// From the references to the outputs.
+    pub closed: LinearSystem,
+    /// Unit of each reference.
+    pub units: Vec<String>,
     /// Number of the output that each reference is for.
     pub channels: Vec<usize>,
 }
 
 impl ExactLoop {
-    /// `A − B K`, `B L`, `C − D K`, `D L`.
+    /// The loop of `ẋ = A x + B u`, `y = C x + D u` (the system) under `u = −K x + L r`, one reference for each output.
     ///
     /// # Panics
     /// If the shapes do not fit each other.
-    pub fn closed(&self) -> [Matrix<Rational>; 4] {
-        let minus = Rational::from(-1);
-        let LinearSystem { a, b, c, d, .. } = &self.system;
-        let feedback = self.state_gain.scale(&minus);
-        [
-            a.plus(&b.multiply(&feedback)),
-            b.multiply(&self.reference_gain),
-            c.plus(&d.multiply(&feedback)),
-            d.multiply(&self.reference_gain),
-        ]
+    pub fn feedback(
+        plant: LinearSystem,
+        system: LinearSystem,
+        [k, l]: [&Matrix<Rational>; 2],
+        references: &[(String, String)],
+    ) -> Self {
+        let feedback = k.scale(&Rational::NEG_ONE);
+        let LinearSystem { a, b, c, d, .. } = &system;
+        let closed = LinearSystem {
+            states: system.states.clone(),
+            inputs: references.iter().map(|(name, _)| name.clone()).collect(),
+            outputs: system.outputs.clone(),
+            e: Matrix::identity(a.rows()),
+            a: a.plus(&b.multiply(&feedback)),
+            b: b.multiply(l),
+            c: c.plus(&d.multiply(&feedback)),
+            d: d.multiply(l),
+            freedoms: None,
+        };
+        let (units, channels) =
+            (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());
+        Self { plant, system, closed, units, channels }
     }
 }
 
@@ -46,15 +56,8 @@ pub fn named(
     matrix: &Matrix<Rational>,
 ) -> ExactMatrix {
     let text = |i: usize| matrix.row(i).iter().map(ToString::to_string).collect();
-    ExactMatrix {
-        name: name.into(),
-        title: title.into(),
-        unit: unit.into(),
-        rows: rows.to_vec(),
-        columns: columns.to_vec(),
-        values: matrix.to_rows(),
-        exact: Some((0..matrix.rows()).map(text).collect()),
-    }
+    let exact = Some((0..matrix.rows()).map(text).collect());
+    ExactMatrix { exact, ..rounded((name, title, unit), rows, columns, &matrix.to_f64()) }
 }
 
 /// A matrix of floating point with names, for a reader.

@@ -14,8 +14,10 @@ mod linear_law;
 mod nonlinear_law;
 mod observed;
 pub mod observer;
+mod outputs;
 pub mod regulator;
 mod stability;
+mod state_feedback;
 mod zeros;
 
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
@@ -94,12 +96,12 @@ impl LinearLaw {
         }
     }
 
-    /// Whether all entries are finite.
-    pub fn is_finite(&self) -> bool {
+    /// Whether all entries are finite in single precision, in which firmware runs.
+    pub fn fits_single(&self) -> bool {
         let Self { states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances } =
             self;
         let all = [states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances];
-        all.iter().all(|matrix| matrix.as_slice().iter().all(|x| x.is_finite()))
+        all.iter().all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
     }
 }
 

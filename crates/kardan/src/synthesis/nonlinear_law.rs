@@ -100,14 +100,43 @@ impl Nonlinear {
         };
         let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
         let references = self.at_design_point.references();
+        let shafts = self.disturbed.iter().flatten();
+        let disturbances: Vec<(String, String)> =
+            shafts.map(|&k| (format!("{}.disturbance", self.data.shafts[k]), "N m".into())).collect();
         reads
             .extend(self.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())));
+        reads.extend(disturbances);
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
             writes: self.at_design_point.inputs().to_vec(),
-            ..ControllerData::default()
+            sample_time: None,
+            matrices: self.data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]).collect(),
+            numbers: [
+                ("shafts".to_string(), self.data.shafts.len() as f64),
+                ("held".to_string(), self.data.held() as f64),
+            ]
+            .into_iter()
+            .chain(self.friction_width.map(|width| ("friction_width".to_string(), width)))
+            .collect(),
         }
+    }
+
+    /// The tasks as rows: 0, shaft, natural frequency, damping ratio for an angle; 1, shaft for a torque on a shaft; 2, cut for
+    /// a constraint torque; last the number of the input that goes with it.
+    fn tasks(&self) -> Vec<Vec<f64>> {
+        let row = |(task, input): (&Task<f64>, &usize)| {
+            let mut row = match task {
+                Task::Position { shaft, position_loop } => {
+                    vec![0.0, *shaft as f64, position_loop.natural_frequency, position_loop.damping_ratio]
+                }
+                Task::Torque { shaft } => vec![1.0, *shaft as f64, 0.0, 0.0],
+                Task::ConstraintTorque { cut } => vec![2.0, *cut as f64, 0.0, 0.0],
+            };
+            row.push(*input as f64);
+            row
+        };
+        self.tasks.iter().zip(&self.inputs).map(row).collect()
     }
 
     fn law(&self) -> ComputedTorque<'_, f64> {

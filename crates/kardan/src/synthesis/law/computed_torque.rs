@@ -4,7 +4,7 @@ use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Polynomial, Scalar};
-use crate::results::Design;
+use crate::results::{Design, Feedback};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::channels::{
     CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
@@ -167,18 +167,14 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         gains,
         inputs,
         outputs: names,
+        feedback: Some(Feedback::Static),
         notes,
         ..Design::default()
     };
     let block = LinearBlock::gains(&found.k.to_f64(), &found.l.to_f64(), &found.m.to_f64());
-    let exact = ExactLoop {
-        plant: system.clone(),
-        system,
-        state_gain: found.k,
-        reference_gain: found.l,
-        channels: (0..references.len()).collect(),
-        references: references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
-    };
+    let units: Vec<(String, String)> =
+        references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
+    let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
     let told = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
     Ok(Box::new(Nonlinear::new(request, Box::new(linear), wishes, told, friction_width)?))

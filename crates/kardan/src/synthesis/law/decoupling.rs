@@ -1,18 +1,16 @@
 use std::cell::RefCell;
 
-use crate::analysis::{LinearSystem, OutputSignal};
-use crate::element::Values;
+use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, rational_to_f64};
-use crate::results::Design;
+use crate::results::{Design, Feedback};
 use crate::schema::{Field, Kind};
-use crate::synthesis::channels::{
-    CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
-};
-use crate::synthesis::decoupling::{Compensation, NotDecouplable, decouple, observable_quotient, relative_degrees};
+use crate::synthesis::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
+use crate::synthesis::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
 use crate::synthesis::inversion::{
     Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons,
 };
 use crate::synthesis::linear_law::{Linear, LinearBlock};
+use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references, template};
 use crate::synthesis::zeros::{check_zeros, roots};
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
 
@@ -22,7 +20,7 @@ pub const DECOUPLING: LawKind = LawKind {
     summary: "Decoupling by state feedback u = -K x + L r: every chosen output (angle, speed, torque) follows its own \
               reference and no other, decided and designed exactly on the linear model.",
     fields: &[
-        Field::required("inputs", Kind::Elements(&["motor"]), "The motors, at least as many as outputs."),
+        INPUTS,
         Field::required("channels", Kind::Tables(CHANNEL), "One table for each output."),
         Field::optional(
             "feedback",
@@ -48,45 +46,18 @@ output = \"fs.phi\"
 reference = \"ref_fs\"
 poles = [\"-14 ± 14.3j\"]
 ",
-    template: |inputs, outputs| {
-        let list = |names: &[String]| names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-        let channel = |output: &String| {
-            let reference = output.split('.').next().unwrap_or_default();
-            format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"ref_{reference}\"\n")
-        };
-        let channels: String = outputs.iter().map(channel).collect();
-        Some(format!("inputs = [{}]\n{channels}", list(inputs)))
-    },
-    inputs: |values| values.words("inputs").map(<[String]>::to_vec).unwrap_or_default(),
-    references: |values| channels(values).filter_map(reference).collect(),
+    template: |inputs, outputs| Some(template(inputs, outputs, "")),
+    inputs,
+    references,
     design,
 };
 
-const CHANNEL: &[Field] = &[
-    Field::required(
-        "output",
-        Kind::Output,
-        "The output: an angle `<shaft>.phi`, a speed `<shaft>.w`, or a sensor of a torque.",
-    ),
-    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
-    NATURAL_FREQUENCY,
-    DAMPING_RATIO,
-    CROSSOVER,
-    POLES,
-];
+const CHANNEL: &[Field] = &[OUTPUT, REFERENCE, NATURAL_FREQUENCY, DAMPING_RATIO, CROSSOVER, POLES];
 
-fn channels(values: &Values) -> impl Iterator<Item = &Values> {
-    values.tables("channels").unwrap_or_default().iter()
-}
-
-/// What is asked, read from the keys.
-struct Task<'a> {
+/// What is asked of the part of the plant that the outputs show.
+struct Observable<'a> {
     request: &'a Request<'a>,
-    inputs: Vec<String>,
-    outputs: Vec<OutputSignal>,
-    names: Vec<String>,
-    dynamics: Vec<Compensation>,
-    /// What the outputs show of the plant.
+    task: &'a Task,
     system: LinearSystem,
     /// How the disturbances act on its states and on the outputs.
     disturbance: [Matrix<Rational>; 2],
@@ -102,10 +73,10 @@ struct Gains {
     from_input: Matrix<Rational>,
 }
 
-impl Task<'_> {
+impl Observable<'_> {
     fn polynomial(&self, output: usize, degree: usize) -> Result<Polynomial, SynthesisError> {
-        let wrong = |error| SynthesisError::Compensation { output: self.names[output].clone(), error };
-        self.dynamics[output].polynomial(degree).map_err(wrong)
+        let wrong = |error| SynthesisError::Compensation { output: self.task.names[output].clone(), error };
+        self.task.dynamics[output].polynomial(degree).map_err(wrong)
     }
 
     fn polynomials(&self, system: &LinearSystem) -> Result<Vec<Polynomial>, SynthesisError> {
@@ -121,8 +92,8 @@ impl Task<'_> {
 
     /// `u = v` with static gains on the system itself.
     fn by_static_feedback(&self) -> Result<Gains, SynthesisError> {
-        let identity = Matrix::identity(self.inputs.len());
-        let none = Matrix::zeros(self.inputs.len(), self.system.states.len());
+        let identity = Matrix::identity(self.task.inputs.len());
+        let none = Matrix::zeros(self.task.inputs.len(), self.system.states.len());
         self.gains(self.system.clone(), none, identity)
     }
 
@@ -153,7 +124,7 @@ impl Task<'_> {
                 obstruction(&self.system).expect("outputs that do not depend on each other are one block at least");
             return Err(self.impossible(&why));
         };
-        let (n, m) = (self.system.states.len(), self.inputs.len());
+        let (n, m) = (self.system.states.len(), self.task.inputs.len());
         let wrong = RefCell::new(None);
         let dynamics = |output: usize, order: usize| {
             self.polynomial(output, order).unwrap_or_else(|error| {
@@ -176,11 +147,11 @@ impl Task<'_> {
     }
 
     fn impossible(&self, obstruction: &Obstruction) -> SynthesisError {
-        let constrained = self.request.plant.constrained(&self.inputs);
+        let constrained = self.request.plant.constrained(&self.task.inputs);
         let element = |name: &str| format!("`{name}`");
         SynthesisError::Impossible {
-            outputs: self.names.clone(),
-            reasons: reasons(obstruction, &self.outputs, &constrained, &element),
+            outputs: self.task.names.clone(),
+            reasons: reasons(obstruction, &self.task.outputs, &constrained, &element),
         }
     }
 
@@ -199,58 +170,47 @@ impl Task<'_> {
             vec![format!("dynamic feedback does, with {}: `feedback = \"dynamic\"`", before.join(" and "))];
         if let Some(blocks) = finest_blocks(&self.system).filter(|blocks| blocks.len() > 1) {
             let block = |block: &Vec<usize>| {
-                let names: Vec<&str> = block.iter().map(|&i| self.names[i].as_str()).collect();
+                let names: Vec<&str> = block.iter().map(|&i| self.task.names[i].as_str()).collect();
                 format!("{{{}}}", names.join(", "))
             };
             let blocks: Vec<String> = blocks.iter().map(block).collect();
             reasons.push(format!("static feedback parts the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
-        SynthesisError::NotStatic { outputs: self.names.clone(), error, reasons }
+        SynthesisError::NotStatic { outputs: self.task.names.clone(), error, reasons }
     }
 }
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
-    let inputs = (DECOUPLING.inputs)(values);
-    let references = (DECOUPLING.references)(values);
-    let outputs: Vec<OutputSignal> = channels(values)
-        .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
-        .collect::<Result<_, _>>()?;
-    let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
-    once(names.iter().map(String::as_str), "output")?;
-    once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    for (channel, output) in channels(values).zip(&names) {
-        check_dynamics(channel, output)?;
-    }
-    let full = plant.system(&inputs, &outputs);
-    let quotient = observable_quotient(&full, &plant.twists());
-    let (torques, direct) = plant.torques(request.disturbances, &outputs);
-    let task = Task {
+    let task = Task::new(request)?;
+    let quotient = observable_quotient(&task.system, &plant.twists());
+    let [torques, direct] = &task.disturbance;
+    let shown = Observable {
         request,
-        inputs,
-        outputs,
-        names,
-        dynamics: channels(values).map(compensation).collect(),
-        disturbance: [quotient.project(&torques), direct],
+        task: &task,
+        disturbance: [quotient.project(torques), direct.clone()],
         system: quotient.system.clone(),
     };
-    let found = match values.word("feedback") {
-        Some("dynamic") => task.by_dynamic_feedback()?,
-        Some("block") => task.in_blocks()?,
-        _ => task.by_static_feedback()?,
+    let (found, feedback) = match values.word("feedback") {
+        Some("dynamic") => (shown.by_dynamic_feedback()?, Feedback::Dynamic),
+        Some("block") => (shown.in_blocks()?, Feedback::Block),
+        _ => (shown.by_static_feedback()?, Feedback::Static),
     };
     check_zeros(&found.system, &task.names)?;
-    let relative = relative_degrees(&task.system);
-    let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let relative = relative_degrees(&quotient.system);
     let commanded = &found.system.inputs;
     let states = &found.system.states;
     let mut gains = vec![
         named(("K", "state gain K of u = -K x + L r", ""), commanded, states, &found.k),
-        named(("L", "reference gain L", ""), commanded, &reference_names, &found.l),
+        named(("L", "reference gain L", ""), commanded, &task.reference_names(), &found.l),
     ];
-    if !request.disturbances.is_empty() {
-        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
-        gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), commanded, &shafts, &found.m));
+    if !task.disturbed.is_empty() {
+        gains.push(named(
+            ("M", "disturbance gain M of u = -K x + L r - M d", ""),
+            commanded,
+            &task.disturbed,
+            &found.m,
+        ));
     }
     let design = Design {
         controller: request.name.into(),
@@ -261,25 +221,19 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         decoupling_matrix: named(
             ("decoupling_matrix", "decoupling matrix G", ""),
             &derivatives(&task.names, &relative.degrees),
-            &full.inputs,
+            &task.inputs,
             &relative.matrix,
         ),
         relative_degrees: relative.degrees,
         gains,
-        inputs: task.inputs,
-        outputs: task.names,
+        inputs: task.inputs.clone(),
+        outputs: task.names.clone(),
+        feedback: Some(feedback),
         ..Design::default()
     };
     let block = block(&found, &quotient.projection);
-    let exact = ExactLoop {
-        plant: task.system,
-        system: found.system,
-        state_gain: found.k,
-        reference_gain: found.l,
-        channels: (0..references.len()).collect(),
-        references: references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
-    };
-    Ok(Box::new(Linear::new(request, design, Some(exact), references, block)))
+    let exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
+    Ok(Box::new(Linear::new(request, design, Some(exact), task.references, block)))
 }
 
 /// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.

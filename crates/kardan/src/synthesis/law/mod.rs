@@ -2,7 +2,10 @@
 
 mod computed_torque;
 mod decoupling;
+mod flatness;
+mod lqr;
 mod noninteracting;
+mod pole_placement;
 mod position_loop;
 
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
@@ -13,7 +16,10 @@ use super::LawKind;
 pub const REGISTRY: &[LawKind] = &[
     computed_torque::COMPUTED_TORQUE,
     decoupling::DECOUPLING,
+    flatness::FLATNESS,
+    lqr::LQR,
     noninteracting::NONINTERACTING,
+    pole_placement::POLE_PLACEMENT,
     position_loop::POSITION_LOOP,
 ];
 

@@ -7,7 +7,7 @@ use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
-use crate::results::{Design, Physical};
+use crate::results::{ControllerData, Design, Feedback, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::{
     ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
@@ -356,6 +356,50 @@ fn disturbance_gain(
     design.acceleration_gain.multiply(&output.multiply(&accelerations))
 }
 
+impl Running {
+    /// What the block [`Noninteracting`] runs with; a torque channel has no frequency.
+    fn data(&self, state: &[String]) -> ControllerData {
+        let unit = |name: &String| if name.ends_with(".w") { "rad/s" } else { "rad" }.to_string();
+        let mut reads: Vec<(String, String)> = state.iter().map(|name| (name.clone(), unit(name))).collect();
+        for output in &self.outputs {
+            let speed = output.trim_end_matches("phi").to_string() + "w";
+            reads.extend([(output.clone(), unit(output)), (speed.clone(), unit(&speed))]);
+        }
+        for (reference, load) in &self.told {
+            for number in std::iter::once(reference).chain(load) {
+                let told = &self.references[*number];
+                reads.push((told.name.clone(), told.physical.unit().into()));
+            }
+        }
+        reads.extend(self.disturbed.iter().map(|shaft| (format!("{shaft}.disturbance"), "N m".into())));
+        let mut numbers = Vec::new();
+        for (output, channel) in self.outputs.iter().zip(&self.channels) {
+            let mut add = |what: &str, value: f64| numbers.push((format!("{output} {what}"), value));
+            match channel {
+                Channel::Position { position_loop, inverse_inertia } => {
+                    add("natural_frequency", position_loop.natural_frequency);
+                    add("damping_ratio", position_loop.damping_ratio);
+                    add("inverse_inertia", *inverse_inertia);
+                }
+                Channel::Torque { inverse_inertia } => add("inverse_inertia", *inverse_inertia),
+            }
+        }
+        let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
+        ControllerData {
+            block: "Noninteracting".into(),
+            reads,
+            writes: self.inputs.clone(),
+            sample_time: None,
+            matrices: vec![
+                ("state_gain".into(), state_gain.to_rows()),
+                ("acceleration_gain".into(), acceleration_gain.to_rows()),
+                ("disturbance_gain".into(), self.disturbance_gain.to_rows()),
+            ],
+            numbers,
+        }
+    }
+}
+
 impl Law for Running {
     fn inputs(&self) -> &[String] {
         &self.inputs
@@ -447,14 +491,11 @@ impl Law for Running {
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let told: Vec<&Reference> = self.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
-        Some(ExactLoop {
-            plant: system.clone(),
-            system,
-            state_gain: acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::from(-1))),
-            reference_gain: acceleration_gain.multiply(&reference),
-            references: told.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect(),
-            channels: (0..m).collect(),
-        })
+        let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
+        let l = acceleration_gain.multiply(&reference);
+        let units: Vec<(String, String)> =
+            told.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
+        Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &units))
     }
 
     fn describe(&self) -> Design {
@@ -473,6 +514,7 @@ impl Law for Running {
             inputs: self.inputs.clone(),
             outputs: self.outputs.clone(),
             relative_degrees: vec![Some(2); self.outputs.len()],
+            feedback: Some(Feedback::Static),
             gains: vec![
                 named(("Kx", "state gain Kx", "N m/rad, N m s/rad"), &self.inputs, &state, state_gain),
                 named(("Ku", "acceleration gain Ku", "N m s^2/rad"), &self.inputs, &accelerations, acceleration_gain),
@@ -483,6 +525,7 @@ impl Law for Running {
                 &self.inputs,
                 decoupling_matrix,
             ),
+            controller_data: self.data(&state),
             states: state,
             notes: notes.collect(),
             ..Design::default()

@@ -1,0 +1,93 @@
+use crate::num::Matrix;
+use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels, inputs, references, template};
+use crate::synthesis::regulator::{Weights, lqr};
+use crate::synthesis::state_feedback::state_feedback;
+use crate::synthesis::{Law, LawKind, Request, SynthesisError, rounded};
+
+/// Linear quadratic regulator.
+pub const LQR: LawKind = LawKind {
+    keyword: "lqr",
+    summary: "State feedback u = -K x + L r of least cost, the integral of (y/largest)^2 over the outputs, (x/largest)^2 over \
+              chosen states and (u/largest)^2 over the motors (Bryson's rule); references are reached at rest.",
+    fields: &[
+        INPUTS,
+        Field::optional(
+            "channels",
+            Kind::Tables(CHANNEL),
+            "One table for each output, as many as motors; left out: none.",
+        ),
+        Field::optional(
+            "largest",
+            Kind::Overrides,
+            "Largest acceptable torques of motors, angles and speeds of coordinates: { wg_motor = \"1.3 N m\", \"cj.w\" = \
+             \"10 rad/s\" }; a motor that is left out: 1 N m, a state: costs nothing.",
+        ),
+    ],
+    example: "\
+[control.column]
+law = \"lqr\"
+inputs = [\"wg_motor\", \"rk_motor\"]
+largest = { wg_motor = \"1.3 N m\", rk_motor = \"60 N m\", \"rk.w\" = \"20 rad/s\" }
+
+[[control.column.channels]]
+output = \"rk.phi\"
+reference = \"ref_rk\"
+largest = 0.1
+
+[[control.column.channels]]
+output = \"fs.phi\"
+reference = \"ref_fs\"
+largest = 0.05
+",
+    template: |inputs, outputs| Some(template(inputs, outputs, "")),
+    inputs,
+    references,
+    design,
+};
+
+const CHANNEL: &[Field] = &[
+    OUTPUT,
+    REFERENCE,
+    Field::optional(
+        "largest",
+        Kind::Number(Sign::Positive),
+        "Largest acceptable deviation of the output in SI units (rad, rad/s, N m); left out: 0.1.",
+    ),
+];
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let task = Task::new(request)?;
+    let states = request.plant.states();
+    let (n, m) = (states.len(), task.inputs.len());
+    let largest = request.values.map("largest").unwrap_or_default();
+    for (name, value) in largest {
+        if !states.contains(name) && !task.inputs.contains(name) {
+            return Err(SynthesisError::NoWeight { name: name.clone(), states, inputs: task.inputs });
+        }
+        if value.signum() <= 0 {
+            return Err(SynthesisError::NotPositive { name: name.clone() });
+        }
+    }
+    let weight = |name: &String| largest.iter().find(|(other, _)| other == name).map(|(_, x)| x.to_f64().powi(-2));
+    let of_outputs: Vec<f64> =
+        channels(request.values).map(|channel| channel.number("largest").unwrap_or(0.1).powi(-2)).collect();
+    let (c, d) = (task.system.c.to_f64(), task.system.d.to_f64());
+    let product = |a: &Matrix<f64>, b: &Matrix<f64>, i: usize, j: usize| -> f64 {
+        of_outputs.iter().enumerate().map(|(k, w)| w * a[(k, i)] * b[(k, j)]).sum()
+    };
+    let on_diagonal = |i: usize, j: usize, w: f64| if i == j { w } else { 0.0 };
+    let weights = Weights {
+        state: Matrix::from_fn(n, n, |i, j| {
+            product(&c, &c, i, j) + on_diagonal(i, j, weight(&states[i]).unwrap_or(0.0))
+        }),
+        input: Matrix::from_fn(m, m, |i, j| {
+            product(&d, &d, i, j) + on_diagonal(i, j, weight(&task.inputs[i]).unwrap_or(1.0))
+        }),
+        cross: Some(Matrix::from_fn(n, m, |i, j| product(&c, &d, i, j))),
+    };
+    let found = lqr(&task.system, &weights)?;
+    let notes = vec![format!("the Riccati equation holds with the relative residual {:.1e}", found.residual)];
+    let solution = rounded(("X", "solution X of the Riccati equation", ""), &states, &states, &found.solution);
+    state_feedback(request, &task, LQR.keyword, &found.gain, vec![solution], notes)
+}

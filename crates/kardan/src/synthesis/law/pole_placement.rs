@@ -1,0 +1,62 @@
+use crate::num::rational_to_f64;
+use crate::schema::{Field, Kind};
+use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
+use crate::synthesis::regulator::place_poles;
+use crate::synthesis::state_feedback::state_feedback;
+use crate::synthesis::{Law, LawKind, Request, SynthesisError};
+
+/// Robust pole placement by state feedback.
+pub const POLE_PLACEMENT: LawKind = LawKind {
+    keyword: "pole_placement",
+    summary: "State feedback u = -K x + L r with chosen poles, as insensitive to errors of the model as the inputs allow; \
+              references are reached at rest, the outputs are not decoupled on the way.",
+    fields: &[
+        INPUTS,
+        Field::required(
+            "poles",
+            Kind::Poles,
+            "As many poles as states (angles and speeds of the reduced coordinates).",
+        ),
+        Field::optional(
+            "channels",
+            Kind::Tables(CHANNEL),
+            "One table for each output, as many as motors; left out: none.",
+        ),
+    ],
+    example: "\
+[control.column]
+law = \"pole_placement\"
+inputs = [\"wg_motor\", \"rk_motor\"]
+poles = [-20, \"-14 ± 14.3j\", \"-60 ± 60j\", -30]
+
+[[control.column.channels]]
+output = \"rk.phi\"
+reference = \"ref_rk\"
+
+[[control.column.channels]]
+output = \"fs.phi\"
+reference = \"ref_fs\"
+",
+    template: |_, _| None,
+    inputs,
+    references,
+    design,
+};
+
+const CHANNEL: &[Field] = &[OUTPUT, REFERENCE];
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let task = Task::new(request)?;
+    let poles = request.values.poles("poles").unwrap_or_default();
+    let poles: Vec<(f64, f64)> =
+        poles.iter().map(|(re, im)| (rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational()))).collect();
+    if let Some((re, _)) = poles.iter().find(|(re, _)| *re >= 0.0) {
+        return Err(SynthesisError::UnstablePole { real: *re });
+    }
+    let found = place_poles(&task.system, &poles)?;
+    let notes = vec![format!(
+        "the poles are met with the relative residual {:.1e}; the condition of the eigenvectors is {:.3}",
+        found.residual, found.condition
+    )];
+    state_feedback(request, &task, POLE_PLACEMENT.keyword, &found.gain, Vec::new(), notes)
+}

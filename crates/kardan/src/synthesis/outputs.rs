@@ -1,0 +1,135 @@
+//! What laws with inputs and output channels have in common: reading their keys, the model they are for, disturbances, data.
+
+use super::channels::{check_dynamics, compensation, once, reference};
+use super::decoupling::Compensation;
+use super::{Reference, Request, SynthesisError};
+use crate::analysis::{LinearSystem, OutputSignal};
+use crate::element::Values;
+use crate::num::{Matrix, Rational, rational_from_f64};
+use crate::schema::{Field, Kind};
+
+/// The motors of a law.
+pub(super) const INPUTS: Field =
+    Field::required("inputs", Kind::Elements(&["motor"]), "The motors, at least as many as outputs.");
+
+/// The output of a channel.
+pub(super) const OUTPUT: Field = Field::required(
+    "output",
+    Kind::Output,
+    "The output: an angle `<shaft>.phi`, a speed `<shaft>.w`, or a sensor of a torque.",
+);
+
+/// The reference of a channel.
+pub(super) const REFERENCE: Field =
+    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario.");
+
+pub(super) fn inputs(values: &Values) -> Vec<String> {
+    values.words("inputs").map(<[String]>::to_vec).unwrap_or_default()
+}
+
+pub(super) fn channels(values: &Values) -> impl Iterator<Item = &Values> {
+    values.tables("channels").unwrap_or_default().iter()
+}
+
+pub(super) fn references(values: &Values) -> Vec<Reference> {
+    channels(values).filter_map(reference).collect()
+}
+
+/// The keys of a table for these inputs and outputs: `inputs = […]`, more keys, one channel for each output.
+pub(super) fn template(inputs: &[String], outputs: &[String], more: &str) -> String {
+    let list: Vec<String> = inputs.iter().map(|name| format!("\"{name}\"")).collect();
+    let channel = |output: &String| {
+        let reference = output.split('.').next().unwrap_or_default();
+        format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"ref_{reference}\"\n")
+    };
+    let channels: String = outputs.iter().map(channel).collect();
+    format!("inputs = [{}]\n{more}{channels}", list.join(", "))
+}
+
+/// A law's keys, read, with its linear model.
+pub(super) struct Task {
+    pub inputs: Vec<String>,
+    pub references: Vec<Reference>,
+    pub outputs: Vec<OutputSignal>,
+    /// Names of the outputs.
+    pub names: Vec<String>,
+    pub dynamics: Vec<Compensation>,
+    /// `ẋ = A x + B u + W d`, `y = C x + D u + F d` over `[q_r; q̇_r]`.
+    pub system: LinearSystem,
+    /// W, F
+    pub disturbance: [Matrix<Rational>; 2],
+    /// Shafts of the disturbances.
+    pub disturbed: Vec<String>,
+}
+
+impl Task {
+    /// # Errors
+    /// If an output or a reference stands twice, or two keys contradict each other.
+    pub fn new(request: &Request<'_>) -> Result<Self, SynthesisError> {
+        let (plant, values) = (request.plant, request.values);
+        let (inputs, references) = (inputs(values), references(values));
+        let outputs: Vec<OutputSignal> = channels(values)
+            .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
+            .collect::<Result<_, _>>()?;
+        let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
+        once(names.iter().map(String::as_str), "output")?;
+        once(references.iter().map(|r| r.name.as_str()), "reference")?;
+        for (channel, output) in channels(values).zip(&names) {
+            check_dynamics(channel, output)?;
+        }
+        Ok(Self {
+            dynamics: channels(values).map(compensation).collect(),
+            system: plant.system(&inputs, &outputs),
+            disturbance: plant.torques(request.disturbances, &outputs).into(),
+            disturbed: request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect(),
+            inputs,
+            references,
+            outputs,
+            names,
+        })
+    }
+
+    /// Names of the references.
+    pub fn reference_names(&self) -> Vec<String> {
+        self.references.iter().map(|r| r.name.clone()).collect()
+    }
+
+    /// Names and units of the references.
+    pub fn units(&self) -> Vec<(String, String)> {
+        self.references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect()
+    }
+
+    /// M of `u = … − M d` with which constant disturbances leave the outputs alone at rest under the gain K:
+    /// `[A B; C D] [X; U] = −[W; F]`, `M = −(U + K X)`. `None` if there is no such rest.
+    pub fn cancelling(&self, k: &Matrix<f64>) -> Option<Matrix<f64>> {
+        let LinearSystem { a, b, c, d, .. } = &self.system;
+        let (n, m, p) = (a.rows(), b.columns(), c.rows());
+        if m != p {
+            return None;
+        }
+        let all = Matrix::from_fn(n + p, n + m, |i, j| {
+            match (i < n, j < n) {
+                (true, true) => &a[(i, j)],
+                (true, false) => &b[(i, j - n)],
+                (false, true) => &c[(i - n, j)],
+                (false, false) => &d[(i - n, j - n)],
+            }
+            .clone()
+        });
+        let [w, f] = &self.disturbance;
+        let right = Matrix::from_fn(n + p, w.columns(), |i, j| if i < n { &w[(i, j)] } else { &f[(i - n, j)] }.clone());
+        let rest = all.solve(&right)?.to_f64();
+        let (x, u) = (
+            Matrix::from_fn(n, w.columns(), |i, j| rest[(i, j)]),
+            Matrix::from_fn(m, w.columns(), |i, j| rest[(n + i, j)]),
+        );
+        Some(u.plus(&k.multiply(&x)))
+    }
+}
+
+/// The exact value of each entry.
+pub(super) fn exact(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
+    let entries: Option<Vec<Rational>> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect();
+    let entries = entries?;
+    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| entries[i * matrix.columns() + j].clone()))
+}

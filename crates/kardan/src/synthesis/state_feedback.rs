@@ -1,0 +1,58 @@
+use super::linear_law::{Linear, LinearBlock};
+use super::outputs::{Task, exact};
+use super::regulator::steady_state;
+use super::{ExactLoop, Law, Request, SynthesisError, rounded};
+use crate::num::Matrix;
+use crate::results::{Design, ExactMatrix};
+
+/// Completes a gain K found in floating point to the law `u = −K x + L r − M d`: references are reached at rest, constant
+/// disturbances leave no trace in the outputs at rest.
+///
+/// # Errors
+/// If there are references and the outputs cannot be held at any values.
+pub(super) fn state_feedback(
+    request: &Request<'_>,
+    task: &Task,
+    law: &str,
+    k: &Matrix<f64>,
+    more: Vec<ExactMatrix>,
+    mut notes: Vec<String>,
+) -> Result<Box<dyn Law>, SynthesisError> {
+    let (inputs, states) = (&task.inputs, request.plant.states());
+    let l = if task.outputs.is_empty() {
+        Matrix::zeros(inputs.len(), 0)
+    } else {
+        let unheld = |error| SynthesisError::SteadyState { outputs: task.names.clone(), error };
+        steady_state(&task.system).map_err(unheld)?.reference_gain(k)
+    };
+    let m = task.cancelling(k).unwrap_or_else(|| {
+        if !task.disturbed.is_empty() {
+            notes
+                .push("the estimated disturbances are not fed forward: the outputs cannot be held against them".into());
+        }
+        Matrix::zeros(inputs.len(), task.disturbed.len())
+    });
+    let mut gains = vec![rounded(("K", "state gain K of u = -K x + L r", ""), inputs, &states, k)];
+    if !task.outputs.is_empty() {
+        gains.push(rounded(("L", "reference gain L", ""), inputs, &task.reference_names(), &l));
+    }
+    if !task.disturbed.is_empty() {
+        gains.push(rounded(("M", "disturbance gain M of u = -K x + L r - M d", ""), inputs, &task.disturbed, &m));
+    }
+    gains.extend(more);
+    let design = Design {
+        controller: request.name.into(),
+        law: law.into(),
+        states,
+        inputs: inputs.clone(),
+        outputs: task.names.clone(),
+        gains,
+        notes,
+        ..Design::default()
+    };
+    let found = exact(k).zip(exact(&l)).filter(|_| !task.outputs.is_empty());
+    let exact =
+        found.map(|(k, l)| ExactLoop::feedback(task.system.clone(), task.system.clone(), [&k, &l], &task.units()));
+    let block = LinearBlock::gains(k, &l, &m);
+    Ok(Box::new(Linear::new(request, design, exact, task.references.clone(), block)))
+}
