@@ -39,7 +39,7 @@ const OWN: &str = "design";
 /// Designs one controller, proves what it does to the linear loop, and measures what it does to the nonlinear one.
 ///
 /// A file without a controller, or settings with a law, inputs or outputs, get a controller of their own, which takes the
-/// place of those that command the same motors.
+/// place of those of the file.
 ///
 /// ```
 /// use kardan::{model, study};
@@ -80,7 +80,7 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     let table = table(keyword, &inputs, &outputs)?;
     let text = format!("{source}\n{table}");
     let (mut document, out) = read(&text);
-    replace_controls(&mut document, &inputs);
+    replace_controls(&mut document);
     if let Some(feedback) = &settings.feedback {
         set_feedback(&mut document, OWN, feedback)?;
     }
@@ -138,32 +138,13 @@ fn table(keyword: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<S
     Ok(format!("[control.{OWN}]\nlaw = \"{keyword}\"\n{keys}"))
 }
 
-/// Leaves out the controllers that command the same inputs, and what the file does with their references.
-fn replace_controls(document: &mut Document, inputs: &[String]) {
-    document.controls.retain(|control| {
-        let taken = control.table.values.values().any(|given| names_any(&given.value, inputs));
-        control.name == OWN || !taken
-    });
+/// Leaves the own controller alone in the loop, without what the file does with the references of others.
+fn replace_controls(document: &mut Document) {
+    document.controls.retain(|control| control.name == OWN);
     document.scenario.values.remove("event");
     document.requirements.clear();
     document.plots.clear();
-    for variant in &mut document.named_variants {
-        if let Some(controls) = &mut variant.controls {
-            controls.retain(|name| document.controls.iter().any(|control| control.name == name.value));
-            controls.push(Spanned { value: OWN.into(), span: 0..0 });
-        }
-    }
-}
-
-fn names_any(value: &Value, names: &[String]) -> bool {
-    match value {
-        Value::Word(word) => names.contains(word),
-        Value::Words(words) => words.iter().any(|word| names.contains(&word.value)),
-        Value::Tables(tables) => {
-            tables.iter().any(|table| table.values.values().any(|given| names_any(&given.value, names)))
-        }
-        _ => false,
-    }
+    document.named_variants.iter_mut().for_each(|variant| variant.controls = None);
 }
 
 fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(), Vec<Diagnostic>> {

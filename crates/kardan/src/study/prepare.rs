@@ -279,7 +279,8 @@ fn prepare_variant(
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
     let mut designed = Vec::new();
     for (control, design) in controls.iter().zip(design_models) {
-        let Some(design) = design else { continue };
+        let Some(mut design) = design else { continue };
+        design.elements = model.elements.iter().map(|(kind, name, _)| (kind.clone(), name.clone())).collect();
         let before = out.len();
         for signal in signals_of(control.law.fields, &control.values) {
             let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));

@@ -16,6 +16,9 @@ use crate::synthesis::{ExactLoop, Plant, Stability, named, roots, stability};
 /// Damping ratio below which a cancelled pole deserves a warning.
 const LIGHT: f64 = 0.2;
 
+/// Longest fraction that is written out, in characters.
+const LONG: usize = 12;
+
 /// Fills in what follows exactly from the loop: decouplability, canonical form, zero dynamics, transfer matrix, channels,
 /// flatness.
 pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
@@ -156,11 +159,13 @@ fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Po
 
 fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
     match pole {
-        (re, _) if re > 0.0 => Some(format!("unstable: it grows with {re:.6} 1/s behind the outputs")),
+        (re, _) if re > 0.0 => Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re))),
         (0.0, 0.0) => Some("at zero: an integrator stays behind the outputs, its motion never comes back".into()),
-        (0.0, _) => Some(format!("not damped at all: it rings for ever at {frequency:.6} rad/s behind the outputs")),
+        (0.0, _) => {
+            Some(format!("not damped at all: it rings for ever at {} rad/s behind the outputs", digits(frequency)))
+        }
         _ if damping < LIGHT => Some(format!(
-            "lightly damped ({:.3} % at {frequency:.6} rad/s): the law cancels it, so that it rings behind the outputs, and \
+            "lightly damped ({:.3} % at {frequency:.2} rad/s): the law cancels it, so that it rings behind the outputs, and \
              the motors with it; an error of the model shows it",
             100.0 * damping
         )),
@@ -190,10 +195,10 @@ fn channels(exact: &ExactLoop, transfer: &[Vec<RationalFunction>]) -> Vec<Channe
         let RationalFunction { numerator, denominator } = &transfer[i][j];
         let bracket = |p: &Polynomial| {
             let terms = p.coefficients().iter().filter(|x| !Scalar::is_zero(*x)).count();
-            if terms > 1 { format!("({p})") } else { p.to_string() }
+            if terms > 1 { format!("({})", readable(p)) } else { readable(p) }
         };
         let transfer = if denominator.degree() == 0 {
-            numerator.to_string()
+            readable(numerator)
         } else {
             format!("{}/{}", bracket(numerator), bracket(denominator))
         };
@@ -211,6 +216,40 @@ fn channels(exact: &ExactLoop, transfer: &[Vec<RationalFunction>]) -> Vec<Channe
         }
     };
     exact.channels.iter().enumerate().map(channel).collect()
+}
+
+/// A polynomial with long fractions rounded to nine digits.
+fn readable(polynomial: &Polynomial) -> String {
+    let coefficients = polynomial.coefficients();
+    if coefficients.iter().all(|x| x.to_string().len() <= LONG) {
+        return polynomial.to_string();
+    }
+    let terms = coefficients.iter().enumerate().rev().filter(|(_, x)| !Scalar::is_zero(*x));
+    let mut out = String::new();
+    for (power, x) in terms {
+        let value = Scalar::to_f64(x);
+        let sign = match (out.is_empty(), value < 0.0) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        let size = if value.abs() == 1.0 && power > 0 { String::new() } else { digits(value.abs()) };
+        let s = match power {
+            0 => String::new(),
+            1 => "s".to_string(),
+            power => format!("s^{power}"),
+        };
+        let gap = if size.is_empty() || s.is_empty() { "" } else { " " };
+        out += &format!("{sign}{size}{gap}{s}");
+    }
+    out
+}
+
+/// Nine significant digits, without zeros at the end.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
 fn flatness(system: &LinearSystem) -> Option<Flatness> {
@@ -236,7 +275,7 @@ fn flatness(system: &LinearSystem) -> Option<Flatness> {
 pub(super) fn judge(design: &mut Design) {
     let told = design.zero_dynamics.modes.iter().filter_map(|mode| {
         let (re, im) = mode.pole;
-        let pole = if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) };
+        let pole = if im == 0.0 { digits(re) } else { format!("{} ± {} j", digits(re), digits(im.abs())) };
         mode.warning.as_ref().map(|warning| format!("the zero at {pole} 1/s is {warning}"))
     });
     let told: Vec<String> = told.collect();

@@ -166,6 +166,8 @@ pub struct Plant {
     pub position: Vec<f64>,
     /// Linear there.
     pub linear: LinearModel,
+    /// Kind and name of each element, for messages.
+    pub elements: Vec<(String, String)>,
 }
 
 /// Keys that every law has besides its own.
@@ -210,7 +212,15 @@ impl Plant {
     /// If `position` has not one entry per coordinate or gives a slope that is not finite.
     pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
         let linear = linearise(&reduced, &position);
-        Self { reduced, position, linear }
+        Self { reduced, position, linear, elements: Vec::new() }
+    }
+
+    /// An element for a reader: ``the harmonic drive `hd` ``.
+    pub fn element(&self, name: &str) -> String {
+        match self.elements.iter().find(|(_, other)| other == name) {
+            Some((kind, _)) => format!("the {} `{name}`", kind.replace('_', " ")),
+            None => format!("`{name}`"),
+        }
     }
 
     /// Names of all shafts, sorted.

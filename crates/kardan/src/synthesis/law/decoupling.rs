@@ -148,7 +148,7 @@ impl Observable<'_> {
 
     fn impossible(&self, obstruction: &Obstruction) -> SynthesisError {
         let constrained = self.request.plant.constrained(&self.task.inputs);
-        let element = |name: &str| format!("`{name}`");
+        let element = |name: &str| self.request.plant.element(name);
         SynthesisError::Impossible {
             outputs: self.task.names.clone(),
             reasons: reasons(obstruction, &self.task.outputs, &constrained, &element),
