@@ -1038,7 +1038,8 @@ mod tests {
             solver.step(100.0, &mut rhs).unwrap();
         }
         assert!((solver.state()[0] - 5000.0).abs() < 1e-9);
-        assert!(solver.counts().accepted < 20);
+        // From 1e-6 on, doubled each time.
+        assert!(solver.counts().accepted < 30);
     }
 
     #[test]
