@@ -196,7 +196,7 @@ pub enum SynthesisError {
         /// The output.
         output: String,
         /// Why.
-        error: decoupling::CompensationError,
+        error: Box<decoupling::CompensationError>,
     },
     /// Static state feedback cannot decouple the outputs.
     #[error("{error}{}", reasons.iter().map(|reason| format!("; {reason}")).collect::<String>())]
@@ -204,7 +204,7 @@ pub enum SynthesisError {
         /// The outputs.
         outputs: Vec<String>,
         /// The exact reason.
-        error: decoupling::NotDecouplable,
+        error: Box<decoupling::NotDecouplable>,
         /// What can be done instead, or why nothing can.
         reasons: Vec<String>,
     },
@@ -395,9 +395,9 @@ impl SynthesisError {
             Self::Compensation { output, error } => Advice {
                 named: vec![output.clone()],
                 label: "this channel",
-                help: match error {
+                help: match **error {
                     decoupling::CompensationError::Count { degree, .. } => {
-                        format!("give {degree} pole{}, or a frequency", if *degree == 1 { "" } else { "s" })
+                        format!("give {degree} pole{}, or a frequency", if degree == 1 { "" } else { "s" })
                     }
                     decoupling::CompensationError::NoConjugate { .. } => "write pairs: `\"-14 ± 14.3j\"`".into(),
                     decoupling::CompensationError::NotStable { .. } => "choose poles with a negative real part".into(),

@@ -104,7 +104,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
             Measured::ConstraintTorque(..) => 0,
             _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
         };
-        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error };
+        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
         let has_dynamics =
             ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
         if let (0, Some(key)) = (degree, has_dynamics) {
@@ -132,8 +132,9 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         }
     }
     let (torques, direct) = plant.torques(request.disturbances, &outputs);
-    let found = decouple(&system, &torques, Some(&direct), &polynomials)
-        .map_err(|error| SynthesisError::NotStatic { outputs: names.clone(), error, reasons: Vec::new() })?;
+    let found = decouple(&system, &torques, Some(&direct), &polynomials).map_err(|error| {
+        SynthesisError::NotStatic { outputs: names.clone(), error: Box::new(error), reasons: Vec::new() }
+    })?;
     check_zeros(&system, &names)?;
     let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let states = plant.states();

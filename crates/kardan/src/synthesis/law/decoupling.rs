@@ -75,7 +75,8 @@ struct Gains {
 
 impl Observable<'_> {
     fn polynomial(&self, output: usize, degree: usize) -> Result<Polynomial, SynthesisError> {
-        let wrong = |error| SynthesisError::Compensation { output: self.task.names[output].clone(), error };
+        let wrong =
+            |error| SynthesisError::Compensation { output: self.task.names[output].clone(), error: Box::new(error) };
         self.task.dynamics[output].polynomial(degree).map_err(wrong)
     }
 
@@ -176,7 +177,7 @@ impl Observable<'_> {
             let blocks: Vec<String> = blocks.iter().map(block).collect();
             reasons.push(format!("static feedback parts the blocks {}: `feedback = \"block\"`", blocks.join(" and ")));
         }
-        SynthesisError::NotStatic { outputs: self.task.names.clone(), error, reasons }
+        SynthesisError::NotStatic { outputs: self.task.names.clone(), error: Box::new(error), reasons }
     }
 }
 

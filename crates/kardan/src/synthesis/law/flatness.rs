@@ -64,7 +64,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     })?;
     let mut filters = Vec::new();
     for ((dynamics, output), degree) in task.dynamics.iter().zip(&task.names).zip(flat.derivatives()) {
-        let wrong = |error| SynthesisError::Compensation { output: output.clone(), error };
+        let wrong = |error| SynthesisError::Compensation { output: output.clone(), error: Box::new(error) };
         filters.push(dynamics.polynomial(degree.max(1)).map_err(wrong)?);
     }
     let plan = planner(&flat, &filters)
