@@ -38,7 +38,14 @@ const STUDY: &[(&str, &str)] = &[
 
 /// The names of the manual pages that are neither an element nor a law.
 pub const STUDY_PAGES: &[&str] =
-    &["model", "parameters", "variant", "scenario", "event", "requirement", "plot", "analysis"];
+    &["model", "parameters", "variants", "variant", "scenario", "event", "requirement", "plot", "analysis"];
+
+const VARIANTS: &str = "\
+[variants]
+
+Lists of parameter values, one run for each combination: `NAME = \"[0, 10, 20, 30] deg\"` or
+`NAME = [\"0 deg\", \"10 deg\"]`; NAME is declared under [parameters]. Runs that are no grid: `kardan elements variant`.
+";
 
 const PARAMETERS: &str = "\
 [parameters]
@@ -85,6 +92,7 @@ cost = 40
 
 /// The manual page of one table: an element, a law, or one of [`STUDY_PAGES`].
 pub fn manual_of(name: &str) -> Option<String> {
+    let name = name.trim_start_matches("scenario.");
     let mut out = String::new();
     if let Some(kind) = element::find(name) {
         let _ = writeln!(
@@ -101,6 +109,8 @@ pub fn manual_of(name: &str) -> Option<String> {
         let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
         keys(&[CONTROL, law.fields, synthesis::COMMON].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", law.example);
+    } else if name == "variants" {
+        out.push_str(VARIANTS);
     } else if name == "parameters" {
         out.push_str(PARAMETERS);
     } else {

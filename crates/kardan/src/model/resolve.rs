@@ -640,6 +640,9 @@ pub fn words(table: &Table, word: &str) -> Vec<Range<usize>> {
     for value in table.values.values() {
         match &value.value {
             Value::Word(found) if found == word => places.push(value.span.clone()),
+            Value::Words(list) => {
+                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.span.clone()));
+            }
             Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
             _ => {}
         }

@@ -3,11 +3,12 @@
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
-use super::proof::{judge, prove};
+use super::proof::{exact_poles, judge, prove};
 use super::{PreparedVariant, Progress};
 use crate::analysis::OutputSignal;
+use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::Measured;
+use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{ControlSpec, Document, read};
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, Design};
@@ -56,7 +57,15 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if diagnostics.iter().any(is_error) {
         return Err(diagnostics);
     }
-    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let named = |variant: &&PreparedVariant| {
+        variant.model.controls.iter().any(|control| Some(&control.name) == settings.control.as_ref())
+    };
+    // A controller that only some variants use is designed for the first of those.
+    let first = prepared.variants.iter().find(named).filter(|_| settings.variant.is_none());
+    let variant = match first {
+        Some(variant) => variant,
+        None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?,
+    };
     let asked = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
     if !asked && !variant.model.controls.is_empty() {
         let Some(feedback) = &settings.feedback else {
@@ -67,7 +76,17 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
         let name = variant.model.controls[number].name.clone();
         let (mut document, out) = read(source);
         set_feedback(&mut document, &name, feedback)?;
-        return of_document(source, document, out, &name, settings, progress);
+        let settings = DesignSettings { variant: Some(variant.name.clone()), ..settings.clone() };
+        return of_document(source, document, out, &name, &settings, progress);
+    }
+    let is_motor = |input: &&Along<InputKind>| {
+        variant.reduced.equations.domain_of(input) == Domain::Rotation && matches!(input.value, InputKind::Motor(_))
+    };
+    if variant.reduced.equations.inputs.iter().find(is_motor).is_none() {
+        return Err(vec![
+            Diagnostic::error("control::no-motor", "the model has no motor that a controller could command")
+                .help("add one: `[motor.NAME]` with `shaft = \"...\"`"),
+        ]);
     }
     let mut notes = Vec::new();
     let names = AnalyzeSettings {
@@ -206,10 +225,6 @@ pub(super) fn designed(
     if !values.is_empty() {
         design.design_model += &format!(", {}", values.join(", "));
     }
-    match closed_loop_poles(&plant.linear, &laws) {
-        Some(poles) => design.closed_loop_poles = poles,
-        None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
-    }
     if let Some(time) = control.values.number("sample_time") {
         for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
             if !sample(data, time) {
@@ -221,8 +236,18 @@ pub(super) fn designed(
     }
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, &mut design);
-        judge(&mut design);
+        if laws.len() == 1 {
+            // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
+            design.closed_loop_poles = exact_poles(&exact, &design);
+        }
     }
+    if design.closed_loop_poles.is_empty() {
+        match closed_loop_poles(&plant.linear, &laws) {
+            Some(poles) => design.closed_loop_poles = poles,
+            None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
+        }
+    }
+    judge(&mut design);
     if simulate {
         let references = laws[number].references().to_vec();
         design.cross_coupling = cross_coupling(variant, &references, &design, progress);

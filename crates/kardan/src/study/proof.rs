@@ -7,8 +7,8 @@ use crate::results::{
     ZeroMode,
 };
 use crate::synthesis::decoupling::{
-    RationalFunction, canonical_form, coupled_entries, integrator_decoupled, relative_degrees, transfer_matrix,
-    zero_dynamics,
+    RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
+    relative_degrees, transfer_matrix, zero_dynamics,
 };
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
 use crate::synthesis::{ExactLoop, Plant, Stability, named, roots, stability};
@@ -35,6 +35,16 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
     design.flatness = flatness(&exact.plant);
+}
+
+/// All poles of the linear loop with this controller alone: those of the loop, what the outputs do not show, and the error
+/// of the observer, whose poles no gain moves.
+pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
+    let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
+    poles.extend(&design.hidden);
+    poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
+    poles.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.0.total_cmp(&b.0)).then(b.1.total_cmp(&a.1)));
+    poles
 }
 
 fn decouplability(system: &LinearSystem) -> Decouplability {
@@ -273,6 +283,11 @@ fn flatness(system: &LinearSystem) -> Option<Flatness> {
 
 /// Says what must not be overlooked.
 pub(super) fn judge(design: &mut Design) {
+    // A law that does not invert the plant leaves its zeros alone.
+    if design.decoupled != Some(true) {
+        design.zero_dynamics.modes.iter_mut().for_each(|mode| mode.warning = None);
+        return;
+    }
     let told = design.zero_dynamics.modes.iter().filter_map(|mode| {
         let (re, im) = mode.pole;
         let pole = if im == 0.0 { digits(re) } else { format!("{} ± {} j", digits(re), digits(im.abs())) };

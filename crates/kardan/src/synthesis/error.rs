@@ -176,6 +176,12 @@ pub enum SynthesisError {
     /// No poles for an observer.
     #[error("the observer needs `poles`")]
     ObserverPoles,
+    /// More than all of a disturbance.
+    #[error("`compensation` is {share}: more than all of a disturbance cannot be cancelled")]
+    NotAShare {
+        /// What is given.
+        share: f64,
+    },
     /// A pole of an observer that does not decay.
     #[error("a pole of the observer has the real part {real}; its error would not die out")]
     ObserverUnstable {
@@ -386,6 +392,7 @@ impl SynthesisError {
             Self::ObserverPoles => {
                 advice(&["observer".into()], "this observer", "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`")
             }
+            Self::NotAShare { .. } => advice(&[], "this controller", "write a number from 0 to 1"),
             Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {
                 named: vec![output.clone()],

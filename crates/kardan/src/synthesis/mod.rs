@@ -253,8 +253,7 @@ impl Plant {
     /// If an input, or what an output names, is not there, or the inertia is singular (the model checks this before).
     pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
         let system = self.constrained(inputs);
-        let (coordinates, basis) = system.explicit_basis(&self.reduced.coordinates);
-        let pencil = linear_system(&system, &coordinates, &basis, outputs);
+        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
         pencil.explicit().expect("reduced inertia is positive definite")
     }
 }
@@ -319,8 +318,7 @@ impl Plant {
             .iter()
             .map(|&shaft| Along { element: self.shafts()[shaft].clone(), row: vec![(shaft, Rational::ONE)], value: () })
             .collect();
-        let (coordinates, basis) = system.explicit_basis(&self.reduced.coordinates);
-        let pencil = linear_system(&system, &coordinates, &basis, outputs);
+        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
         let explicit = pencil.explicit().expect("reduced inertia is positive definite");
         (explicit.b, explicit.d)
     }

@@ -97,6 +97,9 @@ impl Observed {
     /// # Errors
     /// If the sensors do not show what is to be estimated, or the poles do not fit.
     pub fn new(law: Box<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
+        if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
+            return Err(SynthesisError::NotAShare { share });
+        }
         let sensors: Vec<OutputSignal> = values
             .words("sensors")
             .unwrap_or_default()
@@ -411,6 +414,9 @@ impl Law for Observed {
         let mut design = self.law.describe();
         design.observer = Some(self.result.clone());
         design.observer_data = Some(self.data.clone());
+        design.notes.push(
+            "what is proven of the loop holds for the true state; while the observer's error dies out, the outputs feel it".into(),
+        );
         design
     }
 }

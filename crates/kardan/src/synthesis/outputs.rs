@@ -12,6 +12,10 @@ use crate::schema::{Field, Kind};
 pub(super) const INPUTS: Field =
     Field::required("inputs", Kind::Elements(&["motor"]), "The motors, at least as many as outputs.");
 
+/// The motors of a law that takes as many as outputs.
+pub(super) const AS_MANY_INPUTS: Field =
+    Field::required("inputs", Kind::Elements(&["motor"]), "The motors, as many as outputs (or no outputs at all).");
+
 /// The output of a channel.
 pub(super) const OUTPUT: Field = Field::required(
     "output",

@@ -1,4 +1,5 @@
 use super::decoupling::zero_polynomial;
+use super::inversion::flat_parametrisation;
 use super::{Stability, SynthesisError, stability};
 use crate::analysis::LinearSystem;
 use crate::num::Polynomial;
@@ -8,7 +9,14 @@ use crate::results::Pole;
 ///
 /// Zeros on the imaginary axis pass; the design warns of them.
 pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(), SynthesisError> {
-    let Ok(polynomial) = zero_polynomial(system) else { return Ok(()) };
+    let polynomial = match zero_polynomial(system) {
+        Ok(polynomial) => polynomial,
+        // Not for static feedback; the inverse has the same zeros.
+        Err(_) => match flat_parametrisation(system) {
+            Ok(inverse) => inverse.zeros,
+            Err(_) => return Ok(()),
+        },
+    };
     if stability(&polynomial) != Stability::Unstable {
         return Ok(());
     }

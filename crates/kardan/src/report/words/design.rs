@@ -48,7 +48,10 @@ pub fn head(design: &Design) -> Vec<String> {
         out.push(format!("Variant: {}.", design.variant));
     }
     if !design.others.is_empty() {
-        out.push(format!("In the loop too: {}.", list(&design.others, NAMES)));
+        out.push(format!(
+            "In the loop too, for the closed-loop poles and the simulation: {}. Transfer functions are without.",
+            list(&design.others, NAMES)
+        ));
     }
     out
 }
@@ -344,7 +347,9 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
 
 /// The deviation of another channel as a share of what the output's own step does; empty without a measure.
 pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
-    let own = all.iter().find(|other| other.own && other.output == coupling.output && other.failure.is_none())?.peak;
+    let own = all.iter().find(|other| other.own && other.output == coupling.output && other.failure.is_none())?;
+    // A step of another unit has no share.
+    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak;
     let share = coupling.peak / own;
     (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
 }

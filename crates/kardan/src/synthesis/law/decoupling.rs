@@ -192,9 +192,23 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         disturbance: [quotient.project(torques), direct.clone()],
         system: quotient.system.clone(),
     };
+    let mut notes: Vec<String> = Vec::new();
     let (found, feedback) = match values.word("feedback") {
-        Some("dynamic") => (shown.by_dynamic_feedback()?, Feedback::Dynamic),
-        Some("block") => (shown.in_blocks()?, Feedback::Block),
+        Some("dynamic") => {
+            let found = shown.by_dynamic_feedback()?;
+            if found.system.states.len() == quotient.system.states.len() {
+                notes.push("static feedback suffices: no integrator is needed".into());
+                (found, Feedback::Static)
+            } else {
+                (found, Feedback::Dynamic)
+            }
+        }
+        Some("block") => {
+            if !task.disturbed.is_empty() {
+                notes.push("block decoupling does not feed estimated disturbances forward".into());
+            }
+            (shown.in_blocks()?, Feedback::Block)
+        }
         _ => (shown.by_static_feedback()?, Feedback::Static),
     };
     check_zeros(&found.system, &task.names)?;
@@ -230,6 +244,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         inputs: task.inputs.clone(),
         outputs: task.names.clone(),
         feedback: Some(feedback),
+        notes,
         ..Design::default()
     };
     let block = block(&found, &quotient.projection);

@@ -5,7 +5,7 @@ use crate::schema::{Field, Kind};
 use crate::synthesis::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::synthesis::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
-use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, exact, inputs, references, template};
+use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, exact, inputs, references, template};
 use crate::synthesis::regulator::{Weights, lqr, place_poles};
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, rounded};
 
@@ -16,7 +16,7 @@ pub const FLATNESS: LawKind = LawKind {
               and their derivatives (through a stable filter where the outputs are not flat), and feedback \
               u = u_ref - K (x - x_ref) holds the plant there.",
     fields: &[
-        INPUTS,
+        AS_MANY_INPUTS,
         Field::required("channels", Kind::Tables(CHANNEL), "One table for each output, as many as motors."),
         Field::optional(
             "poles",
@@ -77,6 +77,9 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     } else {
         format!("the outputs are not flat: the planner holds the stable filter 1/({})", flat.z)
     });
+    if !task.disturbed.is_empty() {
+        notes.push("the planner does not feed estimated disturbances forward".into());
+    }
     let k_exact = exact(&k).ok_or(SynthesisError::TooLarge)?;
     let block = block(&plan, &k, n, task.disturbed.len());
     let states = request.plant.states();

@@ -1,6 +1,6 @@
 use crate::num::Matrix;
 use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels, inputs, references, template};
+use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, inputs, references, template};
 use crate::synthesis::regulator::{Weights, lqr};
 use crate::synthesis::state_feedback::state_feedback;
 use crate::synthesis::{Law, LawKind, Request, SynthesisError, rounded};
@@ -11,7 +11,7 @@ pub const LQR: LawKind = LawKind {
     summary: "State feedback u = -K x + L r of least cost, the integral of (y/largest)^2 over the outputs, (x/largest)^2 over \
               chosen states and (u/largest)^2 over the motors (Bryson's rule); references are reached at rest.",
     fields: &[
-        INPUTS,
+        AS_MANY_INPUTS,
         Field::optional(
             "channels",
             Kind::Tables(CHANNEL),

@@ -2,6 +2,7 @@ use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
@@ -253,6 +254,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
+    let signals: Vec<OutputSignal> = outputs.iter().map(|output| angle_output(output)).collect();
+    check_zeros(&request.plant.system(&inputs, &signals), &outputs)?;
     let references = references(request.values);
     let find = |name: Option<&str>| name.and_then(|name| references.iter().position(|r| r.name == name));
     let mut told = Vec::new();

@@ -1,6 +1,6 @@
 use crate::num::rational_to_f64;
 use crate::schema::{Field, Kind};
-use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
+use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
 use crate::synthesis::regulator::place_poles;
 use crate::synthesis::state_feedback::state_feedback;
 use crate::synthesis::{Law, LawKind, Request, SynthesisError};
@@ -11,7 +11,7 @@ pub const POLE_PLACEMENT: LawKind = LawKind {
     summary: "State feedback u = -K x + L r with chosen poles, as insensitive to errors of the model as the inputs allow; \
               references are reached at rest, the outputs are not decoupled on the way.",
     fields: &[
-        INPUTS,
+        AS_MANY_INPUTS,
         Field::required(
             "poles",
             Kind::Poles,

@@ -2,7 +2,7 @@ use kardan_rt::PositionLoop;
 
 use crate::element::Values;
 use crate::num::{Matrix, rational_to_f64};
-use crate::results::{Design, Physical};
+use crate::results::{ControllerData, Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::{
     Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
@@ -104,6 +104,27 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     }))
 }
 
+impl Running {
+    /// What the block [`PositionLoop`] runs with: its acceleration times the inertia is the torque.
+    fn data(&self) -> ControllerData {
+        let speed = self.output.trim_end_matches("phi").to_string() + "w";
+        let mut reads = vec![(self.output.clone(), "rad".to_string()), (speed, "rad/s".into())];
+        reads.extend(self.references.iter().map(|r| (r.name.clone(), r.physical.unit().into())));
+        ControllerData {
+            block: "PositionLoop".into(),
+            reads,
+            writes: self.inputs.clone(),
+            sample_time: None,
+            matrices: Vec::new(),
+            numbers: vec![
+                ("natural_frequency".into(), self.position_loop.natural_frequency),
+                ("damping_ratio".into(), self.position_loop.damping_ratio),
+                ("inertia".into(), self.inertia),
+            ],
+        }
+    }
+}
+
 impl Law for Running {
     fn inputs(&self) -> &[String] {
         &self.inputs
@@ -136,6 +157,7 @@ impl Law for Running {
             law: POSITION_LOOP.keyword.into(),
             inputs: self.inputs.clone(),
             outputs: vec![self.output.clone()],
+            controller_data: self.data(),
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
                  {damping_ratio}, for an inertia of {:.9} kg m^2.",

@@ -26,8 +26,8 @@ pub enum ObserverError {
     },
     /// Neither as many poles as the longest chain has, nor as many as there are states.
     #[error(
-        "{given} poles are given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
-         needed"
+        "{given} pole{} given; {longest} (for every sensor alike) or {states} (for the sensors one after the other) are \
+         needed", if *given == 1 { " is" } else { "s are" }
     )]
     WrongNumber {
         /// How many are given.
