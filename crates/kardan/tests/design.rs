@@ -120,8 +120,15 @@ fn golden_feedback_of_the_harmonic_drive() {
     let states = ["wg.phi", "cs.phi", "wg.w", "cs.w"];
     is_golden(gain(&design, "K"), &inputs, &states, &negated(&rows(&hd["feedback_Kx"])));
     is_golden(gain(&design, "L"), &inputs, &["ref_cs", "ref_torque"], &rows(&hd["feedback_Kr"]));
-    let row = |k1: &str, k2: &str| vec![hd["k"][k1].as_f64().unwrap(), hd["k"][k2].as_f64().unwrap()];
-    is_golden(&design.decoupling_matrix, &["cs.phi''"], &inputs, &[row("k11", "k12")]);
+    let k = |name: &str| hd["k"][name].as_f64().unwrap();
+    let first = &design.decoupling_matrix.values[0];
+    assert_eq!(
+        (design.decoupling_matrix.rows[0].as_str(), &design.decoupling_matrix.columns),
+        ("cs.phi''", &design.inputs)
+    );
+    for (input, expected) in [("wg_motor", k("k11")), ("cs_motor", k("k12"))] {
+        close(first[design.inputs.iter().position(|x| x == input).unwrap()], expected, 1e-9, input);
+    }
     assert_eq!(design.decoupled, Some(true));
     let transfers: Vec<&str> = design.channels.iter().map(|channel| channel.transfer.as_str()).collect();
     assert_eq!(transfers, ["400/(s^2 + 40 s + 400)", "1"]);
@@ -139,13 +146,48 @@ fn golden_observer_of_the_harmonic_drive() {
     is_golden(&observer.gain, &states, &["wg.phi", "cs.phi"], &rows(&golden["hd"]["observer_L_decoupled"]));
     are_poles(&observer.poles, &[-50.0, -50.1, -50.2, -50.0, -50.1, -50.2].map(|pole| (pole, 0.0)), 1e-15);
     assert_eq!((observer.method.as_str(), &observer.disturbances), ("poles", &names(&["wg", "cs"])));
-    // The disturbances are cancelled: on each coordinate by the motor there.
-    let m = gain(&design, "M");
-    for (motor, shaft, expected) in
-        [("wg_motor", "wg", 1.0), ("wg_motor", "cs", 0.0), ("cs_motor", "cs", 1.0), ("cs_motor", "wg", 0.0)]
-    {
-        let (row, column) = (m.rows.iter().position(|x| x == motor), m.columns.iter().position(|x| x == shaft));
-        println!("M {motor} {shaft}: {} (fully cancelled: {expected})", m.values[row.unwrap()][column.unwrap()]);
+    // Each disturbance acts where a motor does, which takes it away.
+    is_golden(gain(&design, "M"), &["wg_motor", "cs_motor"], &["wg", "cs"], &[vec![1.0, 0.0], vec![0.0, 1.0]]);
+}
+
+/// Poles of the error, from the printed gain and the golden plant: det(sI − A + L C) over states and disturbances.
+#[test]
+fn observers_have_their_poles_on_the_reference_plants() {
+    let kalman = changed("harmonic-drive-spring", &[("poles = [-200, -210, -220]", "method = \"kalman\"")]);
+    let cases = [
+        (source("harmonic-drive"), Golden::harmonic_drive()),
+        (source("harmonic-drive-spring"), Golden::with_a_spring()),
+        (&kalman, Golden::with_a_spring()),
+    ];
+    for (source, plant) in cases {
+        let design = designed(source, &of_variant("position-observer"));
+        let observer = design.observer.as_ref().expect("an observer");
+        let (n, all) = (plant.states.len(), observer.states.len());
+        assert_eq!(observer.states[..n], plant.states);
+        let mut a = vec![vec![0.0; all]; all];
+        for i in 0..all {
+            for j in 0..all {
+                let correction = |(k, sensor): (usize, &String)| {
+                    let row = &plant.outputs[sensor].0;
+                    observer.gain.values[i][k] * row.get(j).unwrap_or(&0.0)
+                };
+                let torque = |shaft: &String| plant.inputs.iter().position(|input| *input == format!("{shaft}_motor"));
+                let plant_entry = match (i < n, j.checked_sub(n)) {
+                    (true, None) => plant.a[i][j],
+                    (true, Some(k)) => plant.b[i][torque(&observer.disturbances[k]).expect("a motor")],
+                    _ => 0.0,
+                };
+                a[i][j] = plant_entry - observer.sensors.iter().enumerate().map(correction).sum::<f64>();
+            }
+        }
+        let closed = Closed { a, b: Vec::new(), outputs: Vec::new() };
+        assert_eq!(observer.poles.len(), all);
+        assert!(observer.poles.iter().all(|(re, _)| *re < 0.0));
+        for s in POINTS {
+            let product: f64 = observer.poles.iter().map(|(re, im)| (s - re).hypot(*im)).product();
+            let error = (closed.characteristic(s) - product).abs() / product;
+            assert!(error < 1e-9, "{} at {s}: {error:e}", observer.method);
+        }
     }
 }
 
@@ -483,7 +525,7 @@ const POINTS: [f64; 4] = [0.7, 3.0, 25.0, 400.0];
 
 /// The printed transfer matrix is that of the loop, and its off-diagonal zeros are zeros of the loop; det(sI − A) of the
 /// whole loop is the product over the printed poles.
-fn check_loop(plant: &Golden, design: &Design, tolerance: f64) -> Result<f64, String> {
+fn check_loop(plant: &Golden, design: &Design, blocks: bool, tolerance: f64) -> Result<f64, String> {
     let closed = plant.under(design);
     let mut worst = 0.0f64;
     for s in POINTS {
@@ -503,9 +545,8 @@ fn check_loop(plant: &Golden, design: &Design, tolerance: f64) -> Result<f64, St
                 }
             }
         }
-        let feedback = design.decoupled == Some(true);
-        if feedback {
-            let real = exact_poles(design).iter().map(|(re, im)| ((s - re).powi(2) + im * im).sqrt()).product::<f64>();
+        if design.decoupled == Some(true) && !blocks {
+            let real: f64 = exact_poles(design).iter().map(|(re, im)| (s - re).hypot(*im)).product();
             let error = (closed.characteristic(s) - real).abs() / real;
             worst = worst.max(error);
             if error > tolerance {
@@ -550,7 +591,8 @@ fn printed_loops_are_those_of_the_reference_plants() {
     for (source, settings, plant) in cases {
         let design = designed(source, &settings);
         check_verdict(&design).unwrap();
-        let worst = check_loop(&plant, &design, 1e-7).unwrap_or_else(|why| panic!("{settings:?}: {why}"));
+        let worst = check_loop(&plant, &design, settings.feedback.as_deref() == Some("block"), 1e-7)
+            .unwrap_or_else(|why| panic!("{settings:?}: {why}"));
         println!("{} {:?} {:?}: loop within {worst:.1e}", design.law, design.outputs, design.inputs);
     }
 }
@@ -709,8 +751,9 @@ fn no_channel_of_the_linear_loops_moves_another() {
         (source("harmonic-drive").to_string(), DesignSettings::default()),
         (source("harmonic-drive-spring").to_string(), DesignSettings::default()),
         (source("harmonic-drive-spring").to_string(), of_variant("position-observer")),
-        (smooth.clone(), DesignSettings::default()),
-        (smooth.clone(), by("dynamic", &both, &["fs.phi", "cj.phi"])),
+        (smooth, DesignSettings::default()),
+        // Without the driver model, whose torque on the wheel is a load that this law does not know.
+        (without_controls("sia-steering").replace("friction = ", "# "), by("dynamic", &both, &["fs.phi", "cj.phi"])),
         // With Coulomb friction: the wheel sticks while the rack moves.
         (source("sia-steering").to_string(), DesignSettings::default()),
     ];
@@ -917,7 +960,7 @@ fn settings_that_cannot_be_designed() {
         (asked(&["wg_motor", "wg_motor"], &["fs.phi", "rk.phi"]), "name::duplicate", &["input `wg_motor`", "twice"]),
         (asked(&["wg_moto", "rk_motor"], &["fs.phi", "rk.phi"]), "name::unknown", &["`wg_moto`", "mean `wg_motor`"]),
         (asked(&both, &["fs.phi", "rk.ph"]), "name::unknown", &["`rk.ph`", "mean `rk.phi`"]),
-        (asked(&both, &["fs.phi", ""]), "name::unknown", &["``"]),
+        (asked(&both, &["fs.phi", ""]), "name::empty", &["name of an output is empty"]),
         (control("colum"), "name::unknown", &["no controller `colum`", "mean `column`"]),
         (of_variant("beta-40deg"), "variant::unknown", &["`beta-40deg`", "did you mean `beta-"]),
         (
@@ -939,9 +982,6 @@ fn settings_that_cannot_be_designed() {
     for (settings, code, words) in cases {
         says(&refused(source("sia-steering"), &settings), code, words);
     }
-    let unknown = DesignSettings { feedback: Some("sometimes".into()), ..asked(&both, &["fs.phi", "rk.phi"]) };
-    let found = study::design(source("sia-steering"), &unknown, &Silent);
-    println!("an unknown feedback: {:?}", found.map(|design| design.decoupled).map_err(|mistakes| mistakes.len()));
 }
 
 #[test]
@@ -952,7 +992,7 @@ fn keys_that_cannot_be_designed() {
     let cases: &[((&str, &str), &str, &[&str])] = &[
         ((frequency, "poles = [\"-14 + 3j\", -5]\n"), "control::design", &["`rk.phi`", "-14 + 3 j", "conjugate"]),
         ((frequency, "poles = [-14, -15, -16]\n"), "control::design", &["relative degree 2", "there are 3"]),
-        ((frequency, "poles = []\n"), "control::design", &["`rk.phi`"]),
+        ((frequency, "poles = []\n"), "list::length", &["`poles`", "empty list"]),
         ((frequency, "poles = [14, -15]\n"), "control::design", &["real part 14", "negative"]),
         ((frequency, "poles = [0, -15]\n"), "control::design", &["real part 0", "negative"]),
         ((frequency, "poles = [-1e400, -15]\n"), "number::range", &[]),
@@ -962,7 +1002,7 @@ fn keys_that_cannot_be_designed() {
         ((frequency, "natural_frequency = \"20 rad/s\"\npoles = [-3, -4]\n"), "control::design", &["both", "`poles`"]),
         ((frequency, "damping_ratio = -0.7\n"), "number::sign", &["damping_ratio"]),
         ((inputs, "inputs = [\"wg_motor\", \"rk_motr\"]\n"), "name::unknown", &["`rk_motr`", "`rk_motor`"]),
-        ((inputs, "inputs = []\n"), "list::empty", &[]),
+        ((inputs, "inputs = []\n"), "list::length", &["`inputs`", "0 names"]),
         ((inputs, &format!("{inputs}sample_time = \"0 s\"\n")), "number::sign", &["`sample_time`", "more than zero"]),
         ((inputs, &format!("{inputs}sample_time = \"-1 ms\"\n")), "number::sign", &["`sample_time`", "more than zero"]),
         ((inputs, &format!("{inputs}sample_time = \"2 s\"\n")), "control::design", &["2 s is longer than 1 s"]),
@@ -1146,14 +1186,14 @@ fn error_or_proof(source: &str, plant: &Golden, settings: &DesignSettings) -> Re
             check_verdict(&design).map_err(TestCaseError::fail)?;
             let blocks = settings.feedback.as_deref() == Some("block");
             prop_assert!(design.decoupled == Some(true) || blocks, "{:?}", design.decoupled);
-            check_loop(plant, &design, 1e-5).map_err(TestCaseError::fail)?;
+            check_loop(plant, &design, blocks, 1e-5).map_err(TestCaseError::fail)?;
         }
     }
     Ok(())
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_controller_of_the_steering(settings in any_settings(
@@ -1169,6 +1209,14 @@ proptest! {
         &["rk.phi", "fs.phi", "cs.phi", "wg.phi", "rk.w", "fs.w", "cs.w", "wg.w", "fs_torque.tau"],
     )) {
         error_or_proof(&without_controls("harmonic-drive-spring"), &Golden::with_a_spring(), &settings)?;
+    }
+
+    #[test]
+    fn any_controller_of_the_harmonic_drive(settings in any_settings(
+        &["wg_motor", "cs_motor"],
+        &["wg.phi", "cs.phi", "fs.phi", "wg.w", "cs.w", "fs.w", "fs_torque.tau"],
+    )) {
+        error_or_proof(&without_controls("harmonic-drive"), &Golden::harmonic_drive(), &settings)?;
     }
 }
 
