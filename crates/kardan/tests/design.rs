@@ -768,15 +768,13 @@ fn no_channel_of_the_linear_loops_moves_another() {
             assert!(found.rms <= peak);
         }
     }
-    let noticed = designed(
-        &source("harmonic-drive").replace("\"0 N m\", friction_cs", "\"0 N m\", friction_cs"),
-        &DesignSettings { simulate: true, ..of_variant("position-friction") },
-    );
+    let simulated = DesignSettings { simulate: true, ..of_variant("position-friction") };
+    let rough = designed(source("harmonic-drive"), &simulated);
     // Friction couples: `hd_summary.hd_coulomb_nocomp_pos.max_abs_Tc_fs`, and nothing but stiction the other way.
     let golden = golden();
     let expected = golden["hd_summary"]["hd_coulomb_nocomp_pos"]["max_abs_Tc_fs"].as_f64().unwrap();
-    close(noticed.cross_coupling[1].peak, expected, 1e-6, "friction of the harmonic drive");
-    assert_eq!(noticed.cross_coupling[2].peak, 0.0);
+    close(rough.cross_coupling[1].peak, expected, 1e-6, "friction of the harmonic drive");
+    assert_eq!(rough.cross_coupling[2].peak, 0.0);
 }
 
 /// The noninteracting law (6.124), (6.130), (6.137) with golden gains, or with the sign that is printed in (6.130).
@@ -1217,6 +1215,48 @@ proptest! {
         &["wg.phi", "cs.phi", "fs.phi", "wg.w", "cs.w", "fs.w", "fs_torque.tau"],
     )) {
         error_or_proof(&without_controls("harmonic-drive"), &Golden::harmonic_drive(), &settings)?;
+    }
+}
+
+/// A number of any size as a file may give it.
+fn any_number() -> impl Strategy<Value = String> {
+    (-9.99f64..9.99, prop_oneof![-3i32..3, -40i32..40, -330i32..330]).prop_map(|(x, e)| format!("{x:.2}e{e}"))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Frequencies, poles, noises and plant parameters of any size: an error, or finite numbers; never a panic.
+    #[test]
+    fn numbers_of_any_size(
+        channel in any_number(), ratio in any_number(), pole in any_number(), other in any_number(),
+        inertia in any_number(), stiffness in any_number(), kalman in any::<bool>(), change in 0usize..8,
+    ) {
+        let observer =
+            if kalman { format!("method = \"kalman\"\nsensor_noise = {other}\n") } else { format!("poles = [{other}, {pole}, -3]\n") };
+        let changes = [
+            ("natural_frequency = \"20 rad/s\"\ndamping_ratio = 0.7", format!("natural_frequency = \"{channel} rad/s\"\ndamping_ratio = {ratio}")),
+            ("natural_frequency = \"20 rad/s\"\ndamping_ratio = 0.7", format!("poles = [{pole}, {other}]")),
+            ("crossover_frequency = \"20 rad/s\"", format!("crossover_frequency = \"{channel} rad/s\"")),
+            ("poles = [-200, -210, -220]\n", observer),
+            ("inertia = \"100 kg mm^2\"", format!("inertia = \"{inertia} kg mm^2\"")),
+            ("stiffness = \"100 N m/rad\"", format!("stiffness = \"{stiffness} N m/rad\"")),
+            ("ratio = 50", format!("ratio = {ratio}")),
+            ("damping = \"0.01 N m s/rad\"", format!("damping = \"{other} N m s/rad\"")),
+        ];
+        let text = changed("harmonic-drive-spring", &[(changes[change].0, &changes[change].1)]);
+        for variant in ["position", "position-observer"] {
+            match study::design(&text, &of_variant(variant), &Silent) {
+                Err(mistakes) => prop_assert!(mistakes.iter().any(|mistake| mistake.severity == Severity::Error)),
+                Ok(design) => {
+                    let gains = design.gains.iter().chain(design.observer.as_ref().map(|observer| &observer.gain));
+                    for gain in gains {
+                        prop_assert!(gain.values.iter().flatten().all(|x| x.is_finite()), "{}", gain.name);
+                    }
+                    check_verdict(&design).map_err(TestCaseError::fail)?;
+                }
+            }
+        }
     }
 }
 
