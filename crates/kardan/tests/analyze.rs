@@ -97,9 +97,10 @@ fn the_massless_flexspline_is_the_limit_of_a_light_one() {
 /// A set of places is listed exactly if motors (sensors) there make what remains controllable (observable).
 #[test]
 fn places_after_the_elimination_are_those_that_suffice() {
-    let mut source = drive("").replace("[motor.rk_motor]", "[motor.fs_motor]\nshaft = \"fs\"\n[motor.rk_motor]");
-    source = source
-        .replace("shaft = \"rk\"\n\n# Open loop", "shaft = \"rk\"\n\n[motor.cs_motor]\nshaft = \"cs\"\n\n# Open loop");
+    let mut source = drive("").replace(
+        "[motor.rk_motor]",
+        "[motor.fs_motor]\nshaft = \"fs\"\n[motor.cs_motor]\nshaft = \"cs\"\n[motor.rk_motor]",
+    );
     source = source.replace(
         "[[analysis.actuator]]\nshaft = \"wg\"",
         "[[analysis.actuator]]\nshaft = \"cs\"\n\n[[analysis.actuator]]\nshaft = \"wg\"",

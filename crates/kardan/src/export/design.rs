@@ -394,7 +394,7 @@ mod tests {
         let text = controller_json(&train);
         let all: Value = serde_json::from_str(&text).unwrap();
         let keys = "format version description model variant controller law inputs outputs block reads writes \
-                    sample_time_s matrices numbers";
+                    sample_time_s matrices numbers observer";
         assert_eq!(all.as_object().unwrap().keys().collect::<Vec<_>>(), keys.split_whitespace().collect::<Vec<_>>());
         assert_eq!(all["version"], 1);
         assert!(all["description"].as_str().unwrap().contains("kardan_rt::Noninteracting"));

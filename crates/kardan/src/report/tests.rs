@@ -342,7 +342,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         "0.023 % of its own",
         "Deviations in the nonlinear simulation, over 2 s",
         "Block StateSpace of kardan-rt, in continuous time.",
-        "In the loop too: driver_model.",
+        "the simulation: driver_model.",
     ] {
         assert!(steering.contains(text), "{text:?} is missing");
     }
