@@ -232,10 +232,7 @@ mod tests {
         ] {
             assert!(parse(good).is_ok(), "{good}");
         }
-        for bad in [
-            "kardan design --control c --inputs a --outputs x.phi",
-            "kardan design --feedback none",
-        ] {
+        for bad in ["kardan design --control c --inputs a --outputs x.phi", "kardan design --feedback none"] {
             assert!(parse(bad).is_err(), "{bad}");
         }
         let Ok(Cli { command: Command::Design(args), .. }) = parse("kardan design --inputs a,b --outputs x,y") else {

@@ -56,9 +56,9 @@ fn text_tells_the_verdict_the_gains_and_the_warnings() {
     let said = words(&got.stdout);
     // L and the zeros of the source, section 6.2.
     for part in [
-        "Decoupled, proven exactly",
+        "Decoupled by static state feedback, proven exactly",
         "zero dynamics are not stable",
-        "WARNING: the zero at 0.000000 1/s is at zero",
+        "WARNING: the zero at 0 1/s is at zero",
         "-2601/250",
         "400/(s^2 + 28 s + 400)",
         "20/(s + 20)",
@@ -187,13 +187,18 @@ fn what_cannot_be_designed_is_explained() {
     refused(&at, &asked("fs.phi,fs.phi"), "name::duplicate", &["`fs.phi` is named twice"]);
     refused(&at, &asked("fs.phi,rk.ph"), "name::unknown", &["`rk.ph`", "did you mean `rk.phi`?"]);
     let three = ["sia-steering", "--inputs", "wg_motor,rk_motor,driver", "--outputs", "fs.phi,wg.phi,cs.phi"];
-    refused(&at, &three, "control::design", &["50 fs.phi + wg.phi - 51 cs.phi = 0", "`hd` ties them together"]);
+    refused(
+        &at,
+        &three,
+        "control::design",
+        &["50 fs.phi + wg.phi - 51 cs.phi = 0", "the harmonic drive `hd` ties them together"],
+    );
     refused(&at, &["--control", "colum"], "name::unknown", &["no controller `colum`", "did you mean `column`?"]);
     refused(&at, &["--variant", "beta-40deg"], "variant::unknown", &["`beta-40deg`"]);
     refused(&at, &["--feedback", "block"], "control::feedback", &["`noninteracting`", "leave `--feedback` out"]);
     let law = ["--law", "decuopling", BOTH[0], BOTH[1], "--outputs", "fs.phi,rk.phi"];
     refused(&at, &law, "name::unknown", &["no law `decuopling`", "did you mean `decoupling`?"]);
-    refused(&at, &["rlc-ladder"], "name::unknown", &["voltage_source, not a motor"]);
+    refused(&at, &["rlc-ladder"], "control::no-motor", &["no motor"]);
 }
 
 #[test]
@@ -233,9 +238,6 @@ fn files_that_cannot_be_designed_are_explained_at_their_place() {
 fn arguments_that_do_not_go_together() {
     let at = folder("arguments");
     let cases: &[&[&str]] = &[
-        &["--inputs", "wg_motor"],
-        &["--outputs", "rk.phi"],
-        &["--law", "decoupling"],
         &["--control", "column", "--inputs", "wg_motor", "--outputs", "rk.phi"],
         &["--feedback", "sometimes"],
         &["--report"],

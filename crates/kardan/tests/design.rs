@@ -737,7 +737,7 @@ fn json_of_every_built_in_model_and_of_controllers_asked_for() {
     check_json(&designed(source("sia-steering"), &DesignSettings { simulate: true, ..none() }), true);
     // A circuit has no motor to decouple with.
     let mistakes = refused(source("rlc-ladder"), &none());
-    says(&mistakes, "name::unknown", &["voltage_source", "not a motor"]);
+    says(&mistakes, "control::no-motor", &["no motor"]);
 }
 
 // ---- cross coupling -------------------------------------------------------------------------------------------------
@@ -1007,7 +1007,11 @@ fn keys_that_cannot_be_designed() {
         ((inputs, &format!("{inputs}feedback = \"dynamc\"\n")), "choice::unknown", &["`dynamc`", "dynamic"]),
         (("output = \"fs_torque\"\n", "output = \"rk.phi\"\n"), "control::design", &["`rk.phi`", "two channels"]),
         (("output = \"fs_torque\"\n", "output = \"fs_torqe\"\n"), "name::unknown", &["`fs_torqe`", "fs_torque"]),
-        (("[control.observed]\n", third), "control::design", &["3 outputs, 2 inputs", "`hd` and `torsion_bar` tie"]),
+        (
+            ("[control.observed]\n", third),
+            "control::design",
+            &["3 outputs, 2 inputs", "`hd` and the spring damper `torsion_bar` tie"],
+        ),
     ];
     for ((from, to), code, words) in cases {
         let text = changed("harmonic-drive-spring", &[(from, to)]);
@@ -1388,4 +1392,133 @@ fn exported_blocks_give_the_bits_of_the_law() {
         "",
         "own",
     );
+}
+
+#[test]
+fn closed_loop_poles_of_a_double_zero() {
+    let (golden, design) = (golden(), designed(source("harmonic-drive-spring"), &DesignSettings::default()));
+    let mut expected = poles(&golden["hds"]["closed_loop_eigs_state5"]);
+    expected.push((0.0, 0.0));
+    are_poles(&design.closed_loop_poles, &expected, 1e-9);
+    assert!(design.closed_loop_poles.iter().all(|(re, _)| *re <= 0.0));
+}
+
+#[test]
+fn gains_beyond_single_precision_are_refused() {
+    let from = "natural_frequency = \"20 rad/s\"";
+    for name in ["harmonic-drive-spring", "sia-steering"] {
+        let text = changed(name, &[(from, "natural_frequency = \"1e25 rad/s\"")]);
+        says(&refused(&text, &DesignSettings::default()), "number::range", &["too large"]);
+    }
+}
+
+#[test]
+fn unstable_zeros_of_blocks_are_refused() {
+    let behind = format!("{TWO_WAYS}{DRIVE_BEHIND}");
+    let found = refused(&behind, &by("block", &["far", "near"], &["cs.phi", "fs.phi"]));
+    says(&found, "control::design", &["zero dynamics are unstable", "s^2 + s - 800 = 0"]);
+}
+
+#[test]
+fn zero_dynamics_of_blocks_with_spare_motors() {
+    for (name, plant, inputs, outputs) in [
+        ("harmonic-drive-spring", Golden::with_a_spring(), &["wg_motor", "rk_motor"][..], &["fs.w"][..]),
+        ("sia-steering", Golden::steering(), &["wg_motor", "rk_motor", "driver"], &["rk.phi", "fs.phi"]),
+    ] {
+        let design = designed(&without_controls(name), &by("block", inputs, outputs));
+        check_loop(&plant, &design, false, 1e-7).unwrap();
+    }
+}
+
+#[test]
+fn unknown_feedback_is_refused() {
+    let settings = by("sometimes", &["wg_motor", "rk_motor"], &["fs.phi", "rk.phi"]);
+    says(&refused(source("sia-steering"), &settings), "choice::unknown", &["`sometimes`", "dynamic"]);
+}
+
+#[test]
+fn a_controller_of_another_variant_is_found() {
+    let settings = DesignSettings { control: Some("observed_drive".into()), ..DesignSettings::default() };
+    let found = study::design(source("harmonic-drive"), &settings, &Silent);
+    if let Err(mistakes) = found {
+        says(&mistakes, "name::unknown", &["position-observer"]);
+    }
+}
+
+#[test]
+fn angle_and_speed_of_one_shaft_depend_on_each_other() {
+    let found = refused(source("sia-steering"), &asked(&["wg_motor", "rk_motor"], &["rk.phi", "rk.w"]));
+    says(&found, "control::design", &["no feedback at all"]);
+    assert!(found.iter().all(|one| !one.message.contains("ref_rk")), "{found:#?}");
+}
+
+#[test]
+fn controller_data_is_there() {
+    for (name, block) in [("sia-steering", "Noninteracting"), ("harmonic-drive", "ComputedTorque")] {
+        let data = designed(source(name), &DesignSettings::default()).controller_data;
+        assert_eq!(data.block, block);
+        assert!(!data.matrices.is_empty() || !data.numbers.is_empty(), "{name}: {data:?}");
+    }
+}
+
+#[test]
+fn observer_and_sample_time_are_exported() {
+    let text = source("harmonic-drive-spring")
+        .replace("law = \"decoupling\"\n", "law = \"decoupling\"\nsample_time = \"1 ms\"\n");
+    let design = designed(&text, &of_variant("position-observer"));
+    let sampled = design.observer_data.as_ref().unwrap().sample_time;
+    let json: Value = serde_json::from_str(&design_json(&design)).unwrap();
+    let file: Value = serde_json::from_str(&kardan::export::controller_json(&design)).unwrap();
+    assert_eq!(sampled, Some(1e-3));
+    assert!(json.get("observer_data").is_some() || file.get("observer").is_some());
+}
+
+#[test]
+fn settings_out_of_range_or_without_effect_are_told() {
+    let poles = "poles = [-200, -210, -220]\n";
+    let place = |text: &str, what: &str| {
+        let found = refused(text, &of_variant("position-observer"));
+        assert!(found.iter().all(|one| !one.labels.is_empty()), "{what} has no place: {found:#?}");
+    };
+    let mut wrong = Vec::new();
+    for (what, to) in [
+        ("compensation from 0 to 1", format!("{poles}compensation = 7\n")),
+        ("poles beside kalman", format!("method = \"kalman\"\n{poles}")),
+        ("noise beside poles", format!("{poles}sensor_noise = 1e-4\n")),
+    ] {
+        let text = changed("harmonic-drive-spring", &[(poles, &to)]);
+        if study::design(&text, &of_variant("position-observer"), &Silent).is_ok() && study::check(&text).is_empty() {
+            wrong.push(what);
+        }
+    }
+    assert!(wrong.is_empty(), "accepted without a word: {wrong:?}");
+    place(&changed("harmonic-drive-spring", &[(poles, "poles = [200, -210, -220]\n")]), "an unstable pole");
+}
+
+#[test]
+fn no_sensors_have_a_place() {
+    let text = changed("harmonic-drive-spring", &[("sensors = [\"wg.phi\", \"rk.phi\", \"fs.phi\"]", "sensors = []")]);
+    let found = refused(&text, &of_variant("position-observer"));
+    assert!(found.iter().all(|one| !one.labels.is_empty()), "{found:#?}");
+}
+
+#[test]
+fn help_does_not_end_in_nothing() {
+    let found = refused(source("rlc-ladder"), &DesignSettings::default());
+    assert!(found.iter().all(|one| !one.help.as_deref().unwrap_or("").ends_with("there are ")), "{found:#?}");
+}
+
+#[test]
+fn feedback_of_the_law_is_told() {
+    let design = designed(source("harmonic-drive-spring"), &DesignSettings::default());
+    assert!(design.feedback.is_some());
+}
+
+#[test]
+fn an_unused_controller_is_told() {
+    let bad = "[control.observed]\n";
+    let tied = "[control.tied]\nlaw = \"decoupling\"\ninputs = [\"wg_motor\"]\n\n[[control.tied.channels]]\noutput = \"wg.phi\"\nreference = \"a\"\n\n\
+                [[control.tied.channels]]\noutput = \"fs.phi\"\nreference = \"b\"\n\n[control.observed]\n";
+    let text = changed("harmonic-drive-spring", &[(bad, tied)]);
+    assert!(!study::check(&text).is_empty());
 }

@@ -1,6 +1,6 @@
 //! `kardan design`: one controller, designed, proven and tried.
 
-use kardan::diagnostics::Severity;
+use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::study::DesignSettings;
 use kardan::{export, report, study};
 
@@ -16,6 +16,11 @@ use crate::render::{self, Failure, note};
 const LAW: &str = "decoupling";
 
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
+    if args.report.is_some() && args.report == args.controller {
+        let message = "the report and the controller would go to the same file";
+        let mistake = Diagnostic::error("file::same", message).help("give them different names");
+        return Err(Failure { source: None, diagnostics: vec![mistake] });
+    }
     let source = input::read(&args.model, quiet)?;
     for path in args.report.iter().chain(&args.controller) {
         prepare_file(path)?;

@@ -581,8 +581,19 @@ fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The controllers that variants name must be there.
+/// The controllers that variants name must be there, and each controller in some variant.
 fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
+    let variants = &document.named_variants;
+    let used = |name: &String| {
+        variants.iter().any(|v| v.controls.as_ref().is_none_or(|names| names.iter().any(|other| other.value == *name)))
+    };
+    for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
+        out.push(
+            Diagnostic::warning("control::unused", format!("no variant uses the controller `{}`", control.name))
+                .at(control.span.clone(), "in no loop, hence not checked")
+                .help("name it in `controls` of a `[[variant]]`, or remove it"),
+        );
+    }
     for variant in &document.named_variants {
         for word in variant.controls.iter().flatten() {
             let names = || document.controls.iter().map(|control| control.name.as_str());

@@ -71,6 +71,9 @@ pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, erro
     let mut out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
     let mut places: Vec<Range<usize>> =
         named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();
+    if places.is_empty() {
+        places.push(control.span.clone());
+    }
     places.sort_by_key(|place| place.start);
     places.dedup();
     for place in places {

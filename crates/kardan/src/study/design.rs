@@ -12,7 +12,7 @@ use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{ControlSpec, Document, read};
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, Design};
-use crate::schema::{Spanned, Value};
+use crate::schema::{Field, Kind, Spanned, Value};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
 /// Which controller is designed and how.
@@ -170,6 +170,14 @@ fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(
     let control = document.controls.iter_mut().find(|control| control.name == name);
     let field = control.as_ref().and_then(|control| control.law.fields.iter().find(|field| field.name == "feedback"));
     match (control, field) {
+        (Some(_), Some(Field { kind: Kind::Choice(choices), .. })) if !choices.contains(&feedback) => {
+            let help = match nearest(feedback, choices.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are {}", quoted(choices.iter().copied())),
+            };
+            let message = format!("there is no feedback `{}`", shortened(feedback));
+            Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
+        }
         (Some(control), Some(field)) => {
             let span = control.span.clone();
             control.table.values.insert(field.name, Spanned { value: Value::Word(feedback.into()), span });

@@ -27,7 +27,10 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
         design.relative_degrees = relative_degrees(&exact.plant).degrees;
     }
     design.canonical = canonical(&exact.system);
-    design.zero_dynamics = zeros(&exact.system, plant);
+    design.zero_dynamics = match &exact.behind {
+        Some(polynomial) => zeros_alone(polynomial),
+        None => zeros(&exact.system, plant),
+    };
     let closed = &exact.closed;
     let transfer = transfer_matrix(closed);
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
@@ -84,7 +87,11 @@ fn canonical(system: &LinearSystem) -> Option<Canonical> {
 }
 
 fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
-    let Ok(found) = zero_dynamics(system) else { return zeros_of_inverse(system) };
+    let Ok(found) = zero_dynamics(system) else {
+        // Not for static feedback; the inverse has the same zeros.
+        return flat_parametrisation(system)
+            .map_or_else(|_| ZeroDynamics::default(), |found| zeros_alone(&found.zeros));
+    };
     let k = found.matrix.rows();
     let polynomial = found.polynomial.primitive().to_string();
     if k == 0 {
@@ -106,9 +113,8 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
 }
 
-/// The zeros of a system that static feedback cannot decouple; nothing is said about their motions.
-fn zeros_of_inverse(system: &LinearSystem) -> ZeroDynamics {
-    let Ok(found) = flat_parametrisation(system) else { return ZeroDynamics::default() };
+/// Zero dynamics of a known polynomial; nothing is said about their motions.
+fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
     let mode = |pole: &Pole| {
         let natural_frequency = pole.0.hypot(pole.1);
         let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
@@ -116,9 +122,9 @@ fn zeros_of_inverse(system: &LinearSystem) -> ZeroDynamics {
         ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
     };
     ZeroDynamics {
-        polynomial: found.zeros.primitive().to_string(),
-        modes: roots(&found.zeros).iter().filter(|(_, im)| *im >= 0.0).map(mode).collect(),
-        stable: stability(&found.zeros) == Stability::Stable,
+        polynomial: polynomial.primitive().to_string(),
+        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(mode).collect(),
+        stable: stability(polynomial) == Stability::Stable,
     }
 }
 

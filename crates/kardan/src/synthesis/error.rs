@@ -176,6 +176,14 @@ pub enum SynthesisError {
     /// No poles for an observer.
     #[error("the observer needs `poles`")]
     ObserverPoles,
+    /// A key that the method of the observer does not use.
+    #[error("the observer's method `{method}` does not use `{key}`")]
+    IdleKey {
+        /// The key.
+        key: &'static str,
+        /// The method.
+        method: String,
+    },
     /// More than all of a disturbance.
     #[error("`compensation` is {share}: more than all of a disturbance cannot be cancelled")]
     NotAShare {
@@ -239,7 +247,7 @@ pub enum SynthesisError {
         poles: Vec<Pole>,
     },
     /// The same input or output twice.
-    #[error("`{name}` is used by two channels; every channel needs an {what} of its own")]
+    #[error("`{name}` is used by two channels; every channel needs its own {what}")]
     Twice {
         /// The name.
         name: String,
@@ -392,6 +400,11 @@ impl SynthesisError {
             Self::ObserverPoles => {
                 advice(&["observer".into()], "this observer", "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`")
             }
+            Self::IdleKey { key, .. } => Advice {
+                named: Vec::new(),
+                label: "this controller",
+                help: format!("remove `{key}`, or change `method`"),
+            },
             Self::NotAShare { .. } => advice(&[], "this controller", "write a number from 0 to 1"),
             Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {

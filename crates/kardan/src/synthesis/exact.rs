@@ -1,5 +1,5 @@
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, Rational};
+use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::ExactMatrix;
 
 /// A designed linear loop, exact.
@@ -16,6 +16,8 @@ pub struct ExactLoop {
     pub units: Vec<String>,
     /// Number of the output that each reference is for.
     pub channels: Vec<usize>,
+    /// The polynomial of what goes on behind the outputs, where the law alone knows it (blocks).
+    pub behind: Option<Polynomial>,
 }
 
 impl ExactLoop {
@@ -44,7 +46,7 @@ impl ExactLoop {
         };
         let (units, channels) =
             (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());
-        Self { plant, system, closed, units, channels }
+        Self { plant, system, closed, units, channels, behind: None }
     }
 }
 

@@ -243,6 +243,15 @@ fn rows(readings: &[Reading], shafts: usize) -> [Matrix<f64>; 2] {
 /// The gain L with the poles of the error and what must be known.
 fn gain(values: &Values, extended: &LinearSystem) -> Result<(ExactMatrix, Vec<Pole>, Vec<String>), SynthesisError> {
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let kalman_keys = ["disturbance_rate", "speed_noise", "sensor_noise"];
+    let idle = match values.word("method") {
+        Some("kalman") => values.has("poles").then_some("poles"),
+        _ => kalman_keys.into_iter().find(|key| values.has(key)),
+    };
+    if let Some(key) = idle {
+        let method = values.word("method").unwrap_or("poles").to_string();
+        return Err(SynthesisError::IdleKey { key, method });
+    }
     let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
     if values.word("method") == Some("kalman") {
         let number = |key: &str, otherwise: f64| values.number(key).unwrap_or(otherwise).powi(2);

@@ -39,12 +39,19 @@ pub(super) fn references(values: &Values) -> Vec<Reference> {
     channels(values).filter_map(reference).collect()
 }
 
+/// A name for the reference of an output: `ref_rk`, and `ref_rk_phi` where `rk` alone would not tell.
+pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
+    let head = |name: &str| name.split('.').next().unwrap_or_default().to_string();
+    let alone = outputs.iter().filter(|other| head(other) == head(output)).count() == 1;
+    format!("ref_{}", if alone { head(output) } else { output.replace('.', "_") })
+}
+
 /// The keys of a table for these inputs and outputs: `inputs = […]`, more keys, one channel for each output.
 pub(super) fn template(inputs: &[String], outputs: &[String], more: &str) -> String {
     let list: Vec<String> = inputs.iter().map(|name| format!("\"{name}\"")).collect();
     let channel = |output: &String| {
-        let reference = output.split('.').next().unwrap_or_default();
-        format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"ref_{reference}\"\n")
+        let reference = reference_name(output, outputs);
+        format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"{reference}\"\n")
     };
     let channels: String = outputs.iter().map(channel).collect();
     format!("inputs = [{}]\n{more}{channels}", list.join(", "))

@@ -17,11 +17,20 @@ pub(super) fn check_zeros(system: &LinearSystem, outputs: &[String]) -> Result<(
             Err(_) => return Ok(()),
         },
     };
-    if stability(&polynomial) != Stability::Unstable {
+    check_stable(&polynomial, outputs)
+}
+
+/// Refuses a motion behind the outputs that grows.
+pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Result<(), SynthesisError> {
+    if stability(polynomial) != Stability::Unstable {
         return Ok(());
     }
-    let poles = roots(&polynomial).into_iter().filter(|(re, im)| *re > 0.0 && *im >= 0.0).collect();
-    Err(SynthesisError::UnstableZeros { outputs: outputs.to_vec(), polynomial: polynomial.to_string(), poles })
+    let poles = roots(polynomial).into_iter().filter(|(re, im)| *re > 0.0 && *im >= 0.0).collect();
+    Err(SynthesisError::UnstableZeros {
+        outputs: outputs.to_vec(),
+        polynomial: polynomial.primitive().to_string(),
+        poles,
+    })
 }
 
 /// All roots of a polynomial, as often as they are, by size; conjugates beside each other.

@@ -12,6 +12,7 @@ use crate::synthesis::channels::{
 use crate::synthesis::decoupling::{decouple, relative_degrees};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::outputs::reference_name;
 use crate::synthesis::zeros::check_zeros;
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
 use crate::units::Dimension;
@@ -47,9 +48,9 @@ reference = \"ref_torque\"
 ",
     template: |inputs, outputs| {
         let channel = |(input, output): (&String, &String)| {
-            let reference = output.split('.').next().unwrap_or_default();
+            let reference = reference_name(output, outputs);
             format!(
-                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nreference = \"ref_{reference}\"\n"
+                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nreference = \"{reference}\"\n"
             )
         };
         (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())

@@ -11,7 +11,7 @@ use crate::synthesis::inversion::{
 };
 use crate::synthesis::linear_law::{Linear, LinearBlock};
 use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references, template};
-use crate::synthesis::zeros::{check_zeros, roots};
+use crate::synthesis::zeros::{check_stable, check_zeros, roots};
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
 
 /// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
@@ -71,6 +71,8 @@ struct Gains {
     m: Matrix<Rational>,
     from_state: Matrix<Rational>,
     from_input: Matrix<Rational>,
+    /// What the outputs of blocks do not show.
+    behind: Option<Polynomial>,
 }
 
 impl Observable<'_> {
@@ -115,7 +117,7 @@ impl Observable<'_> {
         let on_states = Matrix::from_fn(extended, on_states.columns(), entry);
         let found = decouple(&system, &on_states, Some(on_outputs), &self.polynomials(&system)?);
         let found = found.map_err(|error| self.not_static(error))?;
-        Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input })
+        Ok(Gains { system, k: found.k, l: found.l, m: found.m, from_state, from_input, behind: None })
     }
 
     /// Outputs that static feedback cannot part stay together.
@@ -143,6 +145,7 @@ impl Observable<'_> {
                 m: Matrix::zeros(m, self.request.disturbances.len()),
                 from_state: Matrix::zeros(m, n),
                 from_input: Matrix::identity(m),
+                behind: Some(found.hidden),
             }),
         }
     }
@@ -211,7 +214,10 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         }
         _ => (shown.by_static_feedback()?, Feedback::Static),
     };
-    check_zeros(&found.system, &task.names)?;
+    match &found.behind {
+        Some(behind) => check_stable(behind, &task.names)?,
+        None => check_zeros(&found.system, &task.names)?,
+    }
     let relative = relative_degrees(&quotient.system);
     let commanded = &found.system.inputs;
     let states = &found.system.states;
@@ -248,7 +254,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         ..Design::default()
     };
     let block = block(&found, &quotient.projection);
-    let exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
+    let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
+    exact.behind = found.behind;
     Ok(Box::new(Linear::new(request, design, Some(exact), task.references, block)))
 }
 
@@ -259,7 +266,7 @@ fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
 
 /// The law over the reduced coordinates and their speeds, z = P [q_r; q̇_r].
 fn block(found: &Gains, projection: &Matrix<Rational>) -> LinearBlock {
-    let Gains { system, k, l, m, from_state, from_input } = found;
+    let Gains { system, k, l, m, from_state, from_input, .. } = found;
     let minus = Rational::NEG_ONE;
     let (shown, all) = (projection.rows(), system.states.len());
     let pick = |matrix: &Matrix<Rational>, rows: (usize, usize), columns: (usize, usize)| {

@@ -2,6 +2,7 @@ use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::outputs::reference_name;
 use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
@@ -52,10 +53,10 @@ reference = \"u2\"
 ",
     template: |inputs, outputs| {
         let channel = |(input, output): (&String, &String)| {
-            let reference = output.split('.').next().unwrap_or_default();
+            let reference = reference_name(output, outputs);
             format!(
                 "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nkind = \"position\"\n\
-                 reference = \"ref_{reference}\"\n"
+                 reference = \"{reference}\"\n"
             )
         };
         (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
