@@ -122,7 +122,7 @@ pub struct DesignArgs {
     /// Outputs of that controller, separated by commas: signals such as `rack.phi`; those of `[analysis]` if not given.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "control")]
     pub outputs: Vec<String>,
-    /// Which feedback may decouple; as the controller says, or what it takes, if not given.
+    /// Which feedback may decouple; as the controller says, or static, if not given.
     #[arg(long, value_enum)]
     pub feedback: Option<FeedbackKind>,
     /// Variant to design for; the first if not given.

@@ -75,7 +75,8 @@ fn has_roots(p: &Polynomial, expected: &[Vec<f64>]) {
 /// A built-in model as an explicit system with the angles of shafts as outputs.
 fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
     let (document, _) = model::read(model::builtin(name).unwrap().source);
-    let (model, mistakes) = document.model(&[]);
+    let first = &document.variant_settings()[0];
+    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
     assert!(mistakes.is_empty(), "{mistakes:?}");
     let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
     let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();

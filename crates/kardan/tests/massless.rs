@@ -218,7 +218,8 @@ fn drive(circular_spline: &str, flexspline: &str, damped: bool) -> LinearModel {
         .replace(body, &format!("[shaft.fs]\ninertia = \"{flexspline} kg m^2\"\ndamping = \"{damping} N m s/rad\""));
     let (document, mistakes) = model::read(&text);
     assert!(mistakes.is_empty(), "{mistakes:?}");
-    let (model, mistakes) = document.model(&[]);
+    let first = &document.variant_settings()[0];
+    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
     assert!(mistakes.is_empty(), "{mistakes:?}");
     let named = ["wg", "rk", "fs"].map(String::from);
     let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&named)).unwrap();

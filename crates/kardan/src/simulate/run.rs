@@ -13,11 +13,13 @@ pub struct Tolerance {
     pub relative: f64,
     /// Absolute error allowed per step, rad and rad/s.
     pub absolute: f64,
+    /// Steps after which a run is given up.
+    pub most_steps: usize,
 }
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { relative: 1e-10, absolute: 1e-12 }
+        Self { relative: 1e-10, absolute: 1e-12, most_steps: MOST_STEPS }
     }
 }
 
@@ -44,7 +46,7 @@ const LOOKS: usize = 6;
 const BEYOND: f64 = 1e-3;
 /// Located events within a millionth of the run that count as chatter.
 const CHATTER: usize = 2000;
-/// Steps after which a run is given up.
+/// Steps after which a run is given up, unless less is asked.
 const MOST_STEPS: usize = 20_000_000;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
@@ -74,6 +76,7 @@ struct Runner<'a> {
     switching: Vec<usize>,
     initial_energy: f64,
     located: usize,
+    most_steps: usize,
 }
 
 /// Runs a closed loop through its scenario.
@@ -125,6 +128,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
         state,
         initial_energy: 0.0,
         located: 0,
+        most_steps: tolerance.most_steps,
     };
     let outcome = runner.run(progress);
     runner.finish(outcome)
@@ -169,11 +173,12 @@ impl Runner<'_> {
         self.restart(start);
         let mut time = start;
         while time < end {
-            if self.solver.counts().accepted as usize > MOST_STEPS {
+            let most = self.most_steps;
+            if self.solver.counts().accepted as usize > most {
                 return Err(failed(
                     time,
                     format!(
-                        "more than {MOST_STEPS} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts"
+                        "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts"
                     ),
                 ));
             }

@@ -235,5 +235,5 @@ pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Toler
                 .help("leave it out for 1e-10, which suits almost every study"),
         );
     }
-    Tolerance { relative, absolute: 1e-2 * relative }
+    Tolerance { relative, absolute: 1e-2 * relative, ..Tolerance::default() }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{PreparedVariant, Progress};
 use crate::results::{CrossCoupling, Design, Outcome, Physical, Series};
-use crate::simulate::{Scenario, Setup, SignalEvent, Tolerance, simulate};
+use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance, simulate};
 use crate::synthesis::Reference;
 
 /// Rows of a window.
@@ -13,16 +13,19 @@ const ROWS: usize = 2000;
 const SHORTEST: f64 = 0.2;
 /// See [`SHORTEST`].
 const LONGEST: f64 = 10.0;
+/// Steps of the integrator after which a run is given up.
+const MOST_STEPS: usize = 200_000;
 /// Part of the run before the step.
 const BEFORE: f64 = 0.02;
 
-/// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop.
+/// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. What moves
+/// without a step (springs that are not relaxed) is taken off. With the couplings come warnings.
 pub(super) fn cross_coupling(
     variant: &PreparedVariant,
     references: &[Reference],
     design: &Design,
     progress: &dyn Progress,
-) -> Vec<CrossCoupling> {
+) -> (Vec<CrossCoupling>, Vec<String>) {
     let slowest =
         design.closed_loop_poles.iter().map(|(re, _)| -re).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
     let window = (8.0 / slowest).clamp(SHORTEST, LONGEST);
@@ -31,20 +34,41 @@ pub(super) fn cross_coupling(
         .iter()
         .filter_map(|channel| Some((references.iter().find(|r| r.name == channel.reference)?, channel.output.as_str())))
         .collect();
-    let results = stepped.par_iter().enumerate().map(|(number, (reference, own))| {
-        let name = format!("step of {}", reference.name);
+    let run = |number: usize, reference: Option<&str>| {
+        let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
         progress.advance(number, &name, 0.0);
-        let scenario = step(&variant.scenario, &reference.name, window);
+        let scenario = step(&variant.scenario, reference, window);
         let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &scenario };
-        let run = simulate(setup, Tolerance::default(), &mut |part| progress.advance(number, &name, part));
+        let tolerance = Tolerance { most_steps: MOST_STEPS, ..Tolerance::default() };
+        let run = simulate(setup, tolerance, &mut |part| progress.advance(number, &name, part));
         progress.advance(number, &name, 1.0);
-        let failure = match &run.outcome {
+        run
+    };
+    let numbers: Vec<usize> = (0..=stepped.len()).collect();
+    let runs: Vec<RunResult> =
+        numbers.par_iter().map(|&k| run(k, stepped.get(k).map(|(reference, _)| reference.name.as_str()))).collect();
+    let (still, moved) = runs.split_last().expect("one run without a step");
+    let mut warnings = Vec::new();
+    let mut found = Vec::new();
+    for ((reference, own), run) in stepped.iter().zip(moved) {
+        let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| match outcome {
             Outcome::Completed => None,
             Outcome::Failed { cause, .. } => Some(cause.clone()),
-        };
-        let watched = |output: &String| {
-            let (unit, peak, rms) = deviation(&run.series, output, scenario.events[0].at);
-            CrossCoupling {
+        });
+        if let Some(cause) = &failure {
+            warnings.push(format!("the simulated step of {} fails: {cause}", reference.name));
+        }
+        if let Some(event) = run.events.iter().find(|event| event.what.contains(" limit")) {
+            warnings.push(format!(
+                "the step of {} by 1 {} drives a motor to its limit ({}): cross coupling then tells of the limit too",
+                reference.name,
+                reference.physical.unit(),
+                event.what
+            ));
+        }
+        for output in &design.outputs {
+            let (unit, peak, rms) = deviation(&run.series, &still.series, output, BEFORE * window);
+            found.push(CrossCoupling {
                 reference: reference.name.clone(),
                 step: 1.0,
                 step_unit: reference.physical.unit().into(),
@@ -55,15 +79,14 @@ pub(super) fn cross_coupling(
                 rms,
                 window,
                 failure: failure.clone(),
-            }
-        };
-        design.outputs.iter().map(watched).collect::<Vec<_>>()
-    });
-    results.flatten_iter().collect()
+            });
+        }
+    }
+    (found, warnings)
 }
 
-/// A run from rest at zero angles in which one reference steps by one.
-fn step(scenario: &Scenario, reference: &str, window: f64) -> Scenario {
+/// A run from rest at zero angles in which one reference steps by one, or none.
+fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
     let at = BEFORE * window;
     let duration = at + window;
     let fine = window / (20 * ROWS) as f64;
@@ -73,27 +96,29 @@ fn step(scenario: &Scenario, reference: &str, window: f64) -> Scenario {
     if let Some(last) = times.last_mut() {
         *last = duration;
     }
-    let source = scenario.sources.iter().position(|source| source.name == reference).unwrap_or(0);
+    let source = scenario.sources.iter().position(|source| Some(source.name.as_str()) == reference);
     Scenario {
         duration,
         times,
         sources: scenario.sources.clone(),
-        events: vec![SignalEvent { source, at, to: 1.0, over: 0.0 }],
+        events: source.map(|source| SignalEvent { source, at, to: 1.0, over: 0.0 }).into_iter().collect(),
         position: vec![0.0; scenario.position.len()],
         speed: vec![0.0; scenario.speed.len()],
     }
 }
 
-/// Unit, largest and root mean square deviation from the last value before the step.
-fn deviation(series: &Series, output: &str, at: f64) -> (&'static str, f64, f64) {
-    let Some(signal) = series.signal(output) else { return (Physical::Torque.unit(), f64::NAN, f64::NAN) };
-    let first = series.time.partition_point(|time| *time < at);
-    let start = first.checked_sub(1).map_or(0.0, |k| signal.values[k]);
-    let (times, values) = (&series.time[first..], &signal.values[first..]);
-    let peak = values.iter().map(|x| (x - start).abs()).fold(0.0, f64::max);
-    let squares: f64 = (1..values.len())
-        .map(|k| 0.5 * ((values[k] - start).powi(2) + (values[k - 1] - start).powi(2)) * (times[k] - times[k - 1]))
-        .sum();
+/// Unit, largest and root mean square difference of a run with a step from the one without, from the step on.
+fn deviation(moved: &Series, still: &Series, output: &str, at: f64) -> (&'static str, f64, f64) {
+    let (Some(signal), Some(other)) = (moved.signal(output), still.signal(output)) else {
+        return (Physical::Torque.unit(), f64::NAN, f64::NAN);
+    };
+    let rows = moved.time.len().min(still.time.len());
+    let first = moved.time.partition_point(|time| *time < at).min(rows);
+    let times = &moved.time[first..rows];
+    let values: Vec<f64> = (first..rows).map(|k| signal.values[k] - other.values[k]).collect();
+    let peak = values.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let squares: f64 =
+        (1..values.len()).map(|k| 0.5 * (values[k].powi(2) + values[k - 1].powi(2)) * (times[k] - times[k - 1])).sum();
     let length = times.last().copied().unwrap_or(at) - at;
     (signal.physical.unit(), peak, if length > 0.0 { (squares / length).sqrt() } else { 0.0 })
 }

@@ -3,7 +3,7 @@
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
-use super::proof::{exact_poles, judge, prove};
+use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::{PreparedVariant, Progress};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
@@ -34,7 +34,7 @@ pub struct DesignSettings {
     pub simulate: bool,
 }
 
-/// The name of a controller that is not in the file.
+/// The name of a controller that is not in the file, if it is free.
 const OWN: &str = "design";
 
 /// Designs one controller, proves what it does to the linear loop, and measures what it does to the nonlinear one.
@@ -67,7 +67,7 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
         None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?,
     };
     let asked = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
-    if !asked && !variant.model.controls.is_empty() {
+    if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
             return Ok(designed(&prepared.description, variant, number, settings.simulate, progress));
@@ -96,14 +96,26 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     };
     let (inputs, outputs) = signals(variant, &names, &mut notes)?;
     let keyword = settings.law.as_deref().unwrap_or("decoupling");
-    let table = table(keyword, &inputs, &outputs)?;
+    let model = &variant.model;
+    let taken: Vec<&str> = model
+        .elements
+        .iter()
+        .map(|(_, name, _)| name.as_str())
+        .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
+        .collect();
+    let own = free(OWN, &taken);
+    let mut table = table(keyword, &own, &inputs, &outputs)?;
+    for name in &taken {
+        let reference = |name: &str| format!("reference = \"{name}\"\n");
+        table = table.replace(&reference(name), &reference(&free(name, &taken)));
+    }
     let text = format!("{source}\n{table}");
     let (mut document, out) = read(&text);
-    replace_controls(&mut document);
+    replace_controls(&mut document, &own);
     if let Some(feedback) = &settings.feedback {
-        set_feedback(&mut document, OWN, feedback)?;
+        set_feedback(&mut document, &own, feedback)?;
     }
-    let mut design = of_document(source, document, out, OWN, settings, progress)?;
+    let mut design = of_document(source, document, out, &own, settings, progress)?;
     design.notes.extend(notes);
     Ok(design)
 }
@@ -130,7 +142,7 @@ fn of_document(
 }
 
 /// The table of a controller for these inputs and outputs.
-fn table(keyword: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<String, Vec<Diagnostic>> {
+fn table(keyword: &str, own: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<String, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
         let names = || REGISTRY.iter().map(|law| law.keyword);
         let help = match nearest(keyword, names()) {
@@ -148,18 +160,36 @@ fn table(keyword: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<S
     };
     let outputs: Vec<String> = outputs.iter().map(full).collect();
     let Some(keys) = (law.template)(inputs, &outputs) else {
+        if inputs.len() != outputs.len() {
+            let message = format!(
+                "the law `{keyword}` takes as many motors as outputs, and there are {} motors ({}) and {} outputs ({})",
+                inputs.len(),
+                quoted(inputs.iter().map(String::as_str)),
+                outputs.len(),
+                quoted(outputs.iter().map(String::as_str))
+            );
+            let help = "name as many with `--inputs` and `--outputs`";
+            return Err(vec![Diagnostic::error("control::count", message).help(help)]);
+        }
         let message = format!("a controller of the law `{keyword}` needs keys of its own");
         return Err(vec![
             Diagnostic::error("control::template", message)
                 .help(format!("write it into the model file; `kardan elements {keyword}` shows the keys")),
         ]);
     };
-    Ok(format!("[control.{OWN}]\nlaw = \"{keyword}\"\n{keys}"))
+    let keys = keys.replace("[[control.design.", &format!("[[control.{own}."));
+    Ok(format!("[control.{own}]\nlaw = \"{keyword}\"\n{keys}"))
+}
+
+/// The name, with a number behind it if it is taken.
+fn free(name: &str, taken: &[&str]) -> String {
+    let numbered = (1..).map(|k| format!("{name}_{k}"));
+    std::iter::once(name.to_string()).chain(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
 }
 
 /// Leaves the own controller alone in the loop, without what the file does with the references of others.
-fn replace_controls(document: &mut Document) {
-    document.controls.retain(|control| control.name == OWN);
+fn replace_controls(document: &mut Document, own: &str) {
+    document.controls.retain(|control| control.name == own);
     document.scenario.values.remove("event");
     document.requirements.clear();
     document.plots.clear();
@@ -244,9 +274,11 @@ pub(super) fn designed(
     }
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, &mut design);
+        check_others(&exact, plant, &laws, number, &mut design);
         if laws.len() == 1 {
             // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
             design.closed_loop_poles = exact_poles(&exact, &design);
+            check_rounding(&closed_loop_poles(&plant.linear, &laws).unwrap_or_default(), &mut design);
         }
     }
     if design.closed_loop_poles.is_empty() {
@@ -258,7 +290,9 @@ pub(super) fn designed(
     judge(&mut design);
     if simulate {
         let references = laws[number].references().to_vec();
-        design.cross_coupling = cross_coupling(variant, &references, &design, progress);
+        let (found, warnings) = cross_coupling(variant, &references, &design, progress);
+        design.cross_coupling = found;
+        design.warnings.extend(warnings);
     }
     design
 }

@@ -1,7 +1,7 @@
 //! What can be proven of a designed linear loop, put into the result of a design.
 
 use crate::analysis::{LinearSystem, mode_of_motion, modes_of_pencil};
-use crate::num::{Matrix, Polynomial, Scalar};
+use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::results::{
     Canonical, ChannelResult, Decouplability, Design, Feedback, Flatness, Mode, Pole, TransferEntry, ZeroDynamics,
     ZeroMode,
@@ -11,7 +11,7 @@ use crate::synthesis::decoupling::{
     relative_degrees, transfer_matrix, zero_dynamics,
 };
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
-use crate::synthesis::{ExactLoop, Plant, Stability, named, roots, stability};
+use crate::synthesis::{ExactLoop, Law, Plant, Stability, named, roots, stability};
 
 /// Damping ratio below which a cancelled pole deserves a warning.
 const LIGHT: f64 = 0.2;
@@ -34,10 +34,81 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     let closed = &exact.closed;
     let transfer = transfer_matrix(closed);
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
-    design.decoupled = square.then(|| coupled_entries(closed).is_empty());
+    let blocks = &design.decouplability.blocks;
+    let together = |(i, j): &(usize, usize)| {
+        design.feedback == Some(Feedback::Block) && blocks.iter().any(|block| block.contains(i) && block.contains(j))
+    };
+    design.decoupled = square.then(|| coupled_entries(closed).iter().all(together));
+    if design.feedback == Some(Feedback::Block) && blocks.len() < 2 {
+        design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
+    }
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
     design.flatness = flatness(&exact.plant);
+}
+
+/// Says where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
+/// angles and speeds, whose gains are taken as the fractions that their doubles are.
+pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Box<dyn Law>], own: usize, design: &mut Design) {
+    let states = plant.states();
+    if design.decoupled != Some(true) || laws.len() < 2 {
+        return;
+    }
+    let others: Vec<&dyn Law> = laws.iter().enumerate().filter(|(k, _)| *k != own).map(|(_, law)| &**law).collect();
+    let whole = exact.closed.states.starts_with(&states) && others.iter().all(|law| law.states().is_empty());
+    let closed = whole.then(|| with_others(exact, plant, &others)).flatten();
+    match closed.map(|closed| coupled_entries(&closed)) {
+        Some(entries) if entries.is_empty() => {}
+        Some(entries) => {
+            let (i, j) = entries[0];
+            design.warnings.push(format!(
+                "with the other controllers in the loop the outputs are coupled: {} moves {}; the proof is for this controller \
+                 alone",
+                exact.closed.inputs[j], exact.closed.outputs[i]
+            ));
+        }
+        None => design.notes.push("the proof is for this controller alone, without the others of the file".into()),
+    }
+}
+
+fn with_others(exact: &ExactLoop, plant: &Plant, others: &[&dyn Law]) -> Option<LinearSystem> {
+    let mut closed = exact.closed.clone();
+    for law in others {
+        let linear = law.linear();
+        let b = plant.system(law.inputs(), &[]).b;
+        let basis = &plant.linear.basis;
+        let rational = |m: &Matrix<f64>| -> Option<Matrix<Rational>> {
+            let entries: Vec<Rational> = m.as_slice().iter().map(|x| rational_from_f64(*x)).collect::<Option<_>>()?;
+            Some(Matrix::from_fn(m.rows(), m.columns(), |i, j| entries[i * m.columns() + j].clone()).multiply(basis))
+        };
+        let (on_angles, on_speeds) = (rational(&linear.on_angles)?, rational(&linear.on_speeds)?);
+        let r = basis.columns();
+        let gain = Matrix::from_fn(on_angles.rows(), 2 * r, |i, j| {
+            if j < r { on_angles[(i, j)].clone() } else { on_speeds[(i, j - r)].clone() }
+        });
+        let added = b.multiply(&gain);
+        for i in 0..2 * r {
+            for j in 0..2 * r {
+                closed.a[(i, j)] = closed.a[(i, j)].plus(&added[(i, j)]);
+            }
+        }
+    }
+    Some(closed)
+}
+
+/// Warns where rounding the gains to 64 bits moves a pole over the axis.
+pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
+    let size = floating.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+    let worst = floating.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((re, im)) = worst.filter(|(re, _)| *re > 1e-3 * size) else { return };
+    if design.closed_loop_poles.iter().all(|pole| pole.0 < 0.5 * re) {
+        design.warnings.push(format!(
+            "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the exact loop is as said, the \
+             one that runs is unstable",
+            digits(re),
+            digits(im.abs())
+        ));
+    }
 }
 
 /// All poles of the linear loop with this controller alone: those of the loop, what the outputs do not show, and the error

@@ -154,7 +154,10 @@ pub enum SynthesisError {
     #[error("a gain is too large for a number")]
     TooLarge,
     /// A sample time that no controller has.
-    #[error("a sample time of {time} s is longer than {} s", super::LONGEST_SAMPLE_TIME)]
+    #[error(
+        "a sample time of {time} s is {}",
+        if *time > 1.0 { "longer than 1 s" } else { "shorter than a microsecond" }
+    )]
     SampleTime {
         /// s
         time: f64,
@@ -176,6 +179,12 @@ pub enum SynthesisError {
     /// No poles for an observer.
     #[error("the observer needs `poles`")]
     ObserverPoles,
+    /// Forces that law and observer would both cancel.
+    #[error(
+        "the law cancels forces that the observer's linear model does not know (of joints, rest angles or friction); the \
+         observer would report them as disturbances, and they would be cancelled twice"
+    )]
+    CancelledTwice,
     /// A key that the method of the observer does not use.
     #[error("the observer's method `{method}` does not use `{key}`")]
     IdleKey {
@@ -400,6 +409,11 @@ impl SynthesisError {
             Self::ObserverPoles => {
                 advice(&["observer".into()], "this observer", "add `poles = [-50, -51, -52]`, or `method = \"kalman\"`")
             }
+            Self::CancelledTwice => advice(
+                &[],
+                "this controller",
+                "set `disturbances = []` or `compensation = 0` in the observer, or design on the linear model",
+            ),
             Self::IdleKey { key, .. } => Advice {
                 named: Vec::new(),
                 label: "this controller",

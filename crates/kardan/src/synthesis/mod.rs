@@ -35,7 +35,7 @@ use crate::assemble::Along;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Matrix, Rational};
-use crate::reduce::{Kinematics, LinearModel, Reduced, linearise};
+use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
@@ -123,6 +123,10 @@ pub trait Law: Send {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
     /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
     fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// Whether it cancels forces that the linear design model does not know; an observer would report them once more.
+    fn cancels_more(&self) -> bool {
+        false
+    }
     /// The linear part.
     fn linear(&self) -> LinearLaw;
     /// The designed linear loop, where the design is exact.
@@ -186,6 +190,9 @@ pub const COMMON: &[Field] = &[
     ),
 ];
 
+/// Shortest sample time of a controller, s.
+pub const SHORTEST_SAMPLE_TIME: f64 = 1e-6;
+
 /// Longest sample time of a controller, s.
 pub const LONGEST_SAMPLE_TIME: f64 = 1.0;
 
@@ -194,7 +201,8 @@ pub const LONGEST_SAMPLE_TIME: f64 = 1.0;
 /// # Errors
 /// Why it cannot be designed.
 pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Box<dyn Law>, SynthesisError> {
-    if let Some(time) = values.number("sample_time").filter(|time| *time > LONGEST_SAMPLE_TIME) {
+    let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
+    if let Some(time) = values.number("sample_time").filter(|time| !allowed.contains(time)) {
         return Err(SynthesisError::SampleTime { time });
     }
     let disturbances = observed::disturbances(values, plant)?;
@@ -231,6 +239,14 @@ impl Plant {
     /// Whether the equations of motion have constant coefficients.
     pub fn is_constant(&self) -> bool {
         Kinematics::new(&self.reduced).is_constant()
+    }
+
+    /// Whether the equations of motion are those of the linear model: constant coefficients, and no force at zero angles.
+    pub fn is_linear(&self) -> bool {
+        let (dynamics, mut work) = Dynamics::new(&self.reduced);
+        let zero = vec![0.0; self.reduced.freedoms()];
+        dynamics.update(&zero, &zero, &mut work);
+        self.is_constant() && work.passive.iter().all(|force| *force == 0.0)
     }
 
     /// Names of the states `[q_r; q̇_r]`.

@@ -15,6 +15,8 @@ pub(super) struct Nonlinear {
     told: Vec<usize>,
     inputs: Vec<usize>,
     friction_width: Option<f64>,
+    /// Whether the model is its linear one, without forces at zero.
+    like_linear: bool,
     coordinates: Vec<usize>,
     /// The shaft of each disturbance that is cancelled; none for one that is not.
     disturbed: Vec<Option<usize>>,
@@ -77,6 +79,7 @@ impl Nonlinear {
             told,
             inputs,
             friction_width,
+            like_linear: request.plant.is_linear(),
             coordinates: reduced.coordinates.clone(),
             disturbed: request.disturbances.iter().map(|shaft| (!felt(shaft)).then_some(*shaft)).collect(),
             memory: Vec::new(),
@@ -183,9 +186,15 @@ impl Law for Nonlinear {
             references: &self.references,
             disturbances: &self.disturbances,
         };
-        // Where the tasks depend on each other the last torques stay.
-        let _kept = !self.law().torques(now, &mut memory, out);
+        // Where the tasks depend on each other there is no answer, and the run ends.
+        if !self.law().torques(now, &mut memory, out) {
+            out.fill(f64::NAN);
+        }
         self.memory = memory;
+    }
+
+    fn cancels_more(&self) -> bool {
+        self.friction_width.is_some() || !self.like_linear
     }
 
     fn linear(&self) -> LinearLaw {

@@ -66,6 +66,16 @@ enum Reading {
     Twist(Vec<(usize, f64)>, f64),
 }
 
+impl Reading {
+    fn read(&self, angles: &[f64], speeds: &[f64]) -> f64 {
+        match self {
+            Self::Angle(shaft) => angles[*shaft],
+            Self::Speed(shaft) => speeds[*shaft],
+            Self::Twist(row, rest) => row.iter().map(|(shaft, x)| x * angles[*shaft]).sum::<f64>() - rest,
+        }
+    }
+}
+
 /// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
 ///
 /// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
@@ -82,6 +92,8 @@ pub(super) struct Observed {
     rows: [Matrix<f64>; 2],
     basis: Matrix<f64>,
     compensation: f64,
+    /// What the sensors read at zero coordinates, which the linear model does not know.
+    offsets: Vec<f64>,
     disturbances: usize,
     kinematics: Kinematics,
     // Memory of one evaluation.
@@ -99,6 +111,10 @@ impl Observed {
     pub fn new(law: Box<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
         if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
             return Err(SynthesisError::NotAShare { share });
+        }
+        let compensation = values.number("compensation").unwrap_or(1.0);
+        if law.cancels_more() && compensation > 0.0 && !disturbed.is_empty() {
+            return Err(SynthesisError::CancelledTwice);
         }
         let sensors: Vec<OutputSignal> = values
             .words("sensors")
@@ -139,7 +155,8 @@ impl Observed {
             readings,
             coordinates: plant.reduced.coordinates.clone(),
             basis: plant.linear.basis.to_f64(),
-            compensation: values.number("compensation").unwrap_or(1.0),
+            compensation,
+            offsets: Vec::new(),
             disturbances: disturbed.len(),
             kinematics: Kinematics::new(&plant.reduced),
             position: vec![0.0; r],
@@ -151,6 +168,8 @@ impl Observed {
             law,
             result,
         };
+        out.kinematics.update(&out.position, &out.speed);
+        out.offsets = out.readings.iter().map(|one| one.read(&out.kinematics.angles, &out.kinematics.speeds)).collect();
         out.data = out.observer_data(&inputs);
         Ok(out)
     }
@@ -176,7 +195,9 @@ impl Observed {
             writes: self.result.states.clone(),
             sample_time: None,
             matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
-            numbers: vec![("compensation".into(), self.compensation)],
+            numbers: std::iter::once(("compensation".to_string(), self.compensation))
+                .chain(self.result.sensors.iter().zip(&self.offsets).map(|(name, x)| (format!("{name} offset"), *x)))
+                .collect(),
         }
     }
 
@@ -324,12 +345,8 @@ impl Law for Observed {
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
         let m = torques.len();
         self.signals[..m].copy_from_slice(torques);
-        for (signal, reading) in self.signals[m..].iter_mut().zip(&self.readings) {
-            *signal = match reading {
-                Reading::Angle(shaft) => seen.angles[*shaft],
-                Reading::Speed(shaft) => seen.speeds[*shaft],
-                Reading::Twist(row, rest) => row.iter().map(|(shaft, x)| x * seen.angles[*shaft]).sum::<f64>() - rest,
-            };
+        for ((signal, reading), offset) in self.signals[m..].iter_mut().zip(&self.readings).zip(&self.offsets) {
+            *signal = reading.read(seen.angles, seen.speeds) - offset;
         }
         let n = self.own();
         let (own, rest) = out.split_at_mut(n);

@@ -1,6 +1,7 @@
 use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
+use crate::synthesis::channels::once;
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
 use crate::synthesis::outputs::reference_name;
 use crate::synthesis::zeros::check_zeros;
@@ -255,6 +256,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
+    once((NONINTERACTING.references)(request.values).iter().map(|r| r.name.as_str()), "reference")?;
     let signals: Vec<OutputSignal> = outputs.iter().map(|output| angle_output(output)).collect();
     check_zeros(&request.plant.system(&inputs, &signals), &outputs)?;
     let references = references(request.values);
