@@ -973,7 +973,7 @@ fn settings_that_cannot_be_designed() {
             &["`noninteracting`", "no choice of feedback", "leave `--feedback` out"],
         ),
         (law("position_loop", asked(&["wg_motor"], &["fs.phi"])), "control::template", &["keys of its own"]),
-        (law("noninteracting", asked(&both, &["fs.phi"])), "control::template", &[]),
+        (law("noninteracting", asked(&both, &["fs.phi"])), "control::count", &[]),
         (law("computed_torque", asked(&["rk_motor"], &["fs.phi"])), "control::design", &["`rk_motor`", "`fs.phi`"]),
         (law("noninteracting", asked(&both, &["fs.w", "rk.phi"])), "name::unknown", &["`fs.w`", "angle"]),
     ];

@@ -291,7 +291,8 @@ struct BuiltIn {
 /// A model with these inputs; outputs are `rk` (angle), `rk.w` (speed) or `tb` (torque of the torsion bar).
 fn from_source(source: &str, inputs: &[&str], outputs: &[&str]) -> BuiltIn {
     let (document, _) = model::read(source);
-    let (model, mistakes) = document.model(&[]);
+    let first = &document.variant_settings()[0];
+    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
     assert!(mistakes.is_empty(), "{mistakes:?}");
     let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
     let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();

@@ -39,6 +39,7 @@ const VERSION: u32 = 1;
 /// | `observer` | `method`, `sensors`, `states`, `disturbances`, `poles`, `gain` (a matrix), `distinguishable` |
 /// | `transfer` | the exact transfer matrix of the linear loop, entry by entry: `output`, `reference`, `zero` (exactly), `numerator`, `denominator` (coefficients of 1, s, s², …) |
 /// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
+/// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
@@ -70,6 +71,7 @@ pub fn design_json(design: &Design) -> String {
         "observer": design.observer.as_ref().map(observer),
         "transfer": list(&design.transfer, transfer),
         "decoupled": design.decoupled,
+        "blocks_decoupled": design.blocks_decoupled,
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
@@ -290,7 +292,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 30] = [
+    const KEYS: [&str; 31] = [
         "model",
         "description",
         "variant",
@@ -315,6 +317,7 @@ mod tests {
         "observer",
         "transfer",
         "decoupled",
+        "blocks_decoupled",
         "cross_coupling",
         "flatness",
         "controller_data",

@@ -349,7 +349,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
     assert_eq!(steering.matches("<figure").count(), 2);
     let train = super::design_html(&example::observed_train());
     for text in [
-        "Not decoupled; the closed loop is unstable; the zero dynamics are not stable; 2 warnings.",
+        "Not decoupled; the closed loop is unstable; 2 warnings.",
         "✗ never",
         "with 2 integrators before motor - 2 wheel_motor",
         "{rack.phi, driver.tau}",

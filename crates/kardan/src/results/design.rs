@@ -72,6 +72,8 @@ pub struct Design {
     pub transfer: Vec<TransferEntry>,
     /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` where no such claim is made.
     pub decoupled: Option<bool>,
+    /// Whether every entry between different blocks is exactly zero, for a law that decouples blocks of outputs.
+    pub blocks_decoupled: Option<bool>,
     /// What steps of each reference do to the outputs of the other channels in the nonlinear simulation.
     pub cross_coupling: Vec<CrossCoupling>,
     /// Whether the outputs are flat (Theorem 6.4).

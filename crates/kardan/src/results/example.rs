@@ -604,6 +604,7 @@ pub fn decoupled_steering() -> Design {
         decouplability: Decouplability { rank: 2, normal_rank: 2, ..Decouplability::default() },
         feedback: Some(Feedback::Static),
         observer_data: None,
+        blocks_decoupled: None,
         controller_data: ControllerData {
             block: "StateSpace".into(),
             reads: states

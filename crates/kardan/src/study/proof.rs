@@ -35,11 +35,12 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     let transfer = transfer_matrix(closed);
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
     let blocks = &design.decouplability.blocks;
-    let together = |(i, j): &(usize, usize)| {
-        design.feedback == Some(Feedback::Block) && blocks.iter().any(|block| block.contains(i) && block.contains(j))
-    };
-    design.decoupled = square.then(|| coupled_entries(closed).iter().all(together));
-    if design.feedback == Some(Feedback::Block) && blocks.len() < 2 {
+    let together = |(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(i) && block.contains(j));
+    let coupled = coupled_entries(closed);
+    design.decoupled = square.then_some(coupled.is_empty());
+    let in_blocks = design.feedback == Some(Feedback::Block);
+    design.blocks_decoupled = (square && in_blocks).then(|| coupled.iter().all(together));
+    if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
     design.transfer = entries(closed, &transfer);
@@ -361,7 +362,7 @@ fn flatness(system: &LinearSystem) -> Option<Flatness> {
 /// Says what must not be overlooked.
 pub(super) fn judge(design: &mut Design) {
     // A law that does not invert the plant leaves its zeros alone.
-    if design.decoupled != Some(true) {
+    if design.decoupled != Some(true) && design.blocks_decoupled != Some(true) {
         design.zero_dynamics.modes.iter_mut().for_each(|mode| mode.warning = None);
         return;
     }

@@ -12,7 +12,9 @@ const NAMES: usize = 12;
 /// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it) and nothing grows.
 pub fn verdict(design: &Design) -> (bool, String) {
     let impossible = design.decouplability.possible == Feedback::Impossible;
+    let in_blocks = design.blocks_decoupled == Some(true) && design.decouplability.blocks.len() > 1;
     let (decoupled, first) = match (design.decoupled, design.feedback) {
+        (Some(false), _) if in_blocks => (true, "Decoupled in blocks by static state feedback, proven exactly"),
         (Some(true), Some(Feedback::Static)) => (true, "Decoupled by static state feedback, proven exactly"),
         (Some(true), Some(Feedback::Block)) => (true, "Decoupled in blocks by static state feedback, proven exactly"),
         (Some(true), Some(Feedback::Dynamic)) => (true, "Decoupled by dynamic state feedback, proven exactly"),
@@ -25,14 +27,14 @@ pub fn verdict(design: &Design) -> (bool, String) {
     let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
     let grows = design.closed_loop_poles.iter().any(|pole| pole.0 > 1e-6 * fastest);
     let hidden = match zeros(&design.zero_dynamics) {
-        _ if design.decoupled == Some(false) => "",
+        _ if design.decoupled == Some(false) && design.blocks_decoupled != Some(true) => "",
         Zeros::Unknown => "",
         Zeros::None => "; no zero dynamics",
         Zeros::Some if design.zero_dynamics.stable => "; the zero dynamics are stable",
         Zeros::Some => "; the zero dynamics are not stable",
     };
     // A law that does not invert the plant leaves its zeros alone.
-    let inverts = design.decoupled == Some(true);
+    let inverts = design.decoupled == Some(true) || design.blocks_decoupled == Some(true);
     let stable = !inverts || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
     let loop_ = if grows { "; the closed loop is unstable" } else { "" };
     let warnings = match design.warnings.len() {
