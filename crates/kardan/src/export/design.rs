@@ -36,6 +36,7 @@ const VERSION: u32 = 1;
 /// | `channels` | `output`, `reference`, `kind`, `transfer`, `poles` |
 /// | `closed_loop_poles` | of the linear loop with all controllers |
 /// | `zero_dynamics` | `polynomial`; `poles`, both of a conjugate pair; `stable` (decided exactly; `null` if it was not asked); `modes`: `pole` (the upper one of a pair), `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex), `stored`, `dissipated` (`element`, `share`), `warning` |
+/// | `cancels_zeros` | whether the law inverts the plant, so that its zeros become poles behind the outputs |
 /// | `observer` | `method`, `sensors`, `states`, `disturbances`, `poles`, `gain` (a matrix), `distinguishable` |
 /// | `transfer` | the exact transfer matrix of the linear loop, entry by entry: `output`, `reference`, `zero` (exactly), `numerator`, `denominator` (coefficients of 1, s, s², …) |
 /// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
@@ -68,6 +69,7 @@ pub fn design_json(design: &Design) -> String {
         "channels": list(&design.channels, channel),
         "closed_loop_poles": list(&design.closed_loop_poles, pole),
         "zero_dynamics": zero_dynamics(&design.zero_dynamics),
+        "cancels_zeros": design.cancels_zeros,
         "observer": design.observer.as_ref().map(observer),
         "transfer": list(&design.transfer, transfer),
         "decoupled": design.decoupled,
@@ -292,7 +294,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 31] = [
+    const KEYS: [&str; 32] = [
         "model",
         "description",
         "variant",
@@ -314,6 +316,7 @@ mod tests {
         "channels",
         "closed_loop_poles",
         "zero_dynamics",
+        "cancels_zeros",
         "observer",
         "transfer",
         "decoupled",

@@ -66,6 +66,8 @@ pub struct Design {
     pub closed_loop_poles: Vec<Pole>,
     /// What the outputs do not show of the decoupled loop.
     pub zero_dynamics: ZeroDynamics,
+    /// Whether the law inverts the plant, so that its zeros become poles behind the outputs.
+    pub cancels_zeros: bool,
     /// The observer.
     pub observer: Option<ObserverResult>,
     /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.

@@ -605,6 +605,7 @@ pub fn decoupled_steering() -> Design {
         feedback: Some(Feedback::Static),
         observer_data: None,
         blocks_decoupled: None,
+        cancels_zeros: true,
         controller_data: ControllerData {
             block: "StateSpace".into(),
             reads: states

@@ -37,12 +37,15 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     let blocks = &design.decouplability.blocks;
     let together = |(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(i) && block.contains(j));
     let coupled = coupled_entries(closed);
-    design.decoupled = square.then_some(coupled.is_empty());
+    // One output has nothing to be decoupled from.
+    let claims = square && (exact.inverts || closed.outputs.len() > 1);
+    design.decoupled = claims.then_some(coupled.is_empty());
     let in_blocks = design.feedback == Some(Feedback::Block);
     design.blocks_decoupled = (square && in_blocks).then(|| coupled.iter().all(together));
     if in_blocks && blocks.len() < 2 && design.outputs.len() > 1 {
         design.warnings.push("all outputs are in one block: nothing is decoupled from anything".into());
     }
+    design.cancels_zeros = exact.inverts;
     design.transfer = entries(closed, &transfer);
     design.channels = channels(exact, &transfer);
     design.flatness = flatness(&exact.plant);
@@ -362,7 +365,7 @@ fn flatness(system: &LinearSystem) -> Option<Flatness> {
 /// Says what must not be overlooked.
 pub(super) fn judge(design: &mut Design) {
     // A law that does not invert the plant leaves its zeros alone.
-    if design.decoupled != Some(true) && design.blocks_decoupled != Some(true) {
+    if !design.cancels_zeros {
         design.zero_dynamics.modes.iter_mut().for_each(|mode| mode.warning = None);
         return;
     }

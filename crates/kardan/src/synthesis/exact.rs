@@ -18,6 +18,8 @@ pub struct ExactLoop {
     pub channels: Vec<usize>,
     /// The polynomial of what goes on behind the outputs, where the law alone knows it (blocks).
     pub behind: Option<Polynomial>,
+    /// Whether the law inverts the plant, so that it cancels zeros.
+    pub inverts: bool,
 }
 
 impl ExactLoop {
@@ -46,7 +48,7 @@ impl ExactLoop {
         };
         let (units, channels) =
             (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());
-        Self { plant, system, closed, units, channels, behind: None }
+        Self { plant, system, closed, units, channels, behind: None, inverts: true }
     }
 }
 

@@ -51,8 +51,10 @@ pub(super) fn state_feedback(
         ..Design::default()
     };
     let found = exact(k).zip(exact(&l)).filter(|_| !task.outputs.is_empty());
-    let exact =
-        found.map(|(k, l)| ExactLoop::feedback(task.system.clone(), task.system.clone(), [&k, &l], &task.units()));
+    let exact = found.map(|(k, l)| {
+        let found = ExactLoop::feedback(task.system.clone(), task.system.clone(), [&k, &l], &task.units());
+        ExactLoop { inverts: false, ..found }
+    });
     let block = LinearBlock::gains(k, &l, &m);
     Ok(Box::new(Linear::new(request, design, exact, task.references.clone(), block)))
 }

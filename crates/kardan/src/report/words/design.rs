@@ -27,15 +27,14 @@ pub fn verdict(design: &Design) -> (bool, String) {
     let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
     let grows = design.closed_loop_poles.iter().any(|pole| pole.0 > 1e-6 * fastest);
     let hidden = match zeros(&design.zero_dynamics) {
-        _ if design.decoupled == Some(false) && design.blocks_decoupled != Some(true) => "",
+        _ if !design.cancels_zeros => "",
         Zeros::Unknown => "",
         Zeros::None => "; no zero dynamics",
         Zeros::Some if design.zero_dynamics.stable => "; the zero dynamics are stable",
         Zeros::Some => "; the zero dynamics are not stable",
     };
     // A law that does not invert the plant leaves its zeros alone.
-    let inverts = design.decoupled == Some(true) || design.blocks_decoupled == Some(true);
-    let stable = !inverts || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
+    let stable = !design.cancels_zeros || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
     let loop_ = if grows { "; the closed loop is unstable" } else { "" };
     let warnings = match design.warnings.len() {
         0 => String::new(),

@@ -100,6 +100,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         units: task.references.iter().map(|r| r.physical.unit().to_string()).collect(),
         channels: (0..task.references.len()).collect(),
         behind: None,
+        inverts: true,
     };
     Ok(Box::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
 }
