@@ -75,12 +75,7 @@ fn head(out: &mut String, design: &Design) {
         let shown = if names.is_empty() { "none".into() } else { words::list(names, NAMES) };
         sentence(out, &format!("{what} ({}): {shown}", names.len()));
     }
-    let rows: Vec<Vec<String>> = design
-        .definitions
-        .iter()
-        .filter(|(state, is)| state != is)
-        .map(|(state, is)| vec![state.clone(), is.clone()])
-        .collect();
+    let rows: Vec<Vec<String>> = design.definitions.iter().map(|(state, is)| vec![state.clone(), is.clone()]).collect();
     if !rows.is_empty() {
         table(out, &["state", "stands for"], &rows, ROWS);
     }

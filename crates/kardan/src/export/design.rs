@@ -25,7 +25,7 @@ const VERSION: u32 = 1;
 /// | `other_controllers` | names of those that are in the loop too |
 /// | `design_model` | the model it was designed on, in words |
 /// | `states`, `inputs`, `outputs` | names |
-/// | `definitions` | states that are combinations of coordinates: `state`, `is` |
+/// | `definitions` | states that stand for combinations of coordinates too long to be names: `state`, `is` |
 /// | `hidden_poles` | motions of the model that the reduction took away |
 /// | `relative_degrees` | one for each output; `null`: no input ever reaches it |
 /// | `decoupling_matrix` | G, outputs × inputs |

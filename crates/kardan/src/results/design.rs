@@ -44,7 +44,8 @@ pub struct Design {
     pub inputs: Vec<String>,
     /// Outputs that it controls.
     pub outputs: Vec<String>,
-    /// Combinations of coordinates that replace them: `(z1, wg.phi - 51 rk.phi + 50 fs.phi)`; empty if nothing was reduced.
+    /// States that stand for combinations of coordinates, `(z1, wg.phi - 51 rk.phi + 50 fs.phi)`; a combination that is short
+    /// enough to be a name itself is not listed.
     pub definitions: Vec<(String, String)>,
     /// What of the model the outputs do not show: eigenvalues that the reduction took away.
     pub hidden: Vec<Pole>,

@@ -237,7 +237,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         controller: request.name.into(),
         law: DECOUPLING.keyword.into(),
         states: states.clone(),
-        definitions: quotient.definitions.clone(),
+        definitions: quotient.definitions.iter().filter(|(name, is)| name != is).cloned().collect(),
         hidden: roots(&quotient.hidden),
         decoupling_matrix: named(
             ("decoupling_matrix", "decoupling matrix G", ""),
