@@ -8,12 +8,8 @@ mod common;
 use std::collections::BTreeSet;
 
 use common::{golden, list, rows};
-use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use kardan::assemble::assemble;
-use kardan::equations::Measured;
-use kardan::model;
+use kardan::analysis::LinearSystem;
 use kardan::num::{Matrix, Polynomial, Random, Rational, Scalar, rational_to_f64};
-use kardan::reduce::reduce;
 use kardan::synthesis::decoupling::*;
 
 type M = Matrix<Rational>;
@@ -74,19 +70,7 @@ fn has_roots(p: &Polynomial, expected: &[Vec<f64>]) {
 
 /// A built-in model as an explicit system with the angles of shafts as outputs.
 fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
-    let (document, _) = model::read(model::builtin(name).unwrap().source);
-    let first = &document.variant_settings()[0];
-    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
-    assert!(mistakes.is_empty(), "{mistakes:?}");
-    let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
-    let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    let outputs: Vec<OutputSignal> = outputs
-        .iter()
-        .map(|shaft| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.to_string()) })
-        .collect();
-    linear_system(&system, &coordinates, &basis, &outputs).explicit().unwrap()
+    common::built_in(name, inputs, outputs).explicit().unwrap()
 }
 
 /// ω = 20 rad/s, ξ = 0.7 for every output.

@@ -3,14 +3,15 @@
 //!
 //! Transfer matrices are evaluated at numbers with elimination of this file; the equations checked are the definitions.
 
+mod common;
+
 use std::collections::BTreeSet;
 
+use common::{Dice, angle};
 use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use kardan::assemble::assemble;
 use kardan::equations::Measured;
 use kardan::model;
 use kardan::num::{Matrix, Polynomial, Rational};
-use kardan::reduce::reduce;
 use kardan::synthesis::inversion::{
     BlockError, FlatParametrisation, FlatnessError, PlannerError, PolynomialMatrix, decouple_blocks, dynamic_extension,
     finest_blocks, flat_parametrisation, obstruction, planner, reasons, structure_algorithm,
@@ -116,28 +117,9 @@ fn numbers() -> Vec<Rational> {
         .to_vec()
 }
 
-/// A repeatable source of small numbers.
-struct Dice(u64);
-
 impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound as u64) as usize
-    }
-
     fn small(&mut self, size: i64) -> i64 {
-        self.below(2 * size as usize + 1) as i64 - size
-    }
-
-    fn matrix(&mut self, rows: usize, columns: usize, size: i64) -> M {
-        M::from_fn(rows, columns, |_, _| int(self.small(size)))
+        self.between(-size, size)
     }
 
     /// One entry in `sparsity` is not zero.
@@ -290,14 +272,7 @@ struct BuiltIn {
 
 /// A model with these inputs; outputs are `rk` (angle), `rk.w` (speed) or `tb` (torque of the torsion bar).
 fn from_source(source: &str, inputs: &[&str], outputs: &[&str]) -> BuiltIn {
-    let (document, _) = model::read(source);
-    let first = &document.variant_settings()[0];
-    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
-    assert!(mistakes.is_empty(), "{mistakes:?}");
-    let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
-    let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let constrained = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
-    let (coordinates, basis) = constrained.explicit_basis(&reduced.coordinates);
+    let (constrained, coordinates, basis) = common::constrained(source, inputs);
     let signals: Vec<OutputSignal> = outputs
         .iter()
         .map(|&name| match name.split_once('.') {
@@ -305,7 +280,7 @@ fn from_source(source: &str, inputs: &[&str], outputs: &[&str]) -> BuiltIn {
                 OutputSignal { name: "tb.tau".into(), measured: Measured::SpringTorque("torsion_bar".into()) }
             }
             Some((shaft, _)) => OutputSignal { name: name.into(), measured: Measured::Speed(shaft.into()) },
-            None => OutputSignal { name: format!("{name}.phi"), measured: Measured::Angle(name.into()) },
+            None => angle(name),
         })
         .collect();
     let system = linear_system(&constrained, &coordinates, &basis, &signals).explicit().unwrap();

@@ -5,14 +5,11 @@
 
 mod common;
 
-use std::collections::BTreeSet;
-
-use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use kardan::assemble::assemble;
+use common::{angle, constrained};
+use kardan::analysis::{LinearSystem, OutputSignal, linear_system};
 use kardan::equations::Measured;
 use kardan::model;
 use kardan::num::{Matrix, Polynomial, Rational, Scalar, rational_to_f64};
-use kardan::reduce::reduce;
 use kardan::synthesis::observer::{Noise, ObserverError, distinguishable, extend, kalman, luenberger, torques_on};
 use kardan::synthesis::regulator::{ExactPole, characteristic_polynomial};
 
@@ -35,16 +32,12 @@ fn names(list: &[&str]) -> Vec<String> {
 /// A built-in model without inputs; sensors are angles of shafts, or the torque of an element (`torque of torsion_bar`).
 /// With W of torques on shafts.
 fn built_in(name: &str, sensors: &[&str], torques: &[&str]) -> (LinearSystem, Matrix<Rational>) {
-    let (document, _) = model::read(model::builtin(name).unwrap().source);
-    let (model, _) = document.model(&[]);
-    let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
-    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &[]);
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
+    let (system, coordinates, basis) = constrained(model::builtin(name).unwrap().source, &[]);
     let signal = |sensor: &&str| match sensor.strip_prefix("torque of ") {
         Some(element) => {
             OutputSignal { name: format!("{element}.tau"), measured: Measured::SpringTorque(element.into()) }
         }
-        None => OutputSignal { name: format!("{sensor}.phi"), measured: Measured::Angle(sensor.to_string()) },
+        None => angle(sensor),
     };
     let outputs: Vec<OutputSignal> = sensors.iter().map(signal).collect();
     let shaft = |name: &&str| system.shafts.iter().position(|s| s == name).unwrap();

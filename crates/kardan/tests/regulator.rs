@@ -1,13 +1,10 @@
 //! Pole placement, quadratic cost, Lyapunov equations, sampling: defining equations, closed forms, and every refusal.
 
-use std::collections::BTreeSet;
+mod common;
 
-use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
-use kardan::assemble::assemble;
-use kardan::equations::Measured;
-use kardan::model;
+use common::built_in;
+use kardan::analysis::LinearSystem;
 use kardan::num::{Matrix, Rational, Scalar, discretise, eigenvalues, exponential, rational_from_f64};
-use kardan::reduce::reduce;
 use kardan::synthesis::regulator::{
     LyapunovError, PlacementError, RiccatiError, SteadyStateError, Weights, characteristic_polynomial, lqr, lyapunov,
     place_poles, steady_state, unreached,
@@ -25,18 +22,6 @@ fn system(a: &[&[i64]], b: &[&[i64]]) -> LinearSystem {
 }
 
 /// A built-in model as a linear system with these inputs and angles as outputs.
-fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
-    let (document, _) = model::read(model::builtin(name).unwrap().source);
-    let (model, _) = document.model(&[]);
-    let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
-    let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    let angle =
-        |shaft: &&str| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.to_string()) };
-    linear_system(&system, &coordinates, &basis, &outputs.iter().map(angle).collect::<Vec<_>>())
-}
-
 /// A random system with entries of thousandths.
 fn random(n: usize, m: usize, seed: u64) -> LinearSystem {
     let mut random = kardan::num::Random::new(seed);

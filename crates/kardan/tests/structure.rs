@@ -1,34 +1,14 @@
 //! Chapter 5 and appendix B against exact golden values, counterexamples and independent checks.
 
-use std::collections::BTreeSet;
+mod common;
 
-use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system, structure};
-use kardan::assemble::assemble;
-use kardan::equations::Measured;
-use kardan::model;
+use common::built_in;
+use kardan::analysis::{LinearSystem, structure};
 use kardan::num::{Matrix, Rational};
-use kardan::reduce::reduce;
 use kardan::results::Structure;
 
 fn integers(rows: &[&[i64]]) -> Matrix<Rational> {
     Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
-}
-
-/// A built-in model as a linear system with these inputs and outputs (`rk` is the angle of rk).
-fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
-    let (document, _) = model::read(model::builtin(name).unwrap().source);
-    let first = &document.variant_settings()[0];
-    let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
-    assert!(mistakes.is_empty(), "{mistakes:?}");
-    let reduced = reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()).unwrap();
-    let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
-    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
-    let outputs: Vec<OutputSignal> = outputs
-        .iter()
-        .map(|shaft| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.to_string()) })
-        .collect();
-    linear_system(&system, &coordinates, &basis, &outputs)
 }
 
 fn multiplicities(structure: &Structure) -> Vec<(String, usize)> {

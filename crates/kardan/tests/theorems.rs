@@ -7,7 +7,7 @@ mod common;
 
 use std::collections::BTreeSet;
 
-use common::{first, golden};
+use common::{Dice, first, golden};
 use kardan::analysis::{
     ConstrainedSystem, LinearSystem, OutputSignal, construction, failing_modes, linear_system, structure,
 };
@@ -157,32 +157,9 @@ fn companions_are_companions() {
 
 // ---- random -------------------------------------------------------------------------------------------------------
 
-/// Numbers from a seed (SplitMix64).
-struct Dice(u64);
-
 impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    fn between(&mut self, low: i64, high: i64) -> i64 {
-        low + self.below((high - low + 1) as usize) as i64
-    }
-
     fn pick<T: Clone>(&mut self, all: &[T]) -> T {
         all[self.below(all.len())].clone()
-    }
-
-    fn matrix(&mut self, rows: usize, columns: usize, size: i64) -> M {
-        M::from_fn(rows, columns, |_, _| int(self.between(-size, size)))
     }
 
     /// A matrix of whole numbers with determinant ±1, and its inverse.

@@ -7,7 +7,7 @@ use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, dot};
-use crate::reduce::{Dynamics, Reduced, Work};
+use crate::reduce::{Dynamics, Kinematics, Reduced, Work};
 use crate::synthesis::{Law, Seen};
 
 /// A law with its wiring.
@@ -21,6 +21,12 @@ struct Wired {
     torques: Vec<f64>,
     /// Where its own states are.
     states: Range<usize>,
+}
+
+/// What a law sees: the true angles and speeds, of disturbances nothing.
+fn seen<'a>(kinematics: &'a Kinematics, references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
+    let Kinematics { angles, speeds, .. } = kinematics;
+    Seen { angles, speeds, disturbances: &[], references, states }
 }
 
 /// What a machine is made of.
@@ -220,14 +226,7 @@ impl Machine {
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
                 *value = self.sources[source];
             }
-            let kinematics = &self.work.kinematics;
-            let seen = Seen {
-                angles: &kinematics.angles,
-                speeds: &kinematics.speeds,
-                disturbances: &[],
-                references: &wired.reference_values,
-                states: &state[wired.states.clone()],
-            };
+            let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
             wired.law.command(seen, &mut wired.commands);
             for (&input, command) in wired.inputs.iter().zip(&wired.commands) {
                 self.commands[input] += command;
@@ -366,14 +365,7 @@ impl Machine {
             for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
                 *torque = self.torques[input];
             }
-            let kinematics = &self.work.kinematics;
-            let seen = Seen {
-                angles: &kinematics.angles,
-                speeds: &kinematics.speeds,
-                disturbances: &[],
-                references: &wired.reference_values,
-                states: &state[wired.states.clone()],
-            };
+            let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
             wired.law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
         }
         let mut loss = self.dynamics.damping_power(&self.work);

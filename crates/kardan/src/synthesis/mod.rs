@@ -18,6 +18,7 @@ mod outputs;
 pub mod regulator;
 mod stability;
 mod state_feedback;
+mod words;
 mod zeros;
 
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
@@ -26,6 +27,7 @@ pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use observed::OBSERVER;
 pub use stability::{Stability, stability};
+pub use words::in_words;
 pub use zeros::roots;
 
 use std::collections::BTreeSet;

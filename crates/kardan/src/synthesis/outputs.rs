@@ -46,6 +46,23 @@ pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
     format!("ref_{}", if alone { head(output) } else { output.replace('.', "_") })
 }
 
+/// The motors of channels that have one each.
+pub(super) fn paired_inputs(values: &Values) -> Vec<String> {
+    channels(values).map(|channel| channel.word("input").unwrap_or_default().to_string()).collect()
+}
+
+/// The keys of a table whose channels pair an input with an output each; `more`: further keys of each channel. `None` if
+/// there are not as many of both.
+pub(super) fn paired_template(inputs: &[String], outputs: &[String], more: &str) -> Option<String> {
+    let channel = |(input, output): (&String, &String)| {
+        let reference = reference_name(output, outputs);
+        format!(
+            "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\n{more}reference = \"{reference}\"\n"
+        )
+    };
+    (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
+}
+
 /// The keys of a table for these inputs and outputs: `inputs = […]`, more keys, one channel for each output.
 pub(super) fn template(inputs: &[String], outputs: &[String], more: &str) -> String {
     let list: Vec<String> = inputs.iter().map(|name| format!("\"{name}\"")).collect();

@@ -5,9 +5,13 @@
 
 #![allow(dead_code)] // each test binary uses its own part
 
+use std::collections::BTreeSet;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use kardan::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use kardan::diagnostics::{Severity, plain};
+use kardan::equations::Measured;
+use kardan::model;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{Outcome, Run};
@@ -25,6 +29,52 @@ pub fn prepared(source: &str) -> Prepared {
 /// The first variant of a model.
 pub fn first(source: &str) -> PreparedVariant {
     prepared(source).variants.remove(0)
+}
+
+/// The first variant of a model at zero angles, its coordinates and their basis.
+pub fn constrained(source: &str, inputs: &[&str]) -> (ConstrainedSystem, Vec<usize>, Matrix<Rational>) {
+    let reduced = first(source).reduced;
+    let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
+    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
+    let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
+    (system, coordinates, basis)
+}
+
+/// The angle of a shaft as an output: `rk.phi`.
+pub fn angle(shaft: &str) -> OutputSignal {
+    OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.into()) }
+}
+
+/// A built-in model in its first variant with the angles of shafts as outputs.
+pub fn built_in(name: &str, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
+    let (system, coordinates, basis) = constrained(model::builtin(name).expect("built in").source, inputs);
+    let outputs: Vec<OutputSignal> = outputs.iter().map(|shaft| angle(shaft)).collect();
+    linear_system(&system, &coordinates, &basis, &outputs)
+}
+
+/// Numbers from a seed (SplitMix64).
+pub struct Dice(pub u64);
+
+impl Dice {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub fn between(&mut self, low: i64, high: i64) -> i64 {
+        low + self.below((high - low + 1) as usize) as i64
+    }
+
+    pub fn matrix(&mut self, rows: usize, columns: usize, size: i64) -> Matrix<Rational> {
+        Matrix::from_fn(rows, columns, |_, _| Rational::from(self.between(-size, size)))
+    }
 }
 
 /// Runs the first variant to its end.

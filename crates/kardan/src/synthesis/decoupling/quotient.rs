@@ -6,6 +6,7 @@ use super::resolvent::characteristic_polynomial;
 use super::rows::{RowSpan, columns, primitive, row_times, stack, unit, unit_place};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use crate::synthesis::words::in_words;
 
 /// Longest expression that serves as the name of a state.
 const LONGEST_NAME: usize = 40;
@@ -146,31 +147,11 @@ fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<(String
         if let Some(k) = unit_place(row) {
             return states[k].clone();
         }
-        let expression = expression(row, states);
+        let expression = in_words(states, row);
         let name = if expression.chars().count() > LONGEST_NAME { fresh.next() } else { None };
         let name = name.unwrap_or_else(|| expression.clone());
         definitions.push((name.clone(), expression));
         name
     };
     (rows.iter().map(&mut name).collect(), definitions)
-}
-
-/// `wg.phi - 51 rk.phi + 50 fs.phi`.
-fn expression(row: &[Rational], states: &[String]) -> String {
-    let mut out = String::new();
-    for (factor, state) in row.iter().zip(states).filter(|(factor, _)| !Scalar::is_zero(*factor)) {
-        let negative = *factor < Rational::ZERO;
-        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        out += match (out.is_empty(), negative) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
-        if size != Rational::ONE {
-            out += &format!("{size} ");
-        }
-        out += state;
-    }
-    out
 }

@@ -3,6 +3,7 @@ use super::polynomial_matrix::{constant, derivative, is_zero, plus, times, value
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::equations::Measured;
 use crate::num::{Matrix, Polynomial, Rational, Scalar};
+use crate::synthesis::words::listed;
 
 /// Why outputs cannot be controlled independently, in words and in terms of shafts and elements; one sentence each.
 ///
@@ -192,13 +193,4 @@ impl Cause {
 /// Elements and directions of all springs, then all dampers.
 fn directions(system: &ConstrainedSystem) -> impl Iterator<Item = (&str, &[(usize, Rational)])> {
     system.springs.iter().chain(&system.dampers).map(|along| (along.element.as_str(), along.row.as_slice()))
-}
-
-/// `a`, `a and b`, `a, b and c`.
-fn listed(names: &[String]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
 }

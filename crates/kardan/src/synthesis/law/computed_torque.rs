@@ -1,7 +1,6 @@
 use kardan_rt::{PositionLoop, Task};
 
 use crate::analysis::OutputSignal;
-use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Polynomial, Scalar};
 use crate::results::{Design, Feedback};
@@ -12,7 +11,7 @@ use crate::synthesis::channels::{
 use crate::synthesis::decoupling::{decouple, relative_degrees};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
-use crate::synthesis::outputs::reference_name;
+use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::zeros::check_zeros;
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
 use crate::units::Dimension;
@@ -46,16 +45,8 @@ output = \"fs_torque\"
 input = \"wg_motor\"
 reference = \"ref_torque\"
 ",
-    template: |inputs, outputs| {
-        let channel = |(input, output): (&String, &String)| {
-            let reference = reference_name(output, outputs);
-            format!(
-                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nreference = \"{reference}\"\n"
-            )
-        };
-        (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
-    },
-    inputs: |values| channels(values).map(|c| c.word("input").unwrap_or_default().to_string()).collect(),
+    template: |inputs, outputs| paired_template(inputs, outputs, ""),
+    inputs: paired_inputs,
     references: |values| channels(values).filter_map(reference).collect(),
     design,
 };
@@ -81,10 +72,6 @@ const CHANNEL: &[Field] = &[
     CROSSOVER,
     POLES,
 ];
-
-fn channels(values: &Values) -> impl Iterator<Item = &Values> {
-    values.tables("channels").unwrap_or_default().iter()
-}
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);

@@ -3,7 +3,7 @@ use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::channels::once;
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
-use crate::synthesis::outputs::reference_name;
+use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
@@ -52,17 +52,8 @@ input = \"wg_motor\"
 kind = \"torque\"
 reference = \"u2\"
 ",
-    template: |inputs, outputs| {
-        let channel = |(input, output): (&String, &String)| {
-            let reference = reference_name(output, outputs);
-            format!(
-                "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\nkind = \"position\"\n\
-                 reference = \"{reference}\"\n"
-            )
-        };
-        (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
-    },
-    inputs: |values| channels(values).map(|c| c.word("input").unwrap_or_default().to_string()).collect(),
+    template: |inputs, outputs| paired_template(inputs, outputs, "kind = \"position\"\n"),
+    inputs: paired_inputs,
     references,
     design,
 };
@@ -93,10 +84,6 @@ const CHANNEL: &[Field] = &[
         "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.",
     ),
 ];
-
-fn channels(values: &Values) -> impl Iterator<Item = &Values> {
-    values.tables("channels").unwrap_or_default().iter()
-}
 
 fn is_position(channel: &Values) -> bool {
     channel.word("kind") == Some("position")

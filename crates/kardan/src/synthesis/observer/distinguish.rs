@@ -2,7 +2,8 @@ use super::sentences::sentences;
 use super::{ObserverError, extend};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
-use crate::synthesis::regulator::{Chains, chains, in_words};
+use crate::synthesis::regulator::{Chains, chains};
+use crate::synthesis::words::in_words;
 
 /// What a set of sensors can tell about unknown constant torques.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 use crate::results::Pole;
 use crate::synthesis::regulator::RiccatiError;
-use crate::synthesis::regulator::words::{listed, poles_in_words};
+use crate::synthesis::words::{listed, poles_in_words};
 
 /// Why there is no observer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

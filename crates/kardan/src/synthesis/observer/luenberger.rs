@@ -4,7 +4,8 @@ use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::Pole;
 use crate::synthesis::regulator::exact_poles::{floats, product};
-use crate::synthesis::regulator::{Chains, ExactPole, chains, in_words};
+use crate::synthesis::regulator::{Chains, ExactPole, chains};
+use crate::synthesis::words::in_words;
 
 /// The gain of an observer `x̂′ = A x̂ + B u + L (y − C x̂ − D u)` with exact entries, A and B for E = I.
 #[derive(Debug, Clone, PartialEq)]

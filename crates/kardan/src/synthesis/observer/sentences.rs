@@ -1,8 +1,7 @@
 use super::Distinguishable;
 use super::distinguish::in_proportion;
 use crate::num::{Rational, Scalar};
-use crate::synthesis::regulator::in_words;
-use crate::synthesis::regulator::words::listed;
+use crate::synthesis::words::{in_words, listed};
 
 /// What the sensors can tell, for a reader: the combinations (6.42), what stays hidden, what would resolve it (6.43).
 pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {

@@ -2,9 +2,9 @@ use faer::{Mat, c64};
 
 use super::floating::{finite, from_faer, scaled, to_faer};
 use super::schur::Schur;
-use super::words::pole_in_words;
 use crate::num::{Matrix, balance};
 use crate::results::Pole;
+use crate::synthesis::words::pole_in_words;
 
 /// A solution of `A X + X Aᵀ + Q = 0`.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,7 +15,6 @@ mod riccati;
 mod schur;
 mod single_input;
 mod steady_state;
-pub(super) mod words;
 
 pub use exact_poles::ExactPole;
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
@@ -23,4 +22,3 @@ pub use pole_placement::{Placement, PlacementError, place_poles};
 pub use quadratic::{Regulator, RiccatiError, Weights, lqr};
 pub use reach::{Chains, Unreached, chains, characteristic_polynomial, unreached};
 pub use steady_state::{SteadyState, SteadyStateError, steady_state};
-pub use words::in_words;

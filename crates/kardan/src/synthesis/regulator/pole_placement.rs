@@ -5,11 +5,11 @@ use super::floating::{finite, from_faer, scaled, to_faer};
 use super::pole_list::{multiplicities, paired, take_nearest};
 use super::quadratic::balanced_eigenvalues;
 use super::single_input::single_input;
-use super::words::{pole_in_words, poles_in_words};
 use super::{chains, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, balance, echelon};
 use crate::results::Pole;
+use crate::synthesis::words::{pole_in_words, poles_in_words};
 
 /// A state feedback `u = −Kx` with chosen poles.
 #[derive(Debug, Clone, PartialEq)]

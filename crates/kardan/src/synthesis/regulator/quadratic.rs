@@ -2,11 +2,11 @@ use faer::Mat;
 
 use super::floating::{finite, from_faer, to_faer};
 use super::riccati::riccati;
-use super::words::poles_in_words;
-use super::{Unreached, in_words, lyapunov, unreached};
+use super::{Unreached, lyapunov, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, eigenvalues, rational_from_f64};
 use crate::results::Pole;
+use crate::synthesis::words::{in_words, poles_in_words};
 
 /// The cost `∫ xᵀQx + 2xᵀNu + uᵀRu dt`.
 #[derive(Debug, Clone, PartialEq)]

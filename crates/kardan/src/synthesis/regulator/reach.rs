@@ -2,7 +2,7 @@ use crate::analysis::{LinearSystem, controllable_rank};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
 use crate::results::Pole;
 
-use super::words::in_words;
+use crate::synthesis::words::in_words;
 
 /// Independent columns of the controllability matrix in the order `b₁ … b_m, A b₁ …`: each that does not depend on those
 /// before it.

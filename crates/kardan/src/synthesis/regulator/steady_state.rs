@@ -1,6 +1,6 @@
-use super::in_words;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::synthesis::words::in_words;
 
 /// States and inputs at which the outputs rest at given values, exact: `x = N_x r`, `u = N_u r`.
 #[derive(Debug, Clone, PartialEq)]

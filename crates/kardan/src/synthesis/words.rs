@@ -1,9 +1,11 @@
+//! Words for messages that the folders of the theory share.
+
 use crate::num::{Rational, Scalar};
 
 /// A combination of names with exact factors: `T_wg - 1/50 T_fs`; terms with the factor zero are left out, `0` if all are.
 ///
 /// ```
-/// use kardan::{num::Rational, synthesis::regulator::in_words};
+/// use kardan::{num::Rational, synthesis::in_words};
 /// let factors = [Rational::ONE, Rational::from(-51), Rational::from(50)];
 /// assert_eq!(in_words(&["wg", "cs", "fs"], &factors), "wg - 51 cs + 50 fs");
 /// ```
@@ -27,7 +29,7 @@ pub fn in_words<S: AsRef<str>>(names: &[S], factors: &[Rational]) -> String {
 }
 
 /// Names one after the other: `a, b and c`.
-pub(in crate::synthesis) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
     match names.split_last() {
         Some((last, [])) => (*last).to_string(),
@@ -37,7 +39,7 @@ pub(in crate::synthesis) fn listed<S: AsRef<str>>(names: &[S]) -> String {
 }
 
 /// A pole for a message: `-50`, `-3 ± 4j`.
-pub(in crate::synthesis) fn pole_in_words(pole: &(f64, f64)) -> String {
+pub(super) fn pole_in_words(pole: &(f64, f64)) -> String {
     match *pole {
         (re, 0.0) => format!("{re}"),
         (re, im) => format!("{re} {} {}j", if im < 0.0 { '-' } else { '+' }, im.abs()),
@@ -45,6 +47,6 @@ pub(in crate::synthesis) fn pole_in_words(pole: &(f64, f64)) -> String {
 }
 
 /// Several poles for a message.
-pub(in crate::synthesis) fn poles_in_words(poles: &[(f64, f64)]) -> String {
+pub(super) fn poles_in_words(poles: &[(f64, f64)]) -> String {
     listed(&poles.iter().map(pole_in_words).collect::<Vec<_>>())
 }
