@@ -1535,3 +1535,55 @@ fn an_unused_controller_is_told() {
     let text = changed("harmonic-drive-spring", &[(bad, tied)]);
     assert!(!study::check(&text).is_empty());
 }
+
+/// A second controller that lets the driver's motor follow the rack couples what the first one parts.
+#[test]
+fn other_controllers_that_couple_the_outputs_are_told() {
+    let alone = designed(source("sia-steering"), &DesignSettings::default());
+    let coupled = "the outputs are coupled: ref_rk moves fs.phi";
+    assert!(!alone.warnings.iter().any(|warning| warning.contains(coupled)), "{:?}", alone.warnings);
+    let (from, to) = (
+        "output = \"fs.phi\"\ninput = \"driver\"",
+        "output = \"rk.phi\"\ninertia = \"0.05 kg m^2\"\ninput = \"driver\"",
+    );
+    let both = designed(&changed("sia-steering", &[(from, to)]), &DesignSettings::default());
+    assert_eq!(both.decoupled, Some(true));
+    assert!(both.warnings.iter().any(|warning| warning.contains(coupled)), "{:?}", both.warnings);
+}
+
+/// A spring that is not relaxed moves the shafts without any step; what the step does in a linear model is the same.
+#[test]
+fn cross_coupling_leaves_out_what_moves_by_itself() {
+    let settings = DesignSettings { simulate: true, ..asked(&["motor_1"], &["body_1.phi"]) };
+    let (from, to) = ("stiffness = \"s\"\n", "stiffness = \"s\"\nrest = \"0.5 rad\"\n");
+    let tense = designed(&changed("two-bodies", &[(from, to)]), &settings);
+    let relaxed = designed(source("two-bodies"), &settings);
+    let peak = |design: &Design| design.cross_coupling[0].peak;
+    assert!((peak(&tense) - peak(&relaxed)).abs() < 1e-6 * peak(&relaxed), "{} {}", peak(&tense), peak(&relaxed));
+}
+
+#[test]
+fn friction_is_cancelled_once() {
+    let (from, to) = ("[control.observed_drive]\n", "[control.observed_drive]\nfriction_width = \"1 rad/s\"\n");
+    let text = changed("harmonic-drive", &[(from, to)]);
+    let settings = of_variant("position-observer");
+    says(&refused(&text, &settings), "control::design", &["cancel"]);
+    let none = "sensors = [\"wg.phi\", \"cs.phi\"]\n";
+    let text = text.replace(none, &format!("{none}compensation = 0\n"));
+    assert!(designed(&text, &settings).observer.is_some());
+}
+
+/// Friction keeps the shaft from its reference unless the estimate of it is cancelled.
+#[test]
+fn compensation_scales_what_is_cancelled() {
+    let error = |share: f64| {
+        let none = "sensors = [\"wg.phi\", \"cs.phi\"]\n";
+        let text = changed("harmonic-drive", &[(none, &format!("{none}compensation = {share:?}\n"))]);
+        let variant = common::prepared(&text).variants.into_iter().find(|v| v.name == "position-observer").unwrap();
+        let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &variant.scenario };
+        let run = simulate(setup, Tolerance::default(), &mut |_| ());
+        (values(&run, "cs.phi").last().unwrap() - values(&run, "ref_cs").last().unwrap()).abs()
+    };
+    let (none, half, all) = (error(0.0), error(0.5), error(1.0));
+    assert!(none > 1.2 * half && half > 2.0 * all, "{none} {half} {all}");
+}
