@@ -107,6 +107,8 @@ pub struct Sensor {
     pub measured: Measured,
     /// Smallest step of the reading in SI units of the angle (rad); for a torque, of the twist.
     pub resolution: Option<f64>,
+    /// Where within a step the sensor stands when it measures zero, 0 to 1: the reading is `step·⌊x/step + phase⌋`.
+    pub phase: f64,
     /// Time between two readings, s; held in between.
     pub sample_time: Option<Exact>,
 }

@@ -1325,6 +1325,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
             speeds: &speeds,
             disturbances: &disturbances,
             references: &references,
+            readings: &[],
             states: &states,
         };
         let (mut commands, mut rates) = (vec![f64::NAN; torques.len()], vec![f64::NAN; states.len()]);

@@ -36,6 +36,12 @@ pub const SENSOR: Element = Element {
             "Smallest step of the angle or twist, instead of `lines`.",
         ),
         Field::optional(
+            "phase",
+            Kind::Number(Sign::NonNegative),
+            "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * floor(angle/step + \
+             phase). Left out: 0; with 0.5 it rounds to the nearest step.",
+        ),
+        Field::optional(
             "sample_time",
             Kind::Quantity(Dimension::TIME, Sign::Positive),
             "Time between readings, held in between; a speed is then the difference of two rounded angles. \
@@ -47,6 +53,7 @@ pub const SENSOR: Element = Element {
 measures = \"angle\"
 shaft = \"wg\"
 lines = 3520
+phase = 0.5
 sample_time = \"1 ms\"
 ",
     check,
@@ -87,6 +94,17 @@ fn check(values: &Values) -> Vec<Mistake> {
             "add `sample_time`: the speed is the difference of two rounded angles over it",
         ));
     }
+    if values.has("phase") && !coarse {
+        out.push(Mistake::new(
+            "phase",
+            "a phase within a step needs a step",
+            "add `lines` or `resolution`, or remove `phase`",
+        ));
+    }
+    if let Some(phase) = values.number("phase").filter(|phase| *phase >= 1.0) {
+        let message = format!("the phase {phase} lies outside the step");
+        out.push(Mistake::new("phase", message, "give it as a part of a step, from 0 to below 1"));
+    }
     let no_twist = match values.word("measures") {
         Some("torque") => values.has("shaft").then_some("constraint torque"),
         Some("net_torque") => Some("net torque"),
@@ -115,6 +133,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     vec![Term::Output(Sensor {
         measured,
         resolution: lines.or(values.number("resolution")),
+        phase: values.number("phase").unwrap_or(0.0),
         sample_time: values.exact("sample_time").cloned(),
     })]
 }

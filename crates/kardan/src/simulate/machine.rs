@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::clocked::Clocked;
 use super::drive::{Drive, Limit, Rate};
 use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
@@ -14,19 +15,22 @@ use crate::synthesis::{Law, Seen};
 struct Wired {
     law: Box<dyn Law>,
     inputs: Vec<usize>,
+    /// Torque limits of its inputs, N m.
+    limits: Vec<Option<f64>>,
     references: Vec<usize>,
     reference_values: Vec<f64>,
     commands: Vec<f64>,
     /// Torques that its inputs apply.
     torques: Vec<f64>,
-    /// Where its own states are.
+    /// Where its own states are; nowhere, if it has a clock.
     states: Range<usize>,
+    clocked: Option<Clocked>,
 }
 
 /// What a law sees: the true angles and speeds, of disturbances nothing.
 fn seen<'a>(kinematics: &'a Kinematics, references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
     let Kinematics { angles, speeds, .. } = kinematics;
-    Seen { angles, speeds, disturbances: &[], references, states }
+    Seen { angles, speeds, disturbances: &[], references, readings: &[], states }
 }
 
 /// What a machine is made of.
@@ -131,13 +135,16 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+                let clocked = Clocked::new(&*law, setup.reduced);
                 let first = size;
-                size += law.states().len();
+                size += if clocked.is_some() { 0 } else { law.states().len() };
                 Wired {
+                    clocked,
                     reference_values: vec![0.0; references.len()],
                     commands: vec![0.0; wired.len()],
                     torques: vec![0.0; wired.len()],
                     states: first..size,
+                    limits: wired.iter().map(|&input| drives[input].limit).collect(),
                     inputs: wired,
                     references,
                     law,
@@ -197,8 +204,38 @@ impl Machine {
         let r = self.freedoms;
         self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         let kinematics = &self.work.kinematics;
-        for wired in &self.laws {
-            wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()]);
+        for wired in &mut self.laws {
+            match &mut wired.clocked {
+                Some(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
+                None => wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()]),
+            }
+        }
+    }
+
+    /// The next instant at which a sampled law reads, computes or changes its torques, s; infinite if there is none.
+    pub(super) fn next_tick(&self) -> f64 {
+        let clocks = self.laws.iter().filter_map(|wired| wired.clocked.as_ref());
+        clocks.map(Clocked::next_time).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lets sampled laws do what is due at a time.
+    pub(super) fn tick(&mut self, time: f64, state: &[f64]) {
+        let r = self.freedoms;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.set_sources(time);
+        for wired in &mut self.laws {
+            let Some(clocked) = &mut wired.clocked else { continue };
+            for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+                *value = self.sources[source];
+            }
+            let model = (&self.dynamics, &self.work);
+            clocked.advance(time, &mut *wired.law, &wired.reference_values, model, &wired.limits);
+        }
+    }
+
+    fn set_sources(&mut self, time: f64) {
+        for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
+            *value = at + slope * (time - start);
         }
     }
 
@@ -213,9 +250,7 @@ impl Machine {
     fn forces(&mut self, time: f64, state: &[f64]) -> bool {
         let r = self.freedoms;
         let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
-        for (value, (at, slope, start)) in self.sources.iter_mut().zip(&self.lines) {
-            *value = at + slope * (time - start);
-        }
+        self.set_sources(time);
         self.commands.fill(0.0);
         for (target, value) in self.targets.iter().zip(&self.sources) {
             if let SourceTarget::Input(input) = target {
@@ -223,6 +258,12 @@ impl Machine {
             }
         }
         for wired in &mut self.laws {
+            if let Some(clocked) = &wired.clocked {
+                for (&input, command) in wired.inputs.iter().zip(&clocked.held) {
+                    self.commands[input] += command;
+                }
+                continue;
+            }
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
                 *value = self.sources[source];
             }

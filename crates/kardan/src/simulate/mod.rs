@@ -1,11 +1,13 @@
 //! Simulation in the accurate mode: adaptive high-order integration, located events, set-valued friction.
 
+mod clocked;
 pub mod dop853;
 mod drive;
 pub mod friction;
 mod machine;
 mod outputs;
 mod run;
+mod sampler;
 mod scenario;
 
 pub use machine::{Machine, Setup};

@@ -1,9 +1,10 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
 use super::Machine;
+use super::sampler::{Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
-use crate::equations::{Domain, InputKind, Measured, Sensor};
+use crate::equations::{Domain, InputKind, Measured};
 use crate::num::{dot, rational_to_f64};
 use crate::reduce::{Multipliers, Reduced};
 use crate::results::{Physical, Signal};
@@ -29,20 +30,6 @@ enum Read {
     Sensor(usize),
 }
 
-/// A sensor with its held reading.
-#[derive(Debug, Clone)]
-struct Sampler {
-    quantity: Read,
-    /// Step of the angle (or of the torque), SI.
-    step: Option<f64>,
-    /// Time between readings, s, as a quotient of whole numbers, so that readings fall on rows where they should.
-    period: Option<(f64, f64)>,
-    differentiate: bool,
-    next: u64,
-    last_angle: f64,
-    held: f64,
-}
-
 /// Names and kinds of all signals of a run, in the order of the columns.
 pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Physical)> {
     Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
@@ -53,7 +40,8 @@ pub(super) struct Outputs {
     reads: Vec<Read>,
     /// The signals, filled row by row.
     pub signals: Vec<Signal>,
-    samplers: Vec<Sampler>,
+    /// What each sensor reads, and the sensor.
+    samplers: Vec<(Read, Sampler)>,
     multipliers: Multipliers,
     lambda: Vec<f64>,
     constraint_force: Vec<f64>,
@@ -161,7 +149,7 @@ impl Outputs {
         }
         let mut samplers = Vec::new();
         for (name, sensor) in &equations.sensors {
-            let Sensor { measured, resolution, sample_time } = sensor;
+            let measured = &sensor.measured;
             let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
             let (suffix, physical, quantity) = match measured {
                 Measured::Angle(s) => ("phi", Physical::Angle, Read::Angle(shaft(s))),
@@ -181,16 +169,9 @@ impl Outputs {
                     ("tau", Physical::Torque, Read::ConstraintTorque(k, shaft(s)))
                 }
             };
-            let coarse_speed = matches!(measured, Measured::Speed(_)) && resolution.is_some();
-            let quantity = match (measured, coarse_speed) {
-                (Measured::Speed(s), true) => Read::Angle(shaft(s)),
+            let quantity = match (measured, Sampler::differentiates(sensor)) {
+                (Measured::Speed(name), true) => Read::Angle(shaft(name)),
                 _ => quantity,
-            };
-            let stiffness = match &quantity {
-                Read::SpringDamper { springs, .. } => {
-                    springs.iter().map(|&k| equations.springs[k].value.stiffness.to_f64()).sum()
-                }
-                _ => 1.0,
             };
             add(
                 format!("{name}.{suffix}"),
@@ -198,22 +179,7 @@ impl Outputs {
                 format!("reading of sensor {name}"),
                 Read::Sensor(samplers.len()),
             );
-            samplers.push(Sampler {
-                quantity,
-                step: resolution.map(|step| step * stiffness),
-                period: sample_time.as_ref().map(|time| {
-                    let time = time.to_rational();
-                    let whole = |x: crate::num::Rational| crate::num::rational_to_f64(&x);
-                    (
-                        whole(time.numerator().clone().into()),
-                        whole(crate::num::Rational::from(time.denominator().clone())),
-                    )
-                }),
-                differentiate: coarse_speed,
-                next: 0,
-                last_angle: f64::NAN,
-                held: 0.0,
-            });
+            samplers.push((quantity, Sampler::new(sensor, stiffness(reduced, measured))));
         }
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
         for (name, physical, description, read) in columns {
@@ -233,8 +199,7 @@ impl Outputs {
 
     /// The next time at which a sampled sensor reads, s.
     pub fn next_sample(&self) -> f64 {
-        let next = self.samplers.iter().filter_map(|s| s.period.map(|(n, d)| s.next as f64 * n / d));
-        next.fold(f64::INFINITY, f64::min)
+        self.samplers.iter().filter_map(|(_, sampler)| sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
     /// Finds the constraint torques at the point that the machine has observed; before `sample` and `record`.
@@ -271,30 +236,17 @@ impl Outputs {
             }
             Read::Friction(k) => machine.friction_torques[*k],
             Read::Source(k) => machine.sources[*k],
-            Read::Sensor(k) => self.samplers[*k].held,
+            Read::Sensor(k) => self.samplers[*k].1.held,
         }
     }
 
     /// Lets the sensors read that are due at this time. The constraint torques must be those of this point.
     pub fn sample(&mut self, time: f64, machine: &Machine) {
-        for k in 0..self.samplers.len() {
-            let sampler = &self.samplers[k];
-            let due = sampler.period.is_none_or(|(n, d)| sampler.next as f64 * n / d <= time);
-            if !due {
-                continue;
-            }
-            let exact = self.read(&sampler.quantity, machine);
-            let rounded = sampler.step.map_or(exact, |step| (exact / step).floor() * step);
-            let sampler = &mut self.samplers[k];
-            sampler.held = if sampler.differentiate {
-                let before = if sampler.last_angle.is_nan() { rounded } else { sampler.last_angle };
-                sampler.last_angle = rounded;
-                (rounded - before) / sampler.period.map_or(1.0, |(n, d)| n / d)
-            } else {
-                rounded
-            };
-            sampler.next += 1;
+        let mut samplers = std::mem::take(&mut self.samplers);
+        for (quantity, sampler) in &mut samplers {
+            sampler.sample(time, || self.read(quantity, machine));
         }
+        self.samplers = samplers;
     }
 
     /// Appends one row. The constraint torques must be those of this point.

@@ -54,6 +54,8 @@ const ENERGY: f64 = 10.0;
 /// A charge of a circuit (C), its current (A) and its energy (J) against an angle (rad) and an energy of a drivetrain: the
 /// absolute tolerances are smaller by this factor.
 const SMALL: f64 = 1e-6;
+/// Relative difference of two times that are one.
+const SAME: f64 = 1e-14;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e9;
 
@@ -147,20 +149,32 @@ impl Runner<'_> {
         let mut time = 0.0;
         self.machine.enter_segment(0.0);
         self.announce(0.0);
+        self.machine.tick(0.0, &self.state);
         self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         self.note_shared_friction();
         self.initial_energy = self.machine.energy(&self.state);
-        for (k, &end) in breaks.iter().enumerate() {
-            if k > 0 {
-                self.machine.remember_commands(time, &mut self.state);
+        let mut breaks = breaks.into_iter().peekable();
+        while let Some(&next) = breaks.peek() {
+            // A sample that falls on a breakpoint but for rounding sees what holds from there on.
+            let tick = self.machine.next_tick();
+            let end = if tick < next - SAME * next { tick } else { next };
+            if let Err(outcome) = self.segment(time, end, progress) {
+                return outcome;
+            }
+            time = end;
+            if time >= duration {
+                break;
+            }
+            self.machine.remember_commands(time, &mut self.state);
+            if time >= next {
+                breaks.next();
                 self.machine.enter_segment(time);
                 self.announce(time);
-                self.settle(time, &[]);
             }
-            match self.segment(time, end, progress) {
-                Ok(()) => time = end,
-                Err(outcome) => return outcome,
+            if tick <= time + SAME * time {
+                self.machine.tick(time, &self.state);
             }
+            self.settle(time, &[]);
         }
         // The last row, at the end itself.
         self.observe_until(f64::INFINITY, Some(duration));
@@ -170,7 +184,12 @@ impl Runner<'_> {
     /// Integrates to the next breakpoint of the scenario; the state at its end is left in `self.state`.
     fn segment(&mut self, start: f64, end: f64, progress: &mut dyn FnMut(f64)) -> Result<(), Outcome> {
         let mut recent = (start, 0);
+        let step = self.solver.next_step();
         self.restart(start);
+        if self.machine.next_tick().is_finite() {
+            // Between two samples goes on what went on before.
+            self.solver.set_step(step);
+        }
         let mut time = start;
         while time < end {
             let most = self.most_steps;

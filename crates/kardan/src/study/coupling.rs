@@ -38,7 +38,7 @@ pub(super) fn cross_coupling(
         let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
         progress.advance(number, &name, 0.0);
         let scenario = step(&variant.scenario, reference, window);
-        let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &scenario };
         let tolerance = Tolerance { most_steps: MOST_STEPS, ..Tolerance::default() };
         let run = simulate(setup, tolerance, &mut |part| progress.advance(number, &name, part));
         progress.advance(number, &name, 1.0);

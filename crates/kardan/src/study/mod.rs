@@ -191,7 +191,7 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
 
 fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
     progress.advance(number, &variant.name, 0.0);
-    let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &variant.scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
     let result = simulate(setup, prepared.tolerance, &mut |fraction| progress.advance(number, &variant.name, fraction));
     progress.advance(number, &variant.name, 1.0);
     let completed = result.outcome == Outcome::Completed;

@@ -17,7 +17,7 @@ use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
-use crate::synthesis::{Law, Plant, SynthesisError, design_law};
+use crate::synthesis::{Law, Plant, SynthesisError, design_law, running};
 use std::collections::BTreeSet;
 
 /// A study that is ready to run, as far as the file is right.
@@ -72,6 +72,18 @@ impl PreparedVariant {
     /// If a design fails; [`prepare`] has tried each before.
     pub fn design_laws(&self) -> Vec<Box<dyn Law>> {
         self.try_laws().into_iter().map(|law| law.expect("prepare has designed this law before")).collect()
+    }
+
+    /// The laws of this variant as they run: those with a sample time at that.
+    ///
+    /// # Panics
+    /// If a design fails; [`prepare`] has tried each before.
+    pub fn running_laws(&self) -> Vec<Box<dyn Law>> {
+        let controls = self.model.controls.iter();
+        let run = |(law, control): (_, &ControlSpec)| {
+            running(law, &control.values).expect("prepare has run this law before")
+        };
+        self.design_laws().into_iter().zip(controls).map(run).collect()
     }
 
     fn try_laws(&self) -> Vec<Result<Box<dyn Law>, SynthesisError>> {
@@ -297,7 +309,8 @@ fn prepare_variant(
         if out.len() > before {
             continue;
         }
-        match design_law(control.law, &control.name, &control.values, &design) {
+        let law = design_law(control.law, &control.name, &control.values, &design);
+        match law.and_then(|law| running(law, &control.values)) {
             Ok(law) => {
                 if law.linear().fits_single() {
                     designed.push(design);

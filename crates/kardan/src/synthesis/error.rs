@@ -162,6 +162,26 @@ pub enum SynthesisError {
         /// s
         time: f64,
     },
+    /// A delay that no controller has.
+    #[error("a delay of {delay} s is longer than ten sample times of {period} s")]
+    Delay {
+        /// s
+        delay: f64,
+        /// s
+        period: f64,
+    },
+    /// A key of a sampled controller.
+    #[error("`{key}` is for a controller with a `sample_time`; this one runs in continuous time")]
+    NeedsSampleTime {
+        /// The key.
+        key: &'static str,
+    },
+    /// Numbers of a sampled controller that are too large.
+    #[error("the controller cannot run at a sample time of {time} s: its numbers overflow in between")]
+    SampledOverflow {
+        /// s
+        time: f64,
+    },
     /// A name that is no shaft.
     #[error("there is no shaft `{name}` on which a disturbance could act")]
     NoShaft {
@@ -390,6 +410,17 @@ impl SynthesisError {
             Self::TooLarge => advice(&[], "this controller", "check the exponents of the model's numbers"),
             Self::SampleTime { .. } => {
                 advice(&["sample_time".into()], "this controller", "write a time such as \"1 ms\"")
+            }
+            Self::Delay { .. } => {
+                advice(&["delay".into()], "this controller", "write a delay such as \"1 ms\", or a longer `sample_time`")
+            }
+            Self::NeedsSampleTime { key } => Advice {
+                named: vec![(*key).into()],
+                label: "this controller",
+                help: format!("add `sample_time = \"1 ms\"`, or remove `{key}`"),
+            },
+            Self::SampledOverflow { .. } => {
+                advice(&["sample_time".into()], "this controller", "choose a shorter `sample_time`")
             }
             Self::NoShaft { name } => {
                 advice(std::slice::from_ref(name), "no such shaft", "name shafts of the model in `disturbances`")

@@ -1,7 +1,8 @@
 use kardan_rt::StateSpace;
 
+use super::firmware::{Block, Clock, Firmware, entries};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
-use crate::num::Matrix;
+use crate::num::{Float, Matrix, discretise};
 use crate::results::{ControllerData, Design};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
@@ -48,8 +49,7 @@ pub(super) struct Linear {
     coordinates: Vec<usize>,
     shafts: usize,
     block: LinearBlock,
-    // Memory of one evaluation.
-    signals: Vec<f64>,
+    runner: Runner<f64>,
 }
 
 impl Linear {
@@ -71,15 +71,46 @@ impl Linear {
         assert_eq!((block.b.columns(), block.d.columns()), (signals, signals), "signals of a law");
         assert_eq!((block.d.rows(), block.c.rows()), (design.inputs.len(), design.inputs.len()), "inputs of a law");
         design.controller_data = data(request, &design, &references, &block);
+        let coordinates = plant.reduced.coordinates.clone();
         Self {
             design,
             exact,
+            runner: Runner::new(&block, &coordinates, references.len()),
             references,
             disturbances: disturbances.len(),
-            coordinates: plant.reduced.coordinates.clone(),
+            coordinates,
             shafts: plant.shafts().len(),
             block,
-            signals: vec![0.0; signals],
+        }
+    }
+}
+
+/// The block [`StateSpace`] with the memory of one evaluation.
+struct Runner<T> {
+    a: Vec<T>,
+    b: Vec<T>,
+    c: Vec<T>,
+    d: Vec<T>,
+    coordinates: Vec<usize>,
+    references: usize,
+    signals: Vec<T>,
+    state: Vec<T>,
+    result: Vec<T>,
+}
+
+impl<T: Float> Runner<T> {
+    fn new(block: &LinearBlock, coordinates: &[usize], references: usize) -> Self {
+        let (states, inputs) = (block.states.len(), block.d.rows());
+        Self {
+            a: entries(&block.a),
+            b: entries(&block.b),
+            c: entries(&block.c),
+            d: entries(&block.d),
+            coordinates: coordinates.to_vec(),
+            references,
+            signals: vec![T::ZERO; block.d.columns()],
+            state: vec![T::ZERO; states],
+            result: vec![T::ZERO; states.max(inputs)],
         }
     }
 
@@ -87,23 +118,36 @@ impl Linear {
         let r = self.coordinates.len();
         let (position, rest) = self.signals.split_at_mut(r);
         let (speed, rest) = rest.split_at_mut(r);
-        let (references, disturbances) = rest.split_at_mut(self.references.len());
+        let (references, disturbances) = rest.split_at_mut(self.references);
         for (k, &shaft) in self.coordinates.iter().enumerate() {
-            position[k] = seen.angles[shaft];
-            speed[k] = seen.speeds[shaft];
+            position[k] = T::from_f64(seen.angles[shaft]);
+            speed[k] = T::from_f64(seen.speeds[shaft]);
         }
-        references.copy_from_slice(seen.references);
-        disturbances.copy_from_slice(seen.disturbances);
-        let LinearBlock { states, a, b, c, d } = &self.block;
-        let [a, b, c, d] = [a, b, c, d].map(Matrix::as_slice);
-        let Some(block) = StateSpace::new(a, b, c, d, states.len(), self.signals.len()) else {
-            unreachable!("the matrices fit each other, as `new` has checked");
+        T::narrow(seen.references, references);
+        T::narrow(seen.disturbances, disturbances);
+        T::narrow(seen.states, &mut self.state);
+        let Some(block) =
+            StateSpace::new(&self.a, &self.b, &self.c, &self.d, self.state.len(), self.signals.len())
+        else {
+            unreachable!("the matrices fit each other, as `Linear::new` has checked");
         };
+        let result = &mut self.result[..out.len()];
         if rates {
-            block.rates(seen.states, &self.signals, out);
+            block.rates(&self.state, &self.signals, result);
         } else {
-            block.outputs(seen.states, &self.signals, out);
+            block.outputs(&self.state, &self.signals, result);
         }
+        T::widen(result, out);
+    }
+}
+
+impl<T: Float> Block for Runner<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.run(seen, false, out);
+    }
+
+    fn next(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
+        self.run(seen, true, out);
     }
 }
 
@@ -140,11 +184,28 @@ impl Law for Linear {
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.run(seen, false, out);
+        self.runner.run(seen, false, out);
     }
 
     fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        self.run(seen, true, out);
+        self.runner.run(seen, true, out);
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        let mut block = self.block.clone();
+        if !block.states.is_empty() {
+            let held = discretise(&block.a, &block.b, clock.period)?;
+            (block.a, block.b) = (held.a, held.b);
+        }
+        let references = self.references.len();
+        Some(Firmware {
+            linear: self.linear().held(clock.period)?,
+            block: if clock.single {
+                Box::new(Runner::<f32>::new(&block, &self.coordinates, references))
+            } else {
+                Box::new(Runner::<f64>::new(&block, &self.coordinates, references))
+            },
+        })
     }
 
     fn linear(&self) -> LinearLaw {

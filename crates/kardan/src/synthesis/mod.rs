@@ -8,14 +8,17 @@ mod closed_loop;
 pub mod decoupling;
 mod error;
 mod exact;
+mod firmware;
 pub mod inversion;
 mod law;
 mod linear_law;
+mod margins;
 mod nonlinear_law;
 mod observed;
 pub mod observer;
 mod outputs;
 pub mod regulator;
+mod sampled_loop;
 mod stability;
 mod state_feedback;
 mod words;
@@ -24,8 +27,11 @@ mod zeros;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
+pub use firmware::{Block, Clock, Firmware, sampled};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use observed::OBSERVER;
+pub use margins::{Change, Limit, Slowest, Survey};
+pub use sampled_loop::{SampledLoop, SampledLoopError, SampledPart};
 pub use stability::{Stability, stability};
 pub use words::in_words;
 pub use zeros::roots;
@@ -35,7 +41,7 @@ use std::collections::BTreeSet;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::Along;
 use crate::element::Values;
-use crate::equations::Measured;
+use crate::equations::{InputKind, Measured};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
@@ -53,6 +59,8 @@ pub struct Seen<'a> {
     pub disturbances: &'a [f64],
     /// What the scenario tells it, in the order of [`Law::references`].
     pub references: &'a [f64],
+    /// What its sensors read, in the order of [`Law::sensors`]; in continuous time nothing, and sensors are ideal.
+    pub readings: &'a [f64],
     /// Its own states.
     pub states: &'a [f64],
 }
@@ -131,6 +139,19 @@ pub trait Law: Send {
     }
     /// The linear part.
     fn linear(&self) -> LinearLaw;
+    /// The signals that it measures, if it does not see the true angles and speeds.
+    fn sensors(&self) -> &[OutputSignal] {
+        &[]
+    }
+    /// When it runs; `None`: at every instant. Of a law with a clock, [`command`](Self::command) is what it says at a sample,
+    /// [`rates`](Self::rates) are its states at the next one, and [`linear`](Self::linear) is that of [`Firmware`].
+    fn clock(&self) -> Option<Clock> {
+        None
+    }
+    /// What runs at a sample time; `None` if a number overflows there, or the law is for another sample time.
+    fn firmware(&self, _clock: Clock) -> Option<Firmware> {
+        None
+    }
     /// The designed linear loop, where the design is exact.
     fn exact(&self) -> Option<ExactLoop> {
         None
@@ -187,8 +208,18 @@ pub const COMMON: &[Field] = &[
     Field::optional(
         "sample_time",
         Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Sample time for which `kardan design` writes observer and dynamic parts for firmware, up to 1 s (the run itself is \
-         in continuous time); left out: continuous time.",
+        "Sample time at which the controller runs, up to 1 s: it reads its sensors then, and its torques are held in \
+         between. Left out: continuous time.",
+    ),
+    Field::optional(
+        "delay",
+        Kind::Quantity(Dimension::TIME, Sign::NonNegative),
+        "From the reading of the sensors to the change of the torques, any part of a sample time or several; left out: none.",
+    ),
+    Field::optional(
+        "precision",
+        Kind::Choice(&["double", "single"]),
+        "The arithmetic in which the controller computes; left out: double.",
     ),
 ];
 
@@ -198,19 +229,52 @@ pub const SHORTEST_SAMPLE_TIME: f64 = 1e-6;
 /// Longest sample time of a controller, s.
 pub const LONGEST_SAMPLE_TIME: f64 = 1.0;
 
+/// Longest delay of a controller, in sample times.
+pub const LONGEST_DELAY: f64 = 10.0;
+
 /// Designs a law with the observer that its keys ask for.
 ///
 /// # Errors
 /// Why it cannot be designed.
 pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Box<dyn Law>, SynthesisError> {
-    let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
-    if let Some(time) = values.number("sample_time").filter(|time| !allowed.contains(time)) {
-        return Err(SynthesisError::SampleTime { time });
-    }
+    clock(values)?;
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
     match values.table("observer") {
         Some(observer) => Ok(Box::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
+        None => Ok(law),
+    }
+}
+
+/// When and in which arithmetic the controller with these keys runs; `None`: in continuous time.
+///
+/// # Errors
+/// If the sample time or the delay is out of range, or other keys of sampling stand without a sample time.
+pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
+    let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
+    let Some(period) = values.number("sample_time") else {
+        return match ["delay", "precision"].into_iter().find(|key| values.has(key)) {
+            Some(key) => Err(SynthesisError::NeedsSampleTime { key }),
+            None => Ok(None),
+        };
+    };
+    if !allowed.contains(&period) {
+        return Err(SynthesisError::SampleTime { time: period });
+    }
+    let delay = values.number("delay").unwrap_or(0.0);
+    if delay > LONGEST_DELAY * period {
+        return Err(SynthesisError::Delay { delay, period });
+    }
+    Ok(Some(Clock { period, delay, single: values.word("precision") == Some("single") }))
+}
+
+/// The law as it runs: at its sample time, if it has one.
+///
+/// # Errors
+/// If its keys are wrong, or its numbers overflow at this sample time.
+pub fn running(law: Box<dyn Law>, values: &Values) -> Result<Box<dyn Law>, SynthesisError> {
+    match clock(values)? {
+        Some(clock) => sampled(law, clock).ok_or(SynthesisError::SampledOverflow { time: clock.period }),
         None => Ok(law),
     }
 }
@@ -236,6 +300,15 @@ impl Plant {
     /// Names of all shafts, sorted.
     pub fn shafts(&self) -> &[String] {
         &self.reduced.equations.shafts
+    }
+
+    /// The time constant of each input's motor, s; zero for an ideal one.
+    pub fn lags(&self) -> Vec<f64> {
+        let lag = |input: &Along<InputKind>| match &input.value {
+            InputKind::Motor(motor) => motor.lag.as_ref().map_or(0.0, |lag| lag.to_f64()),
+            InputKind::Disturbance => 0.0,
+        };
+        self.reduced.equations.inputs.iter().map(lag).collect()
     }
 
     /// Whether the equations of motion have constant coefficients.

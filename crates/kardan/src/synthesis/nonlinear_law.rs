@@ -1,7 +1,9 @@
-use kardan_rt::{ComputedTorque, Situation, Task};
+use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
 
+use super::firmware::{Block, Clock, Firmware};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
 use crate::equations::Measured;
+use crate::num::Float;
 use crate::reduce::{MechanismData, MechanismError};
 use crate::results::{ControllerData, Design};
 
@@ -9,23 +11,103 @@ use crate::results::{ControllerData, Design};
 /// constant gains at the design point.
 pub(super) struct Nonlinear {
     at_design_point: Box<dyn Law>,
-    data: MechanismData<f64>,
-    tasks: Vec<Task<f64>>,
+    /// Whether the model is its linear one, without forces at zero.
+    like_linear: bool,
+    runner: Runner<f64>,
+}
+
+/// The block [`ComputedTorque`] with the memory of one evaluation.
+struct Runner<T> {
+    data: MechanismData<T>,
+    tasks: Vec<Task<T>>,
     /// The reference of each task.
     told: Vec<usize>,
     inputs: Vec<usize>,
-    friction_width: Option<f64>,
-    /// Whether the model is its linear one, without forces at zero.
-    like_linear: bool,
+    friction_width: Option<T>,
     coordinates: Vec<usize>,
     /// The shaft of each disturbance that is cancelled; none for one that is not.
     disturbed: Vec<Option<usize>>,
-    // Memory of one evaluation.
-    memory: Vec<f64>,
-    position: Vec<f64>,
-    speed: Vec<f64>,
-    references: Vec<f64>,
-    disturbances: Vec<f64>,
+    memory: Vec<T>,
+    position: Vec<T>,
+    speed: Vec<T>,
+    references: Vec<T>,
+    disturbances: Vec<T>,
+    torques: Vec<T>,
+}
+
+impl<T: Float> Runner<T> {
+    fn law(&self) -> ComputedTorque<'_, T> {
+        ComputedTorque {
+            mechanism: self.data.block(),
+            tasks: &self.tasks,
+            inputs: &self.inputs,
+            friction_width: self.friction_width,
+        }
+    }
+
+    fn cast<U: Float>(&self) -> Runner<U> {
+        let to = |x: T| U::from_f64(x.to_f64());
+        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
+        let task = |task: &Task<T>| match task {
+            Task::Position { shaft, position_loop } => Task::Position {
+                shaft: *shaft,
+                position_loop: PositionLoop {
+                    natural_frequency: to(position_loop.natural_frequency),
+                    damping_ratio: to(position_loop.damping_ratio),
+                },
+            },
+            Task::Torque { shaft } => Task::Torque { shaft: *shaft },
+            Task::ConstraintTorque { cut } => Task::ConstraintTorque { cut: *cut },
+        };
+        Runner {
+            data: self.data.cast(to),
+            tasks: self.tasks.iter().map(task).collect(),
+            told: self.told.clone(),
+            inputs: self.inputs.clone(),
+            friction_width: self.friction_width.map(to),
+            coordinates: self.coordinates.clone(),
+            disturbed: self.disturbed.clone(),
+            memory: list(&self.memory),
+            position: list(&self.position),
+            speed: list(&self.speed),
+            references: list(&self.references),
+            disturbances: list(&self.disturbances),
+            torques: list(&self.torques),
+        }
+    }
+}
+
+impl<T: Float> Block for Runner<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        for (k, &shaft) in self.coordinates.iter().enumerate() {
+            self.position[k] = T::from_f64(seen.angles[shaft]);
+            self.speed[k] = T::from_f64(seen.speeds[shaft]);
+        }
+        for (reference, &told) in self.references.iter_mut().zip(&self.told) {
+            *reference = T::from_f64(seen.references[told]);
+        }
+        self.disturbances.fill(T::ZERO);
+        for (shaft, torque) in self.disturbed.iter().zip(seen.disturbances) {
+            if let Some(shaft) = shaft {
+                self.disturbances[*shaft] = self.disturbances[*shaft] + T::from_f64(*torque);
+            }
+        }
+        let mut memory = std::mem::take(&mut self.memory);
+        let mut torques = std::mem::take(&mut self.torques);
+        let now = Situation {
+            position: &self.position,
+            speed: &self.speed,
+            references: &self.references,
+            disturbances: &self.disturbances,
+        };
+        // Where the tasks depend on each other there is no answer, and the run ends.
+        if self.law().torques(now, &mut memory, &mut torques) {
+            T::widen(&torques, out);
+        } else {
+            out.fill(f64::NAN);
+        }
+        (self.memory, self.torques) = (memory, torques);
+    }
 }
 
 /// What a channel of a nonlinear law controls, before the model is tabulated.
@@ -75,11 +157,11 @@ impl Nonlinear {
         let inputs: Vec<usize> = at_design_point.inputs().iter().map(number).collect();
         let felt = |shaft: &usize| tasks.iter().any(|task| matches!(task, Task::Torque { shaft: s } if s == shaft));
         let r = reduced.coordinates.len();
-        let mut out = Self {
+        let mut runner = Runner {
             told,
+            torques: vec![0.0; inputs.len()],
             inputs,
             friction_width,
-            like_linear: request.plant.is_linear(),
             coordinates: reduced.coordinates.clone(),
             disturbed: request.disturbances.iter().map(|shaft| (!felt(shaft)).then_some(*shaft)).collect(),
             memory: Vec::new(),
@@ -89,38 +171,37 @@ impl Nonlinear {
             disturbances: vec![0.0; data.shafts.len()],
             tasks,
             data,
-            at_design_point,
         };
-        out.memory = vec![0.0; out.law().memory()];
-        Ok(out)
+        runner.memory = vec![0.0; runner.law().memory()];
+        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), runner })
     }
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
         let names = |tail: &str, unit: &str| {
-            let name = |&shaft: &usize| (format!("{}.{tail}", self.data.shafts[shaft]), unit.to_string());
-            self.coordinates.iter().map(name).collect::<Vec<_>>()
+            let name = |&shaft: &usize| (format!("{}.{tail}", self.runner.data.shafts[shaft]), unit.to_string());
+            self.runner.coordinates.iter().map(name).collect::<Vec<_>>()
         };
         let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
         let references = self.at_design_point.references();
-        let shafts = self.disturbed.iter().flatten();
+        let shafts = self.runner.disturbed.iter().flatten();
         let disturbances: Vec<(String, String)> =
-            shafts.map(|&k| (format!("{}.disturbance", self.data.shafts[k]), "N m".into())).collect();
+            shafts.map(|&k| (format!("{}.disturbance", self.runner.data.shafts[k]), "N m".into())).collect();
         reads
-            .extend(self.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())));
+            .extend(self.runner.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())));
         reads.extend(disturbances);
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
             writes: self.at_design_point.inputs().to_vec(),
             sample_time: None,
-            matrices: self.data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]).collect(),
+            matrices: self.runner.data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]).collect(),
             numbers: [
-                ("shafts".to_string(), self.data.shafts.len() as f64),
-                ("held".to_string(), self.data.held() as f64),
+                ("shafts".to_string(), self.runner.data.shafts.len() as f64),
+                ("held".to_string(), self.runner.data.held() as f64),
             ]
             .into_iter()
-            .chain(self.friction_width.map(|width| ("friction_width".to_string(), width)))
+            .chain(self.runner.friction_width.map(|width| ("friction_width".to_string(), width)))
             .collect(),
         }
     }
@@ -139,16 +220,7 @@ impl Nonlinear {
             row.push(*input as f64);
             row
         };
-        self.tasks.iter().zip(&self.inputs).map(row).collect()
-    }
-
-    fn law(&self) -> ComputedTorque<'_, f64> {
-        ComputedTorque {
-            mechanism: self.data.block(),
-            tasks: &self.tasks,
-            inputs: &self.inputs,
-            friction_width: self.friction_width,
-        }
+        self.runner.tasks.iter().zip(&self.runner.inputs).map(row).collect()
     }
 }
 
@@ -166,35 +238,22 @@ impl Law for Nonlinear {
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        for (k, &shaft) in self.coordinates.iter().enumerate() {
-            self.position[k] = seen.angles[shaft];
-            self.speed[k] = seen.speeds[shaft];
-        }
-        for (reference, &told) in self.references.iter_mut().zip(&self.told) {
-            *reference = seen.references[told];
-        }
-        self.disturbances.fill(0.0);
-        for (shaft, torque) in self.disturbed.iter().zip(seen.disturbances) {
-            if let Some(shaft) = shaft {
-                self.disturbances[*shaft] += torque;
-            }
-        }
-        let mut memory = std::mem::take(&mut self.memory);
-        let now = Situation {
-            position: &self.position,
-            speed: &self.speed,
-            references: &self.references,
-            disturbances: &self.disturbances,
-        };
-        // Where the tasks depend on each other there is no answer, and the run ends.
-        if !self.law().torques(now, &mut memory, out) {
-            out.fill(f64::NAN);
-        }
-        self.memory = memory;
+        self.runner.command(seen, out);
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        Some(Firmware {
+            linear: self.linear(),
+            block: if clock.single {
+                Box::new(self.runner.cast::<f32>())
+            } else {
+                Box::new(self.runner.cast::<f64>())
+            },
+        })
     }
 
     fn cancels_more(&self) -> bool {
-        self.friction_width.is_some() || !self.like_linear
+        self.runner.friction_width.is_some() || !self.like_linear
     }
 
     fn linear(&self) -> LinearLaw {

@@ -1,11 +1,12 @@
 use kardan_rt::StateSpace;
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
+use super::firmware::{Block, Clock, Firmware, entries};
 use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError, named, rounded};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::equations::Measured;
-use crate::num::{Matrix, rational_to_f64};
+use crate::num::{Float, Matrix, discretise, rational_to_f64};
 use crate::reduce::Kinematics;
 use crate::results::{ControllerData, Design, ExactMatrix, ObserverResult, Pole};
 use crate::schema::{Field, Kind, Sign};
@@ -59,6 +60,7 @@ pub(super) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>,
 }
 
 /// Where a reading comes from.
+#[derive(Clone)]
 enum Reading {
     Angle(usize),
     Speed(usize),
@@ -84,23 +86,126 @@ pub(super) struct Observed {
     law: Box<dyn Law>,
     result: ObserverResult,
     data: ControllerData,
-    readings: Vec<Reading>,
-    coordinates: Vec<usize>,
+    sensors: Vec<OutputSignal>,
     a: Matrix<f64>,
     b: Matrix<f64>,
     /// Rows of the sensors over angles and speeds of all shafts.
     rows: [Matrix<f64>; 2],
     basis: Matrix<f64>,
+    disturbances: usize,
+    seer: Seer,
+    runner: Runner<f64>,
+}
+
+/// From readings and estimates to what the law sees.
+#[derive(Clone)]
+struct Seer {
+    readings: Vec<Reading>,
+    coordinates: Vec<usize>,
     compensation: f64,
     /// What the sensors read at zero coordinates, which the linear model does not know.
     offsets: Vec<f64>,
-    disturbances: usize,
     kinematics: Kinematics,
     // Memory of one evaluation.
+    values: Vec<f64>,
     position: Vec<f64>,
     speed: Vec<f64>,
     told: Vec<f64>,
-    signals: Vec<f64>,
+}
+
+impl Seer {
+    /// Takes the readings: those of the sensors, or ideal ones where there are none.
+    fn read(&mut self, seen: &Seen<'_>) {
+        if seen.readings.is_empty() {
+            for (value, reading) in self.values.iter_mut().zip(&self.readings) {
+                *value = reading.read(seen.angles, seen.speeds);
+            }
+        } else {
+            self.values.copy_from_slice(seen.readings);
+        }
+    }
+
+    /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
+    fn estimate<'a>(&'a mut self, seen: &Seen<'a>) -> Seen<'a> {
+        self.read(seen);
+        let r = self.coordinates.len();
+        let own = 2 * r + self.told.len();
+        self.position.copy_from_slice(&seen.states[..r]);
+        self.speed.copy_from_slice(&seen.states[r..2 * r]);
+        for (reading, value) in self.readings.iter().zip(&self.values) {
+            let (of, shaft) = match reading {
+                Reading::Angle(shaft) => (&mut self.position, shaft),
+                Reading::Speed(shaft) => (&mut self.speed, shaft),
+                Reading::Twist(..) => continue,
+            };
+            if let Some(place) = self.coordinates.iter().position(|coordinate| coordinate == shaft) {
+                of[place] = *value;
+            }
+        }
+        self.kinematics.update(&self.position, &self.speed);
+        for (told, torque) in self.told.iter_mut().zip(&seen.states[2 * r..]) {
+            *told = self.compensation * torque;
+        }
+        Seen {
+            angles: &self.kinematics.angles,
+            speeds: &self.kinematics.speeds,
+            disturbances: &self.told,
+            references: seen.references,
+            readings: &[],
+            states: &seen.states[own..],
+        }
+    }
+}
+
+/// The observer's block [`StateSpace`] with the memory of one evaluation.
+struct Runner<T> {
+    a: Vec<T>,
+    b: Vec<T>,
+    signals: Vec<T>,
+    state: Vec<T>,
+    result: Vec<T>,
+}
+
+impl<T: Float> Runner<T> {
+    fn new(a: &Matrix<f64>, b: &Matrix<f64>) -> Self {
+        let zeros = |count: usize| vec![T::ZERO; count];
+        Self { a: entries(a), b: entries(b), signals: zeros(b.columns()), state: zeros(a.rows()), result: zeros(a.rows()) }
+    }
+
+    /// `A x̂ + B [u; y]`; the readings are those that the seer has taken.
+    fn rates(&mut self, states: &[f64], torques: &[f64], seer: &Seer, out: &mut [f64]) {
+        let (inputs, readings) = self.signals.split_at_mut(torques.len());
+        T::narrow(torques, inputs);
+        for ((signal, value), offset) in readings.iter_mut().zip(&seer.values).zip(&seer.offsets) {
+            *signal = T::from_f64(value - offset);
+        }
+        T::narrow(states, &mut self.state);
+        let Some(block) = StateSpace::new(&self.a, &self.b, &[], &[], self.state.len(), self.signals.len()) else {
+            unreachable!("the matrices fit each other by construction");
+        };
+        block.rates(&self.state, &self.signals, &mut self.result);
+        T::widen(&self.result, out);
+    }
+}
+
+/// A law behind an observer, at a sample time.
+struct Sampled<T> {
+    law: Box<dyn Block>,
+    seer: Seer,
+    runner: Runner<T>,
+}
+
+impl<T: Float> Block for Sampled<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.law.command(self.seer.estimate(&seen), out);
+    }
+
+    fn next(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
+        let (own, rest) = out.split_at_mut(self.runner.state.len());
+        self.seer.read(&seen);
+        self.runner.rates(seen.states, torques, &self.seer, own);
+        self.law.next(self.seer.estimate(&seen), torques, rest);
+    }
 }
 
 impl Observed {
@@ -149,27 +254,33 @@ impl Observed {
             distinguishable: sentences,
         };
         let r = plant.linear.coordinates.len();
-        let mut out = Self {
-            data: ControllerData::default(),
-            rows: rows(&readings, plant.shafts().len()),
+        let mut kinematics = Kinematics::new(&plant.reduced);
+        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        let rows = rows(&readings, plant.shafts().len());
+        let seer = Seer {
+            offsets: readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect(),
+            values: vec![0.0; p],
             readings,
             coordinates: plant.reduced.coordinates.clone(),
-            basis: plant.linear.basis.to_f64(),
             compensation,
-            offsets: Vec::new(),
-            disturbances: disturbed.len(),
-            kinematics: Kinematics::new(&plant.reduced),
+            kinematics,
             position: vec![0.0; r],
             speed: vec![0.0; r],
             told: vec![0.0; disturbed.len()],
-            signals: vec![0.0; m + p],
+        };
+        let mut out = Self {
+            data: ControllerData::default(),
+            rows,
+            sensors,
+            basis: plant.linear.basis.to_f64(),
+            disturbances: disturbed.len(),
+            runner: Runner::new(&a, &b),
+            seer,
             a,
             b,
             law,
             result,
         };
-        out.kinematics.update(&out.position, &out.speed);
-        out.offsets = out.readings.iter().map(|one| one.read(&out.kinematics.angles, &out.kinematics.speeds)).collect();
         out.data = out.observer_data(&inputs);
         Ok(out)
     }
@@ -195,8 +306,8 @@ impl Observed {
             writes: self.result.states.clone(),
             sample_time: None,
             matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
-            numbers: std::iter::once(("compensation".to_string(), self.compensation))
-                .chain(self.result.sensors.iter().zip(&self.offsets).map(|(name, x)| (format!("{name} offset"), *x)))
+            numbers: std::iter::once(("compensation".to_string(), self.seer.compensation))
+                .chain(self.result.sensors.iter().zip(&self.seer.offsets).map(|(name, x)| (format!("{name} offset"), *x)))
                 .collect(),
         }
     }
@@ -205,24 +316,67 @@ impl Observed {
         self.a.rows()
     }
 
-    /// What the law sees: estimates, and in their place what is measured.
-    fn estimate(&mut self, seen: &Seen<'_>) {
-        let r = self.coordinates.len();
-        self.position.copy_from_slice(&seen.states[..r]);
-        self.speed.copy_from_slice(&seen.states[r..2 * r]);
-        for reading in &self.readings {
-            let (of, shaft, from) = match reading {
-                Reading::Angle(shaft) => (&mut self.position, shaft, seen.angles),
-                Reading::Speed(shaft) => (&mut self.speed, shaft, seen.speeds),
-                Reading::Twist(..) => continue,
+    /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
+    fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw) -> LinearLaw {
+        let (n, k, shafts) = (a.rows(), law.states.rows(), self.basis.rows());
+        let (r, m) = (self.seer.coordinates.len(), law.on_angles.rows());
+        // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
+        let measured = |speed: bool| -> Vec<bool> {
+            let of = |reading: &Reading, shaft: usize| match reading {
+                Reading::Angle(s) => !speed && *s == shaft,
+                Reading::Speed(s) => speed && *s == shaft,
+                Reading::Twist(..) => false,
             };
-            if let Some(place) = self.coordinates.iter().position(|coordinate| coordinate == shaft) {
-                of[place] = from[*shaft];
+            self.seer.coordinates.iter().map(|&shaft| self.seer.readings.iter().any(|reading| of(reading, shaft))).collect()
+        };
+        let [true_angles, true_speeds] = [measured(false), measured(true)];
+        let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
+            let rows = on_angles.rows();
+            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
+            let mut states = Matrix::zeros(rows, n);
+            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
+            for i in 0..rows {
+                for j in 0..r {
+                    if true_angles[j] {
+                        angles[(i, self.seer.coordinates[j])] = over_q[(i, j)];
+                    } else {
+                        states[(i, j)] = over_q[(i, j)];
+                    }
+                    if true_speeds[j] {
+                        speeds[(i, self.seer.coordinates[j])] = over_w[(i, j)];
+                    } else {
+                        states[(i, r + j)] = over_w[(i, j)];
+                    }
+                }
+                for j in 0..on_disturbances.columns().min(self.disturbances) {
+                    states[(i, 2 * r + j)] = self.seer.compensation * on_disturbances[(i, j)];
+                }
             }
-        }
-        self.kinematics.update(&self.position, &self.speed);
-        for (told, torque) in self.told.iter_mut().zip(&seen.states[2 * r..]) {
-            *told = self.compensation * torque;
+            (states, angles, speeds)
+        };
+        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
+        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
+        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
+            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
+        };
+        let correct = Matrix::from_fn(n, self.seer.readings.len(), |i, j| b[(i, m + j)]);
+        LinearLaw {
+            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
+                (true, true) => a[(i, j)],
+                (true, false) => 0.0,
+                (false, true) => rate_states[(i - n, j)],
+                (false, false) => law.states[(i - n, j - n)],
+            }),
+            angles: below(&correct.multiply(&self.rows[0]), &angles),
+            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            disturbances: Matrix::zeros(n + k, 0),
+            torques: below(&Matrix::from_fn(n, m, |i, j| b[(i, j)]), &law.torques),
+            on_states: Matrix::from_fn(m, n + k, |i, j| {
+                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
+            }),
+            on_angles,
+            on_speeds,
+            on_disturbances: Matrix::zeros(m, 0),
         }
     }
 }
@@ -324,112 +478,45 @@ impl Law for Observed {
     fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.own());
         own.fill(0.0);
-        for (state, &shaft) in own.iter_mut().zip(&self.coordinates) {
+        for (state, &shaft) in own.iter_mut().zip(&self.seer.coordinates) {
             *state = angles[shaft];
         }
         self.law.start(angles, speeds, rest);
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.estimate(&seen);
-        let estimated = Seen {
-            angles: &self.kinematics.angles,
-            speeds: &self.kinematics.speeds,
-            disturbances: &self.told,
-            references: seen.references,
-            states: &seen.states[self.a.rows()..],
-        };
-        self.law.command(estimated, out);
+        self.law.command(self.seer.estimate(&seen), out);
     }
 
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        let m = torques.len();
-        self.signals[..m].copy_from_slice(torques);
-        for ((signal, reading), offset) in self.signals[m..].iter_mut().zip(&self.readings).zip(&self.offsets) {
-            *signal = reading.read(seen.angles, seen.speeds) - offset;
-        }
-        let n = self.own();
-        let (own, rest) = out.split_at_mut(n);
-        let [a, b] = [&self.a, &self.b].map(Matrix::as_slice);
-        let Some(block) = StateSpace::new(a, b, &[], &[], n, self.signals.len()) else {
-            unreachable!("the matrices fit each other by construction");
-        };
-        block.rates(&seen.states[..n], &self.signals, own);
+        let (own, rest) = out.split_at_mut(self.a.rows());
+        self.seer.read(&seen);
+        self.runner.rates(seen.states, torques, &self.seer, own);
         if !rest.is_empty() {
-            self.estimate(&seen);
-            let estimated = Seen {
-                angles: &self.kinematics.angles,
-                speeds: &self.kinematics.speeds,
-                disturbances: &self.told,
-                references: seen.references,
-                states: &seen.states[n..],
-            };
-            self.law.rates(estimated, torques, rest);
+            self.law.rates(self.seer.estimate(&seen), torques, rest);
         }
     }
 
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        let law = self.law.firmware(clock)?;
+        let held = discretise(&self.a, &self.b, clock.period)?;
+        let seer = self.seer.clone();
+        Some(Firmware {
+            linear: self.around(&held.a, &held.b, &law.linear),
+            block: if clock.single {
+                Box::new(Sampled { law: law.block, seer, runner: Runner::<f32>::new(&held.a, &held.b) })
+            } else {
+                Box::new(Sampled { law: law.block, seer, runner: Runner::<f64>::new(&held.a, &held.b) })
+            },
+        })
+    }
+
     fn linear(&self) -> LinearLaw {
-        let law = self.law.linear();
-        let (n, k, shafts) = (self.own(), law.states.rows(), self.basis.rows());
-        let (r, m) = (self.coordinates.len(), law.on_angles.rows());
-        // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
-        let measured = |speed: bool| -> Vec<bool> {
-            let of = |reading: &Reading, shaft: usize| match reading {
-                Reading::Angle(s) => !speed && *s == shaft,
-                Reading::Speed(s) => speed && *s == shaft,
-                Reading::Twist(..) => false,
-            };
-            self.coordinates.iter().map(|&shaft| self.readings.iter().any(|reading| of(reading, shaft))).collect()
-        };
-        let [true_angles, true_speeds] = [measured(false), measured(true)];
-        let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
-            let rows = on_angles.rows();
-            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
-            let mut states = Matrix::zeros(rows, n);
-            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
-            for i in 0..rows {
-                for j in 0..r {
-                    if true_angles[j] {
-                        angles[(i, self.coordinates[j])] = over_q[(i, j)];
-                    } else {
-                        states[(i, j)] = over_q[(i, j)];
-                    }
-                    if true_speeds[j] {
-                        speeds[(i, self.coordinates[j])] = over_w[(i, j)];
-                    } else {
-                        states[(i, r + j)] = over_w[(i, j)];
-                    }
-                }
-                for j in 0..on_disturbances.columns().min(self.disturbances) {
-                    states[(i, 2 * r + j)] = self.compensation * on_disturbances[(i, j)];
-                }
-            }
-            (states, angles, speeds)
-        };
-        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
-        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
-        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
-            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
-        };
-        let correct = Matrix::from_fn(n, self.readings.len(), |i, j| self.b[(i, m + j)]);
-        LinearLaw {
-            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
-                (true, true) => self.a[(i, j)],
-                (true, false) => 0.0,
-                (false, true) => rate_states[(i - n, j)],
-                (false, false) => law.states[(i - n, j - n)],
-            }),
-            angles: below(&correct.multiply(&self.rows[0]), &angles),
-            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
-            disturbances: Matrix::zeros(n + k, 0),
-            torques: below(&Matrix::from_fn(n, m, |i, j| self.b[(i, j)]), &law.torques),
-            on_states: Matrix::from_fn(m, n + k, |i, j| {
-                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
-            }),
-            on_angles,
-            on_speeds,
-            on_disturbances: Matrix::zeros(m, 0),
-        }
+        self.around(&self.a, &self.b, &self.law.linear())
     }
 
     fn exact(&self) -> Option<ExactLoop> {

@@ -8,10 +8,11 @@ use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
-use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
+use crate::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, Design, Feedback, Physical};
 use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::firmware::{Block, Clock, Firmware, entries};
 use crate::synthesis::{
     ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
     effective_inertia, named, output_shaft,
@@ -200,25 +201,103 @@ struct Running {
     inputs: Vec<String>,
     outputs: Vec<String>,
     references: Vec<Reference>,
-    /// Where each channel finds its load among the references.
-    told: Vec<(usize, Option<usize>)>,
-    coordinate_shafts: Vec<usize>,
-    output_shafts: Vec<usize>,
     shafts: usize,
-    state_gain: Vec<f64>,
-    acceleration_gain: Vec<f64>,
-    channels: Vec<Channel<f64>>,
     design: NoninteractingDesign,
-    // Memory of one evaluation.
-    state: Vec<f64>,
-    positions: Vec<f64>,
-    speeds: Vec<f64>,
-    reference_values: Vec<f64>,
-    loads: Vec<f64>,
-    accelerations: Vec<f64>,
     /// −M, and the shafts of its columns.
     disturbance_gain: Matrix<f64>,
     disturbed: Vec<String>,
+    runner: Runner<f64>,
+}
+
+/// The block [`Noninteracting`] with the memory of one evaluation.
+struct Runner<T> {
+    /// Where each channel finds its reference and its load among the references.
+    told: Vec<(usize, Option<usize>)>,
+    coordinate_shafts: Vec<usize>,
+    output_shafts: Vec<usize>,
+    state_gain: Vec<T>,
+    acceleration_gain: Vec<T>,
+    /// −M, row by row.
+    disturbance_gain: Vec<T>,
+    channels: Vec<Channel<T>>,
+    state: Vec<T>,
+    positions: Vec<T>,
+    speeds: Vec<T>,
+    references: Vec<T>,
+    loads: Vec<T>,
+    accelerations: Vec<T>,
+    disturbances: Vec<T>,
+    torques: Vec<T>,
+}
+
+impl<T: Float> Runner<T> {
+    fn cast<U: Float>(&self) -> Runner<U> {
+        let to = |x: T| U::from_f64(x.to_f64());
+        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
+        let channel = |channel: &Channel<T>| match channel {
+            Channel::Position { position_loop, inverse_inertia } => Channel::Position {
+                position_loop: PositionLoop {
+                    natural_frequency: to(position_loop.natural_frequency),
+                    damping_ratio: to(position_loop.damping_ratio),
+                },
+                inverse_inertia: to(*inverse_inertia),
+            },
+            Channel::Torque { inverse_inertia } => Channel::Torque { inverse_inertia: to(*inverse_inertia) },
+        };
+        Runner {
+            told: self.told.clone(),
+            coordinate_shafts: self.coordinate_shafts.clone(),
+            output_shafts: self.output_shafts.clone(),
+            state_gain: list(&self.state_gain),
+            acceleration_gain: list(&self.acceleration_gain),
+            disturbance_gain: list(&self.disturbance_gain),
+            channels: self.channels.iter().map(channel).collect(),
+            state: list(&self.state),
+            positions: list(&self.positions),
+            speeds: list(&self.speeds),
+            references: list(&self.references),
+            loads: list(&self.loads),
+            accelerations: list(&self.accelerations),
+            disturbances: list(&self.disturbances),
+            torques: list(&self.torques),
+        }
+    }
+}
+
+impl<T: Float> Block for Runner<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let Seen { angles, speeds, references, .. } = seen;
+        let r = self.coordinate_shafts.len();
+        for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
+            self.state[k] = T::from_f64(angles[shaft]);
+            self.state[r + k] = T::from_f64(speeds[shaft]);
+        }
+        for (k, &shaft) in self.output_shafts.iter().enumerate() {
+            self.positions[k] = T::from_f64(angles[shaft]);
+            self.speeds[k] = T::from_f64(speeds[shaft]);
+            self.references[k] = T::from_f64(references[self.told[k].0]);
+            self.loads[k] = self.told[k].1.map_or(T::ZERO, |load| T::from_f64(references[load]));
+        }
+        let (Some(state_gain), Some(acceleration_gain)) =
+            (Gain::new(&self.state_gain, 2 * r), Gain::new(&self.acceleration_gain, self.channels.len()))
+        else {
+            unreachable!("gain matrices are made of whole rows by the design");
+        };
+        let law = Noninteracting { state_gain, acceleration_gain, channels: &self.channels };
+        let measured = Measurement {
+            state: &self.state,
+            positions: &self.positions,
+            speeds: &self.speeds,
+            references: &self.references,
+            loads: &self.loads,
+        };
+        law.torques(measured, &mut self.accelerations, &mut self.torques);
+        if let Some(cancel) = Gain::new(&self.disturbance_gain, self.disturbances.len()) {
+            T::narrow(seen.disturbances, &mut self.disturbances);
+            cancel.add_to(&self.disturbances, &mut self.torques);
+        }
+        T::widen(&self.torques, out);
+    }
 }
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
@@ -279,6 +358,24 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let disturbance_gain = disturbance_gain(request, &design, &designs, &specs);
     let told_references: Vec<usize> = told.iter().map(|(reference, _)| *reference).collect();
     let loads: Vec<Option<usize>> = told.iter().map(|(_, load)| *load).collect();
+    let disturbance_gain = disturbance_gain.scale(&Rational::NEG_ONE).to_f64();
+    let runner = Runner {
+        told,
+        coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
+        output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
+        state_gain: entries(&design.state_gain.to_f64()),
+        acceleration_gain: entries(&design.acceleration_gain.to_f64()),
+        disturbance_gain: entries(&disturbance_gain),
+        channels: blocks,
+        state: vec![0.0; 2 * model.coordinates.len()],
+        positions: vec![0.0; m],
+        speeds: vec![0.0; m],
+        references: vec![0.0; m],
+        loads: vec![0.0; m],
+        accelerations: vec![0.0; m],
+        disturbances: vec![0.0; request.disturbances.len()],
+        torques: vec![0.0; m],
+    };
     let running = Running {
         name: request.name.to_string(),
         plant: request.plant.clone(),
@@ -286,24 +383,13 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         inputs,
         outputs,
         references,
-        told,
-        coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
-        output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
         shafts: request.plant.shafts().len(),
-        state_gain: design.state_gain.to_f64().as_slice().to_vec(),
-        acceleration_gain: design.acceleration_gain.to_f64().as_slice().to_vec(),
-        channels: blocks,
         design,
-        state: vec![0.0; 2 * model.coordinates.len()],
-        positions: vec![0.0; m],
-        speeds: vec![0.0; m],
-        reference_values: vec![0.0; m],
-        loads: vec![0.0; m],
-        accelerations: vec![0.0; m],
-        disturbance_gain: disturbance_gain.scale(&Rational::NEG_ONE).to_f64(),
+        disturbance_gain,
         disturbed: (0..request.disturbances.len())
             .map(|k| request.plant.shafts()[request.disturbances[k]].clone())
             .collect(),
+        runner,
     };
     if !nonlinear {
         return Ok(Box::new(running));
@@ -312,9 +398,10 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
     let wishes = running
+        .runner
         .channels
         .iter()
-        .zip(&running.output_shafts)
+        .zip(&running.runner.output_shafts)
         .map(|(channel, &shaft)| match channel {
             Channel::Position { position_loop, .. } => {
                 Wish::Task(Task::Position { shaft, position_loop: *position_loop })
@@ -358,7 +445,7 @@ impl Running {
             let speed = output.trim_end_matches("phi").to_string() + "w";
             reads.extend([(output.clone(), unit(output)), (speed.clone(), unit(&speed))]);
         }
-        for (reference, load) in &self.told {
+        for (reference, load) in &self.runner.told {
             for number in std::iter::once(reference).chain(load) {
                 let told = &self.references[*number];
                 reads.push((told.name.clone(), told.physical.unit().into()));
@@ -366,7 +453,7 @@ impl Running {
         }
         reads.extend(self.disturbed.iter().map(|shaft| (format!("{shaft}.disturbance"), "N m".into())));
         let mut numbers = Vec::new();
-        for (output, channel) in self.outputs.iter().zip(&self.channels) {
+        for (output, channel) in self.outputs.iter().zip(&self.runner.channels) {
             let mut add = |what: &str, value: f64| numbers.push((format!("{output} {what}"), value));
             match channel {
                 Channel::Position { position_loop, inverse_inertia } => {
@@ -403,49 +490,32 @@ impl Law for Running {
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        let Seen { angles, speeds, references, .. } = seen;
-        let r = self.coordinate_shafts.len();
-        for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
-            self.state[k] = angles[shaft];
-            self.state[r + k] = speeds[shaft];
-        }
-        for (k, &shaft) in self.output_shafts.iter().enumerate() {
-            self.positions[k] = angles[shaft];
-            self.speeds[k] = speeds[shaft];
-            self.reference_values[k] = references[self.told[k].0];
-            self.loads[k] = self.told[k].1.map_or(0.0, |load| references[load]);
-        }
-        let (Some(state_gain), Some(acceleration_gain)) =
-            (Gain::new(&self.state_gain, 2 * r), Gain::new(&self.acceleration_gain, self.channels.len()))
-        else {
-            unreachable!("gain matrices are made of whole rows by the design");
-        };
-        let law = Noninteracting { state_gain, acceleration_gain, channels: &self.channels };
-        let measured = Measurement {
-            state: &self.state,
-            positions: &self.positions,
-            speeds: &self.speeds,
-            references: &self.reference_values,
-            loads: &self.loads,
-        };
-        law.torques(measured, &mut self.accelerations, out);
-        if let Some(cancel) = Gain::new(self.disturbance_gain.as_slice(), self.disturbance_gain.columns()) {
-            cancel.add_to(seen.disturbances, out);
-        }
+        self.runner.command(seen, out);
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        Some(Firmware {
+            linear: self.linear(),
+            block: if clock.single {
+                Box::new(self.runner.cast::<f32>())
+            } else {
+                Box::new(self.runner.cast::<f64>())
+            },
+        })
     }
 
     fn linear(&self) -> LinearLaw {
-        let (m, r) = (self.inputs.len(), self.coordinate_shafts.len());
+        let (m, r) = (self.inputs.len(), self.runner.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);
         let mut on_speeds = Matrix::zeros(m, self.shafts);
         for i in 0..m {
-            for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
-                on_angles[(i, shaft)] += self.state_gain[i * 2 * r + k];
-                on_speeds[(i, shaft)] += self.state_gain[i * 2 * r + r + k];
+            for (k, &shaft) in self.runner.coordinate_shafts.iter().enumerate() {
+                on_angles[(i, shaft)] += self.runner.state_gain[i * 2 * r + k];
+                on_speeds[(i, shaft)] += self.runner.state_gain[i * 2 * r + r + k];
             }
-            for (k, &shaft) in self.output_shafts.iter().enumerate() {
-                if let Channel::Position { position_loop, .. } = &self.channels[k] {
-                    let gain = self.acceleration_gain[i * m + k];
+            for (k, &shaft) in self.runner.output_shafts.iter().enumerate() {
+                if let Channel::Position { position_loop, .. } = &self.runner.channels[k] {
+                    let gain = self.runner.acceleration_gain[i * m + k];
                     let omega = position_loop.natural_frequency;
                     on_angles[(i, shaft)] -= gain * omega * omega;
                     on_speeds[(i, shaft)] -= gain * 2.0 * position_loop.damping_ratio * omega;
@@ -472,7 +542,7 @@ impl Law for Running {
                 ChannelSpec::Position { natural_frequency, damping_ratio } => {
                     let stiffness = natural_frequency.times(natural_frequency);
                     let damping = Rational::from(2).times(damping_ratio).times(natural_frequency);
-                    let direction = self.plant.linear.direction(self.output_shafts[k]);
+                    let direction = self.plant.linear.direction(self.runner.output_shafts[k]);
                     for (j, x) in direction.row(0).iter().enumerate() {
                         feedback[(k, j)] = stiffness.times(x);
                         feedback[(k, states / 2 + j)] = damping.times(x);
@@ -483,7 +553,7 @@ impl Law for Running {
             }
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
-        let told: Vec<&Reference> = self.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
+        let told: Vec<&Reference> = self.runner.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =

@@ -1,9 +1,10 @@
 use kardan_rt::PositionLoop;
 
 use crate::element::Values;
-use crate::num::{Matrix, rational_to_f64};
+use crate::num::{Float, Matrix, rational_to_f64};
 use crate::results::{ControllerData, Design, Physical};
 use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::firmware::{Block, Clock, Firmware};
 use crate::synthesis::{
     Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
 };
@@ -70,10 +71,41 @@ struct Running {
     inputs: Vec<String>,
     output: String,
     references: Vec<Reference>,
-    shaft: usize,
     shafts: usize,
-    inertia: f64,
-    position_loop: PositionLoop<f64>,
+    runner: Runner<f64>,
+}
+
+/// The block [`PositionLoop`], its acceleration times the inertia.
+struct Runner<T> {
+    shaft: usize,
+    inertia: T,
+    position_loop: PositionLoop<T>,
+}
+
+impl<T: Float> Runner<T> {
+    fn cast<U: Float>(&self) -> Runner<U> {
+        let to = |x: T| U::from_f64(x.to_f64());
+        let PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+        Runner {
+            shaft: self.shaft,
+            inertia: to(self.inertia),
+            position_loop: PositionLoop {
+                natural_frequency: to(natural_frequency),
+                damping_ratio: to(damping_ratio),
+            },
+        }
+    }
+}
+
+impl<T: Float> Block for Runner<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let Seen { angles, speeds, references, .. } = seen;
+        let [load, reference, angle, speed] =
+            [references.get(1).copied().unwrap_or(0.0), references[0], angles[self.shaft], speeds[self.shaft]]
+                .map(T::from_f64);
+        let acceleration = self.position_loop.acceleration(reference, angle, speed, load / self.inertia);
+        out[0] = (self.inertia * acceleration).to_f64();
+    }
 }
 
 fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
@@ -94,12 +126,14 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         inputs,
         output,
         references: references(values),
-        shaft,
         shafts: request.plant.shafts().len(),
-        inertia,
-        position_loop: PositionLoop {
-            natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
-            damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
+        runner: Runner {
+            shaft,
+            inertia,
+            position_loop: PositionLoop {
+                natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
+                damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
+            },
         },
     }))
 }
@@ -117,9 +151,9 @@ impl Running {
             sample_time: None,
             matrices: Vec::new(),
             numbers: vec![
-                ("natural_frequency".into(), self.position_loop.natural_frequency),
-                ("damping_ratio".into(), self.position_loop.damping_ratio),
-                ("inertia".into(), self.inertia),
+                ("natural_frequency".into(), self.runner.position_loop.natural_frequency),
+                ("damping_ratio".into(), self.runner.position_loop.damping_ratio),
+                ("inertia".into(), self.runner.inertia),
             ],
         }
     }
@@ -135,23 +169,31 @@ impl Law for Running {
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        let Seen { angles, speeds, references, .. } = seen;
-        let load = references.get(1).copied().unwrap_or(0.0) / self.inertia;
-        out[0] =
-            self.inertia * self.position_loop.acceleration(references[0], angles[self.shaft], speeds[self.shaft], load);
+        self.runner.command(seen, out);
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        Some(Firmware {
+            linear: self.linear(),
+            block: if clock.single {
+                Box::new(self.runner.cast::<f32>())
+            } else {
+                Box::new(self.runner.cast::<f64>())
+            },
+        })
     }
 
     fn linear(&self) -> LinearLaw {
-        let omega = self.position_loop.natural_frequency;
-        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.shaft { gain } else { 0.0 });
+        let omega = self.runner.position_loop.natural_frequency;
+        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.runner.shaft { gain } else { 0.0 });
         LinearLaw::gains(
-            row(-self.inertia * omega * omega),
-            row(-self.inertia * 2.0 * self.position_loop.damping_ratio * omega),
+            row(-self.runner.inertia * omega * omega),
+            row(-self.runner.inertia * 2.0 * self.runner.position_loop.damping_ratio * omega),
         )
     }
 
     fn describe(&self) -> Design {
-        let PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+        let PositionLoop { natural_frequency, damping_ratio } = self.runner.position_loop;
         Design {
             controller: self.name.clone(),
             law: POSITION_LOOP.keyword.into(),
@@ -161,7 +203,7 @@ impl Law for Running {
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
                  {damping_ratio}, for an inertia of {:.9} kg m^2.",
-                self.output, self.inertia
+                self.output, self.runner.inertia
             )],
             ..Design::default()
         }

@@ -1,0 +1,49 @@
+use kardan_rt::Real;
+
+/// A floating-point number in which a controller computes, `f32` or `f64`, with its way from and to `f64`.
+pub trait Float: Real + Default + Send + std::fmt::Debug + 'static {
+    /// The nearest number; infinite if it is too large.
+    fn from_f64(x: f64) -> Self;
+    /// The same number.
+    fn to_f64(self) -> f64;
+
+    /// The nearest numbers.
+    ///
+    /// ```
+    /// use kardan::num::Float;
+    /// assert_eq!(f32::list(&[0.5, 0.1]), [0.5, 0.1]);
+    /// ```
+    fn list(values: &[f64]) -> Vec<Self> {
+        values.iter().map(|x| Self::from_f64(*x)).collect()
+    }
+
+    /// Writes the nearest numbers, as far as both reach.
+    fn narrow(from: &[f64], to: &mut [Self]) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = Self::from_f64(*from));
+    }
+
+    /// Writes the same numbers, as far as both reach.
+    fn widen(from: &[Self], to: &mut [f64]) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from.to_f64());
+    }
+}
+
+impl Float for f64 {
+    fn from_f64(x: f64) -> Self {
+        x
+    }
+
+    fn to_f64(self) -> f64 {
+        self
+    }
+}
+
+impl Float for f32 {
+    fn from_f64(x: f64) -> Self {
+        x as f32
+    }
+
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+}

@@ -1,0 +1,150 @@
+//! A sampled controller in a run: when it reads, computes and changes its torques.
+
+use std::collections::VecDeque;
+
+use super::sampler::{Period, Quantity, Sampler, stiffness};
+use crate::reduce::{Dynamics, Reduced, Work};
+use crate::synthesis::{Clock, Law, Seen};
+
+/// Parts of a sample time within which two instants are one.
+const SAME: f64 = 1e-9;
+
+/// The clock of a sampled law, its memory, and what its motors are told.
+pub(super) struct Clocked {
+    clock: Clock,
+    period: Period,
+    /// Number of the next sample.
+    next: u64,
+    /// Commands in force.
+    pub held: Vec<f64>,
+    /// Commands on their way, with the time from which on they hold.
+    queue: VecDeque<(f64, Vec<f64>)>,
+    spare: Vec<Vec<f64>>,
+    states: Vec<f64>,
+    new_states: Vec<f64>,
+    sensors: Vec<(Quantity, Sampler)>,
+    readings: Vec<f64>,
+    /// Torques on average until the next sample.
+    average: Vec<f64>,
+}
+
+impl Clocked {
+    /// The clock of a law; `None` for one in continuous time.
+    ///
+    /// # Panics
+    /// If a sensor of the law measures what depends on accelerations (its design refuses that).
+    pub fn new(law: &dyn Law, reduced: &Reduced) -> Option<Self> {
+        let clock = law.clock()?;
+        let sensors: Vec<(Quantity, Sampler)> = law
+            .sensors()
+            .iter()
+            .map(|signal| {
+                let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+                let sensor = reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
+                let differentiates = sensor.is_some_and(Sampler::differentiates);
+                let quantity = Quantity::of(&signal.measured, reduced, differentiates);
+                let quantity = quantity.expect("a law measures angles, speeds and twists");
+                let sampler = sensor
+                    .map_or_else(Sampler::ideal, |sensor| Sampler::new(sensor, stiffness(reduced, &signal.measured)));
+                (quantity, sampler)
+            })
+            .collect();
+        let (inputs, states) = (law.inputs().len(), law.states().len());
+        Some(Self {
+            period: Period::of(clock.period),
+            clock,
+            next: 0,
+            held: vec![0.0; inputs],
+            queue: VecDeque::new(),
+            spare: Vec::new(),
+            states: vec![0.0; states],
+            new_states: vec![0.0; states],
+            readings: vec![0.0; sensors.len()],
+            sensors,
+            average: vec![0.0; inputs],
+        })
+    }
+
+    /// Sets the law's states at the start of a run.
+    pub fn start(&mut self, law: &dyn Law, angles: &[f64], speeds: &[f64]) {
+        law.start(angles, speeds, &mut self.states);
+    }
+
+    /// The next instant at which something happens, s.
+    pub fn next_time(&self) -> f64 {
+        let sensors = self.sensors.iter().filter_map(|(_, sampler)| sampler.next_time());
+        let applied = self.queue.front().map(|(time, _)| *time);
+        sensors.chain(applied).fold(self.period.at(self.next), f64::min)
+    }
+
+    /// Lets happen what is due: sensors read, commands that were on their way take effect, the law computes.
+    pub fn advance(
+        &mut self,
+        time: f64,
+        law: &mut dyn Law,
+        references: &[f64],
+        (dynamics, work): (&Dynamics, &Work),
+        limits: &[Option<f64>],
+    ) {
+        let now = time + SAME * self.clock.period;
+        for (reading, (quantity, sampler)) in self.readings.iter_mut().zip(&mut self.sensors) {
+            if sampler.next_time().is_some() {
+                sampler.sample(now, || quantity.read(dynamics, work));
+                *reading = sampler.held;
+            }
+        }
+        self.apply(now);
+        if self.period.at(self.next) > now {
+            return;
+        }
+        for (reading, (quantity, sampler)) in self.readings.iter_mut().zip(&mut self.sensors) {
+            if sampler.next_time().is_none() {
+                sampler.sample(now, || quantity.read(dynamics, work));
+            }
+            *reading = sampler.held;
+        }
+        let Self { readings, states, .. } = self;
+        let (readings, states) = (std::mem::take(readings), std::mem::take(states));
+        let seen = Seen {
+            angles: &work.kinematics.angles,
+            speeds: &work.kinematics.speeds,
+            disturbances: &[],
+            references,
+            readings: &readings,
+            states: &states,
+        };
+        let mut command = self.spare.pop().unwrap_or_else(|| vec![0.0; self.held.len()]);
+        law.command(seen, &mut command);
+        self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
+        self.apply(now);
+        self.next += 1;
+        self.average(time, limits);
+        law.rates(seen, &self.average, &mut self.new_states);
+        (self.readings, self.states) = (readings, states);
+        std::mem::swap(&mut self.states, &mut self.new_states);
+    }
+
+    fn apply(&mut self, now: f64) {
+        while self.queue.front().is_some_and(|(time, _)| *time <= now) {
+            if let Some((_, mut command)) = self.queue.pop_front() {
+                std::mem::swap(&mut self.held, &mut command);
+                self.spare.push(command);
+            }
+        }
+    }
+
+    /// The torques within the limits of the motors, on average from this sample to the next one.
+    fn average(&mut self, time: f64, limits: &[Option<f64>]) {
+        let end = self.period.at(self.next);
+        let length = end - time;
+        for (k, limit) in limits.iter().enumerate() {
+            let within = |command: f64| limit.map_or(command, |limit| command.clamp(-limit, limit));
+            let (mut from, mut value, mut sum) = (time, self.held[k], 0.0);
+            for (at, command) in self.queue.iter().take_while(|(at, _)| *at < end) {
+                sum += within(value) * (at - from);
+                (from, value) = (*at, command[k]);
+            }
+            self.average[k] = (sum + within(value) * (end - from)) / length;
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! A sensor in a run: resolution, phase, sample and hold.
+
+use crate::equations::{Measured, Sensor};
+use crate::num::{Rational, rational_to_f64};
+use crate::reduce::{Dynamics, Reduced, Work};
+use crate::units::Exact;
+
+/// A time between two readings or samples, s, as a quotient of whole numbers, so that samples fall on rows where they should.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Period {
+    numerator: f64,
+    denominator: f64,
+}
+
+impl Period {
+    pub fn new(time: &Exact) -> Self {
+        let time = time.to_rational();
+        let whole = |x: Rational| rational_to_f64(&x);
+        Self { numerator: whole(time.numerator().clone().into()), denominator: whole(time.denominator().clone().into()) }
+    }
+
+    /// A period in s that is known as a number only: the reciprocal of a whole number, if it is one.
+    pub fn of(seconds: f64) -> Self {
+        let rate = (1.0 / seconds).round();
+        if rate >= 1.0 && 1.0 / rate == seconds {
+            return Self { numerator: 1.0, denominator: rate };
+        }
+        Self { numerator: seconds, denominator: 1.0 }
+    }
+
+    /// The time of a sample, s.
+    pub fn at(self, sample: u64) -> f64 {
+        sample as f64 * self.numerator / self.denominator
+    }
+}
+
+/// A sensor with its held reading.
+#[derive(Debug, Clone)]
+pub(super) struct Sampler {
+    /// Step of the angle (or of the torque), SI.
+    step: Option<f64>,
+    /// Where within a step the sensor stands at zero, 0 to 1.
+    phase: f64,
+    period: Option<Period>,
+    differentiate: bool,
+    next: u64,
+    last_angle: f64,
+    /// What it reads.
+    pub held: f64,
+}
+
+impl Sampler {
+    /// A sensor that reads exactly and at once.
+    pub fn ideal() -> Self {
+        Self {
+            step: None,
+            phase: 0.0,
+            period: None,
+            differentiate: false,
+            next: 0,
+            last_angle: f64::NAN,
+            held: 0.0,
+        }
+    }
+
+    /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1.
+    pub fn new(sensor: &Sensor, stiffness: f64) -> Self {
+        Self {
+            step: sensor.resolution.map(|step| step * stiffness),
+            phase: sensor.phase,
+            period: sensor.sample_time.as_ref().map(Period::new),
+            differentiate: Self::differentiates(sensor),
+            ..Self::ideal()
+        }
+    }
+
+    /// Whether a speed is the difference of rounded angles.
+    pub fn differentiates(sensor: &Sensor) -> bool {
+        matches!(sensor.measured, Measured::Speed(_)) && sensor.resolution.is_some()
+    }
+
+    /// The time of the next reading, s; none for a sensor that reads at every instant.
+    pub fn next_time(&self) -> Option<f64> {
+        self.period.map(|period| period.at(self.next))
+    }
+
+    /// Reads if it is time.
+    pub fn sample(&mut self, time: f64, exact: impl FnOnce() -> f64) {
+        if self.next_time().is_some_and(|next| next > time) {
+            return;
+        }
+        let exact = exact();
+        let rounded = self.step.map_or(exact, |step| (exact / step + self.phase).floor() * step);
+        self.held = if self.differentiate {
+            let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
+            self.last_angle = rounded;
+            (rounded - before) / self.period.map_or(1.0, |period| period.at(1))
+        } else {
+            rounded
+        };
+        self.next += 1;
+    }
+}
+
+/// What a controller measures.
+#[derive(Debug, Clone)]
+pub(super) enum Quantity {
+    Angle(usize),
+    Speed(usize),
+    Springs(Vec<usize>),
+}
+
+impl Quantity {
+    /// Where a sensor takes its reading from; `None` for torques that depend on accelerations.
+    pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
+        let shaft = |name: &String| reduced.shaft(name).expect("a sensor names a shaft");
+        let springs = |name: &String| {
+            let all = reduced.equations.springs.iter().enumerate();
+            all.filter(|(_, spring)| spring.element == *name).map(|(k, _)| k).collect()
+        };
+        match measured {
+            Measured::Speed(name) if !differentiates => Some(Self::Speed(shaft(name))),
+            Measured::Angle(name) | Measured::Speed(name) => Some(Self::Angle(shaft(name))),
+            Measured::SpringTorque(element) => Some(Self::Springs(springs(element))),
+            Measured::ConstraintTorque(..) | Measured::NetTorque(_) => None,
+        }
+    }
+
+    pub fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+        match self {
+            Self::Angle(shaft) => work.kinematics.angles[*shaft],
+            Self::Speed(shaft) => work.kinematics.speeds[*shaft],
+            Self::Springs(springs) => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),
+        }
+    }
+}
+
+/// Torque per twist of the springs of an element, N m/rad.
+pub(super) fn stiffness(reduced: &Reduced, measured: &Measured) -> f64 {
+    let Measured::SpringTorque(element) = measured else { return 1.0 };
+    let springs = reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+    springs.map(|spring| spring.value.stiffness.to_f64()).sum()
+}

@@ -1,0 +1,135 @@
+//! Laws as firmware runs them: once every sample time, on readings of sensors, in single or double precision.
+
+use super::{ExactLoop, Law, LinearLaw, Reference, Seen};
+use crate::analysis::OutputSignal;
+use crate::num::{Float, Matrix, discretise};
+use crate::results::Design;
+
+/// When and in which arithmetic a controller runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Clock {
+    /// Sample time T, s.
+    pub period: f64,
+    /// From the reading of the sensors to the change of the commands, s; held from there on until the next change.
+    pub delay: f64,
+    /// Whether the controller computes in `f32`.
+    pub single: bool,
+}
+
+/// The block of a law at a sample time: the code of `kardan-rt` with its memory.
+pub trait Block: Send {
+    /// Commands in N m.
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
+    /// Its own states at the next sample, if its inputs apply these torques (N m) in between.
+    fn next(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+}
+
+/// A law at a sample time.
+pub struct Firmware {
+    /// What runs.
+    pub block: Box<dyn Block>,
+    /// Its linear part, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ applied on average until the
+    /// next sample.
+    pub linear: LinearLaw,
+}
+
+/// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
+///
+/// The states of a law in continuous time are integrated exactly for signals held over the sample time.
+pub fn sampled(law: Box<dyn Law>, clock: Clock) -> Option<Box<dyn Law>> {
+    let Firmware { block, linear } = law.firmware(clock)?;
+    Some(Box::new(Sampled { law, block, linear, clock }))
+}
+
+struct Sampled {
+    law: Box<dyn Law>,
+    block: Box<dyn Block>,
+    linear: LinearLaw,
+    clock: Clock,
+}
+
+impl Law for Sampled {
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.law.references()
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        self.law.sensors()
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        Some(self.clock)
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.law.states()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        self.law.start(angles, speeds, out);
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.block.command(seen, out);
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
+        self.block.next(seen, torques, out);
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.linear.clone()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn describe(&self) -> Design {
+        self.law.describe()
+    }
+}
+
+impl LinearLaw {
+    /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
+    pub(super) fn held(&self, period: f64) -> Option<Self> {
+        if self.states.rows() == 0 {
+            return Some(self.clone());
+        }
+        let parts = [&self.angles, &self.speeds, &self.disturbances, &self.torques];
+        let found = discretise(&self.states, &side_by_side(&parts), period)?;
+        let mut first = 0;
+        let [angles, speeds, disturbances, torques] = parts.map(|part| {
+            let start = first;
+            first += part.columns();
+            Matrix::from_fn(part.rows(), part.columns(), |i, j| found.b[(i, start + j)])
+        });
+        Some(Self { states: found.a, angles, speeds, disturbances, torques, ..self.clone() })
+    }
+}
+
+/// Matrices with the same number of rows beside each other.
+pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
+    let rows = parts.first().map_or(0, |part| part.rows());
+    let columns = parts.iter().map(|part| part.columns()).sum();
+    let mut out = Matrix::zeros(rows, columns);
+    let mut first = 0;
+    for part in parts {
+        for i in 0..rows {
+            for j in 0..part.columns() {
+                out[(i, first + j)] = part[(i, j)];
+            }
+        }
+        first += part.columns();
+    }
+    out
+}
+
+/// Entries of a matrix in a precision.
+pub(super) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
+    T::list(matrix.as_slice())
+}
