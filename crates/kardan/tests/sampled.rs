@@ -60,3 +60,63 @@ fn rate_limits() {
         assert!((found / expected - 1.0).abs() < 1e-6, "{key}: {found} {expected}");
     }
 }
+
+/// The steering system without Coulomb friction, its column at a clock, from initial angles.
+fn frictionless(clock: &str, motor: &str) -> String {
+    let source = builtin("sia-steering").expect("built in").source;
+    let lines = source.lines().filter(|line| !line.starts_with("friction ="));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let (head, _) = text.split_once("# ---- the run").expect("a scenario");
+    let head = head
+        .replace("[control.column]\n", &format!("[control.column]\n{clock}\n"))
+        .replace("shaft = \"wg\"\n", &format!("shaft = \"wg\"\n{motor}\n"));
+    head.replace("[variants]\nbeta = \"[0, 10, 20, 30] deg\"\n", "")
+        + "[scenario]\nduration = \"20 ms\"\noutput_step = \"50 us\"\ninitial = { \"rk.phi\" = \"0.1 rad\", \"fs.phi\" = \"-0.2 rad\", \"cj.phi\" = \"0.11 rad\" }\n"
+}
+
+/// A run of the linear plant equals the powers of the exact map, at every sample, for any delay and lag.
+#[test]
+fn runs_equal_the_exact_map() {
+    let cases = [
+        ("sample_time = \"100 us\"", ""),
+        ("sample_time = \"100 us\"\ndelay = \"50 us\"", ""),
+        ("sample_time = \"100 us\"\ndelay = \"100 us\"", "lag = \"20 us\""),
+        ("sample_time = \"100 us\"\ndelay = \"230 us\"", "lag = \"300 us\""),
+        (
+            "sample_time = \"100 us\"\ndelay = \"30 us\"\nobserver = { sensors = [\"rk.phi\", \"cs.phi\", \"wg.phi\"], \
+             disturbances = [\"rk\", \"fs\"], method = \"kalman\" }",
+            "",
+        ),
+    ];
+    for (clock, motor) in cases {
+        let source = frictionless(clock, motor);
+        let variant = common::first(&source);
+        let plant = &variant.design_models[0];
+        let laws = variant.running_laws();
+        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant.linear)).collect();
+        let found = SampledLoop::new(&plant.linear, &plant.lags(), &parts).expect("a loop");
+        let run = common::run(&source);
+        let mut z = vec![0.0; found.map.rows()];
+        let coordinates = plant.linear.coordinates.clone();
+        let start: Vec<f64> = coordinates.iter().map(|name| common::at(&run, &format!("{name}.phi"), 0.0)).collect();
+        z[..3].copy_from_slice(&start);
+        // The observer starts at the true angles.
+        let first = found.map.rows() - laws[0].states().len();
+        for (k, state) in laws[0].states().iter().enumerate() {
+            let coordinate = coordinates.iter().position(|name| *state == format!("estimate of {name}.phi"));
+            z[first + k] = coordinate.map_or(0.0, |k| start[k]);
+        }
+        let mut largest: f64 = 0.0;
+        for sample in 0..200 {
+            let time = f64::from(sample) * 1e-4;
+            for (k, name) in coordinates.iter().enumerate() {
+                let (angle, speed) = (common::at(&run, &format!("{name}.phi"), time), common::at(&run, &format!("{name}.w"), time));
+                assert!((angle - z[k]).abs() < 1e-9, "{clock} {motor}: {name}.phi at {time}: {angle} {}", z[k]);
+                assert!((speed - z[3 + k]).abs() < 1e-6, "{clock} {motor}: {name}.w at {time}: {speed} {}", z[3 + k]);
+                largest = largest.max(speed.abs());
+            }
+            z = (0..z.len()).map(|i| (0..z.len()).map(|j| found.map[(i, j)] * z[j]).sum()).collect();
+        }
+        assert!(largest > 1.0, "something moves");
+    }
+}
