@@ -1,4 +1,5 @@
 use crate::Real;
+use crate::dense::{at, dot, row};
 
 /// A constant gain matrix, row by row: `out += G·x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +20,18 @@ impl<'a, T: Real> Gain<'a, T> {
     /// ```
     pub fn new(entries: &'a [T], columns: usize) -> Option<Self> {
         (entries.len().checked_rem(columns) == Some(0)).then_some(Self { entries, columns })
+    }
+
+    /// Row k times x, over the shorter of both; 0 behind the last row.
+    #[inline]
+    pub fn row_times(&self, k: usize, x: &[T]) -> T {
+        dot(row(self.entries, k, self.columns), x)
+    }
+
+    /// An entry; 0 outside of the matrix.
+    #[inline]
+    pub fn entry(&self, row_number: usize, column: usize) -> T {
+        at(row(self.entries, row_number, self.columns), column)
     }
 
     /// Adds `G·x` to `out`; one entry of `x` per column, one of `out` per row.

@@ -9,8 +9,9 @@
 //! | [`Noninteracting`] | decoupling by constant gains on the linear model |
 //! | [`ComputedTorque`] | decoupling on the nonlinear model, constraint torques as outputs |
 //! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
+//! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
-//! | [`PositionLoop`], [`Channel`], [`Gain`] | what these are made of |
+//! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
 //!
 //! ```
 //! use kardan_rt::PositionLoop;
@@ -22,23 +23,29 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod bounds;
 mod channel;
 mod computed_torque;
 mod dense;
 mod feedback;
+mod governor;
 mod mechanism;
 mod noninteracting;
 mod position_loop;
 mod real;
+mod regulator;
 mod state_space;
 mod universal_joint;
 
+pub use bounds::Bounds;
 pub use channel::Channel;
 pub use computed_torque::{ComputedTorque, Situation, Task};
 pub use feedback::Gain;
+pub use governor::Governor;
 pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
 pub use noninteracting::{Measurement, Noninteracting};
 pub use position_loop::PositionLoop;
 pub use real::Real;
+pub use regulator::{Health, Regulator, RegulatorMemory};
 pub use state_space::StateSpace;
 pub use universal_joint::{CurvePoint, UniversalJoint};

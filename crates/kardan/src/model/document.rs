@@ -180,8 +180,16 @@ pub const CONTROL: &[Field] = &[
 ];
 
 /// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
-const LAWS: &[&str] =
-    &["computed_torque", "decoupling", "flatness", "lqr", "noninteracting", "pole_placement", "position_loop"];
+const LAWS: &[&str] = &[
+    "computed_torque",
+    "decoupling",
+    "flatness",
+    "lqr",
+    "noninteracting",
+    "pole_placement",
+    "position_loop",
+    "sampled_noninteracting",
+];
 
 /// All keys of a control table, by law.
 static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =

@@ -6,8 +6,8 @@ use crate::results::Pole;
 /// Poles of a linear model under the linear parts of its laws, 1/s, sorted by size.
 ///
 /// State `[q_r; q̇_r; ξ]` with the states ξ of all laws: `q̈_r = H⁻¹(F u − S q_r − D q̇_r)`,
-/// `u = C ξ + Dφ K q_r + Dω K q̇_r`, `ξ̇ = A ξ + Bφ K q_r + Bω K q̇_r + Bτ u`. `None` if a matrix is not finite or the
-/// eigenvalue iteration fails.
+/// `u = C ξ + Dφ K q_r + Dω K q̇_r`, `ξ̇ = A ξ + Bφ K q_r + Bω K q̇_r + Bτ u`. `None` if a law is sampled, a matrix is
+/// not finite, or the eigenvalue iteration fails.
 ///
 /// # Panics
 /// If the inertia matrix is singular.
@@ -20,6 +20,9 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Box<dyn Law>]) -> Option<V
 /// # Panics
 /// If the inertia matrix is singular.
 pub fn closed_loop_matrix(model: &LinearModel, laws: &[Box<dyn Law>]) -> Option<Matrix<f64>> {
+    if laws.iter().any(|law| law.clock().is_some()) {
+        return None;
+    }
     let r = model.inertia.rows();
     let basis = model.basis.to_f64();
     let inertia = model.inertia.to_f64();

@@ -170,6 +170,34 @@ pub enum SynthesisError {
         /// s
         period: f64,
     },
+    /// A law that is designed for a sample time, without one.
+    #[error("the law `{law}` is designed for a sample time, and none is given")]
+    SampledOnly {
+        /// The law.
+        law: &'static str,
+    },
+    /// A law that is designed for a sample time cannot be had.
+    #[error("the Riccati equation of the {of} has no stabilising solution in floating point")]
+    SampledRiccati {
+        /// `feedback` or `observer`.
+        of: &'static str,
+    },
+    /// The motors do not reach the output at all.
+    #[error("no motor of the law acts on `{output}`")]
+    Unreached {
+        /// The output.
+        output: String,
+    },
+    /// A key that a channel does not use.
+    #[error("the channel of `{output}` controls {kind}, so that `{key}` has no meaning for it")]
+    IdleChannelKey {
+        /// The output.
+        output: String,
+        /// `an angle` or `a torque`.
+        kind: &'static str,
+        /// The key.
+        key: &'static str,
+    },
     /// A key of a sampled controller.
     #[error("`{key}` is for a controller with a `sample_time`; this one runs in continuous time")]
     NeedsSampleTime {
@@ -414,6 +442,24 @@ impl SynthesisError {
             Self::Delay { .. } => {
                 advice(&["delay".into()], "this controller", "write a delay such as \"1 ms\", or a longer `sample_time`")
             }
+            Self::SampledOnly { .. } => advice(&[], "this controller", "add `sample_time = \"1 ms\"`, and the `delay`"),
+            Self::SampledRiccati { of } => advice(
+                &[],
+                "this controller",
+                if *of == "observer" {
+                    "add a sensor, estimate fewer torques, or choose other noises"
+                } else {
+                    "choose a shorter sample time, a smaller bandwidth, or larger acceptable errors"
+                },
+            ),
+            Self::Unreached { output } => {
+                advice(std::slice::from_ref(output), "not reached", "choose other motors or another output")
+            }
+            Self::IdleChannelKey { output, key, .. } => Advice {
+                named: vec![output.clone()],
+                label: "this channel",
+                help: format!("remove `{key}`"),
+            },
             Self::NeedsSampleTime { key } => Advice {
                 named: vec![(*key).into()],
                 label: "this controller",

@@ -1,6 +1,6 @@
 use kardan_rt::StateSpace;
 
-use super::firmware::{Block, Clock, Firmware, entries};
+use super::sampled::{Block, Clock, Firmware, entries};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
 use crate::num::{Float, Matrix, discretise};
 use crate::results::{ControllerData, Design};

@@ -8,17 +8,15 @@ mod closed_loop;
 pub mod decoupling;
 mod error;
 mod exact;
-mod firmware;
 pub mod inversion;
 mod law;
 mod linear_law;
-mod margins;
 mod nonlinear_law;
 mod observed;
 pub mod observer;
 mod outputs;
 pub mod regulator;
-mod sampled_loop;
+mod sampled;
 mod stability;
 mod state_feedback;
 mod words;
@@ -27,11 +25,11 @@ mod zeros;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
-pub use firmware::{Block, Clock, Firmware, sampled};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use observed::OBSERVER;
-pub use margins::{Change, Limit, Slowest, Survey};
-pub use sampled_loop::{SampledLoop, SampledLoopError, SampledPart};
+pub use sampled::{
+    Block, Change, Clock, Firmware, Limit, SampledLoop, SampledLoopError, SampledPart, Slowest, Survey, sampled,
+};
 pub use stability::{Stability, stability};
 pub use words::in_words;
 pub use zeros::roots;
@@ -237,10 +235,13 @@ pub const LONGEST_DELAY: f64 = 10.0;
 /// # Errors
 /// Why it cannot be designed.
 pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Box<dyn Law>, SynthesisError> {
-    clock(values)?;
+    if clock(values)?.is_none() && kind.samples {
+        return Err(SynthesisError::SampledOnly { law: kind.keyword });
+    }
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
     match values.table("observer") {
+        Some(_) if kind.samples => Ok(law),
         Some(observer) => Ok(Box::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
         None => Ok(law),
     }
@@ -366,6 +367,8 @@ pub struct LawKind {
     pub inputs: fn(&Values) -> Vec<String>,
     /// The references and load estimates that the keys introduce.
     pub references: fn(&Values) -> Vec<Reference>,
+    /// Whether it is designed for its sample time, with an observer of its own.
+    pub samples: bool,
     /// The design.
     pub design: fn(&Request<'_>) -> Result<Box<dyn Law>, SynthesisError>,
 }

@@ -1,6 +1,6 @@
 use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
 
-use super::firmware::{Block, Clock, Firmware};
+use super::sampled::{Block, Clock, Firmware};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
 use crate::equations::Measured;
 use crate::num::Float;

@@ -1,7 +1,7 @@
 use kardan_rt::StateSpace;
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
-use super::firmware::{Block, Clock, Firmware, entries};
+use super::sampled::{Block, Clock, Firmware, entries};
 use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError, named, rounded};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
@@ -60,8 +60,8 @@ pub(super) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>,
 }
 
 /// Where a reading comes from.
-#[derive(Clone)]
-enum Reading {
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Reading {
     Angle(usize),
     Speed(usize),
     /// Sum of coefficients times angles, less a constant.
@@ -69,7 +69,7 @@ enum Reading {
 }
 
 impl Reading {
-    fn read(&self, angles: &[f64], speeds: &[f64]) -> f64 {
+    pub fn read(&self, angles: &[f64], speeds: &[f64]) -> f64 {
         match self {
             Self::Angle(shaft) => angles[*shaft],
             Self::Speed(shaft) => speeds[*shaft],
@@ -381,7 +381,7 @@ impl Observed {
     }
 }
 
-fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
+pub(super) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
     let shaft = |name: &String| plant.reduced.shaft(name).expect("an output names a shaft");
     Ok(match &sensor.measured {
         Measured::Angle(name) => Reading::Angle(shaft(name)),
@@ -402,7 +402,8 @@ fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisErr
     })
 }
 
-fn rows(readings: &[Reading], shafts: usize) -> [Matrix<f64>; 2] {
+/// The readings as rows over angles and speeds of all shafts.
+pub(super) fn rows(readings: &[Reading], shafts: usize) -> [Matrix<f64>; 2] {
     let mut angles = Matrix::zeros(readings.len(), shafts);
     let mut speeds = Matrix::zeros(readings.len(), shafts);
     for (i, reading) in readings.iter().enumerate() {
@@ -454,7 +455,7 @@ fn gain(values: &Values, extended: &LinearSystem) -> Result<(ExactMatrix, Vec<Po
 }
 
 /// Which torques on any shafts the sensors could tell apart, \[diss. (6.41)-(6.43)\].
-fn told_apart(plant: &Plant, system: &LinearSystem) -> Result<Vec<String>, SynthesisError> {
+pub(super) fn told_apart(plant: &Plant, system: &LinearSystem) -> Result<Vec<String>, SynthesisError> {
     let all: Vec<usize> = (0..plant.shafts().len()).collect();
     let (torques, _) = plant.torques(&all, &[]);
     let names: Vec<String> = plant.shafts().iter().map(|shaft| format!("T_{shaft}")).collect();

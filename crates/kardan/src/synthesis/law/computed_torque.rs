@@ -48,6 +48,7 @@ reference = \"ref_torque\"
     template: |inputs, outputs| paired_template(inputs, outputs, ""),
     inputs: paired_inputs,
     references: |values| channels(values).filter_map(reference).collect(),
+    samples: false,
     design,
 };
 

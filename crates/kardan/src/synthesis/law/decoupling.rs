@@ -49,6 +49,7 @@ poles = [\"-14 ± 14.3j\"]
     template: |inputs, outputs| Some(template(inputs, outputs, "")),
     inputs,
     references,
+    samples: false,
     design,
 };
 

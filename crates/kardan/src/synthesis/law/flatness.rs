@@ -43,6 +43,7 @@ crossover_frequency = \"30 rad/s\"
     template: |inputs, outputs| Some(template(inputs, outputs, "")),
     inputs,
     references,
+    samples: false,
     design,
 };
 

@@ -43,6 +43,7 @@ largest = 0.05
     template: |inputs, outputs| Some(template(inputs, outputs, "")),
     inputs,
     references,
+    samples: false,
     design,
 };
 

@@ -7,6 +7,7 @@ mod lqr;
 mod noninteracting;
 mod pole_placement;
 mod position_loop;
+mod sampled_noninteracting;
 
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
 
@@ -21,6 +22,7 @@ pub const REGISTRY: &[LawKind] = &[
     noninteracting::NONINTERACTING,
     pole_placement::POLE_PLACEMENT,
     position_loop::POSITION_LOOP,
+    sampled_noninteracting::SAMPLED_NONINTERACTING,
 ];
 
 /// The law with that keyword.

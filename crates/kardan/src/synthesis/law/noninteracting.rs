@@ -12,7 +12,7 @@ use crate::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, Design, Feedback, Physical};
 use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::firmware::{Block, Clock, Firmware, entries};
+use crate::synthesis::sampled::{Block, Clock, Firmware, entries};
 use crate::synthesis::{
     ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
     effective_inertia, named, output_shaft,
@@ -56,6 +56,7 @@ reference = \"u2\"
     template: |inputs, outputs| paired_template(inputs, outputs, "kind = \"position\"\n"),
     inputs: paired_inputs,
     references,
+    samples: false,
     design,
 };
 

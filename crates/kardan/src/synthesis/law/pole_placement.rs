@@ -40,6 +40,7 @@ reference = \"ref_fs\"
     template: |_, _| None,
     inputs,
     references,
+    samples: false,
     design,
 };
 

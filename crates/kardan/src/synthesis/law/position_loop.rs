@@ -4,7 +4,7 @@ use crate::element::Values;
 use crate::num::{Float, Matrix, rational_to_f64};
 use crate::results::{ControllerData, Design, Physical};
 use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::firmware::{Block, Clock, Firmware};
+use crate::synthesis::sampled::{Block, Clock, Firmware};
 use crate::synthesis::{
     Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
 };
@@ -48,6 +48,7 @@ reference = \"ref_fs\"
     template: |_, _| None,
     inputs: |values| values.word("input").map(str::to_string).into_iter().collect(),
     references,
+    samples: false,
     design,
 };
 

@@ -4,6 +4,7 @@
 //! [`lyapunov`]) then works in balanced coordinates and states how well the defining equation holds.
 
 mod assignment;
+mod discrete;
 pub(super) mod exact_poles;
 mod floating;
 mod lyapunov;
@@ -16,6 +17,7 @@ mod schur;
 mod single_input;
 mod steady_state;
 
+pub use discrete::{SampledCost, SampledRegulator, sampled_lqr, stein};
 pub use exact_poles::ExactPole;
 pub use lyapunov::{Lyapunov, LyapunovError, lyapunov};
 pub use pole_placement::{Placement, PlacementError, place_poles};

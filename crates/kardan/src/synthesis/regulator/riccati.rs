@@ -119,7 +119,7 @@ impl Equation {
 
 /// Scales s of the states, with 1/s of the costates, that make rows and columns of `[A −G; −Q −Aᵀ]` alike in size; powers of
 /// two.
-fn balance_with_costate(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
+pub(super) fn balance_with_costate(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> Vec<f64> {
     let n = a.nrows();
     let mut scales = vec![1.0; n];
     for _ in 0..60 {

@@ -1,6 +1,7 @@
 //! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
 
-use super::{Clock, Law, LinearLaw};
+use super::{Clock, on_their_way};
+use crate::synthesis::{Law, LinearLaw};
 use crate::num::{Matrix, eigenvalues, exponential};
 use crate::reduce::LinearModel;
 
@@ -208,10 +209,10 @@ impl Places {
             .iter()
             .map(|part| {
                 let inputs = part.inputs.len();
-                let on_their_way = part.clock.map_or(0, |clock| (clock.delay / clock.period - SAME).ceil().max(0.0) as usize);
+                let waiting = part.clock.map_or(0, on_their_way);
                 LawPlaces {
                     held: take(if part.clock.is_some() { inputs } else { 0 }),
-                    queue: (0..on_their_way).map(|_| take(inputs)).collect(),
+                    queue: (0..waiting).map(|_| take(inputs)).collect(),
                     states: take(part.linear.states.rows()),
                 }
             })
@@ -320,9 +321,8 @@ impl Places {
         let command = self.command(model, part, number);
         // The torques until the next sample: in force now, then those on their way, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
-        let whole = (clock.delay / clock.period - SAME).ceil().max(0.0);
         // Part of the sample time after which the next command on its way takes effect.
-        let part_of_sample = if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (whole - 1.0) };
+        let part_of_sample = if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (on_their_way(clock) as f64 - 1.0) };
         let torques = match queue.len() {
             0 => command.clone(),
             // After the shift below the first on its way is the oldest one.

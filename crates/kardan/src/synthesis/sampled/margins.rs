@@ -1,6 +1,7 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
-use super::{Clock, Law, SampledLoop, SampledPart};
+use super::{Clock, SampledLoop, SampledPart};
+use crate::synthesis::Law;
 use crate::num::{Matrix, eigenvalues};
 use crate::reduce::LinearModel;
 
@@ -15,7 +16,7 @@ const RANGE: [f64; 2] = [1e-6, 1.0];
 /// Largest factor of the loop gain that is looked at, either way.
 const GAINS: f64 = 100.0;
 /// Longest delay that is looked at, in sample times.
-const DELAYS: f64 = super::LONGEST_DELAY;
+const DELAYS: f64 = crate::synthesis::LONGEST_DELAY;
 
 /// A controller in its loop, to be changed.
 pub struct Survey<'a> {

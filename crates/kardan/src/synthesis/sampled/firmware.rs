@@ -1,6 +1,6 @@
 //! Laws as firmware runs them: once every sample time, on readings of sensors, in single or double precision.
 
-use super::{ExactLoop, Law, LinearLaw, Reference, Seen};
+use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::num::{Float, Matrix, discretise};
 use crate::results::Design;
@@ -96,7 +96,7 @@ impl Law for Sampled {
 
 impl LinearLaw {
     /// The law with its states at a sample time, its signals held in between; `None` if a number overflows.
-    pub(super) fn held(&self, period: f64) -> Option<Self> {
+    pub(in crate::synthesis) fn held(&self, period: f64) -> Option<Self> {
         if self.states.rows() == 0 {
             return Some(self.clone());
         }
@@ -113,7 +113,7 @@ impl LinearLaw {
 }
 
 /// Matrices with the same number of rows beside each other.
-pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
+pub(in crate::synthesis) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
     let rows = parts.first().map_or(0, |part| part.rows());
     let columns = parts.iter().map(|part| part.columns()).sum();
     let mut out = Matrix::zeros(rows, columns);
@@ -130,6 +130,6 @@ pub(super) fn side_by_side(parts: &[&Matrix<f64>]) -> Matrix<f64> {
 }
 
 /// Entries of a matrix in a precision.
-pub(super) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
+pub(in crate::synthesis) fn entries<T: Float>(matrix: &Matrix<f64>) -> Vec<T> {
     T::list(matrix.as_slice())
 }

@@ -1,0 +1,46 @@
+use crate::Real;
+
+/// What a motor can do: torques within ± `torque`, changes within ± `change` from one sample to the next, N m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds<T> {
+    /// Largest torque either way, N m; `None`: unlimited.
+    pub torque: Option<T>,
+    /// Largest change per sample either way, N m; `None`: unlimited.
+    pub change: Option<T>,
+}
+
+impl<T: Real> Bounds<T> {
+    /// The torque within the bounds that is nearest to the one wished; the one before if the wish is NaN. From a torque
+    /// within the bounds follows one within the bounds.
+    ///
+    /// ```
+    /// use kardan_rt::Bounds;
+    /// let motor = Bounds { torque: Some(1.3), change: Some(0.5) };
+    /// assert_eq!(motor.nearest(2.0, 1.0), 1.3);
+    /// assert_eq!(motor.nearest(-2.0, 1.0), 0.5);
+    /// assert_eq!(motor.nearest(f64::NAN, 1.0), 1.0);
+    /// ```
+    #[inline]
+    pub fn nearest(&self, wish: T, before: T) -> T {
+        let mut out = wish;
+        if let Some(change) = self.change {
+            out = within(out, before - change, before + change);
+        }
+        if let Some(torque) = self.torque {
+            out = within(out, -torque, torque);
+        }
+        if out < T::ZERO || out >= T::ZERO { out } else { before }
+    }
+}
+
+/// The nearest number between two; NaN stays.
+#[inline]
+fn within<T: Real>(x: T, low: T, high: T) -> T {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}

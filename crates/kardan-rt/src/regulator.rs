@@ -1,0 +1,157 @@
+use crate::dense::copy;
+use crate::{Bounds, Gain, Governor, Real};
+
+/// A sampled controller that knows its plant: reference model, observer with the commands on their way as states, state
+/// feedback, bounds of the motors.
+///
+/// At each sample, with the readings y and the references r:
+///
+/// ```text
+/// x̂ ← x̂ + M (y − C x̂)                 what the readings tell
+/// r ← governed r                       if there is a governor
+/// u  = −K [x̂; ξ; r], within bounds
+/// ξ ← Aξ ξ + Bξ r                      reference model
+/// x̂ ← A x̂ + B u                        prediction, with the torques as they are: nothing winds up
+/// ```
+///
+/// A reading or reference that is not finite is replaced by the last one that was. Commands are always finite and within the
+/// bounds, whatever is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Regulator<'a, T> {
+    /// A, states × states.
+    pub prediction: Gain<'a, T>,
+    /// B, states × commands.
+    pub input: Gain<'a, T>,
+    /// C, readings × states.
+    pub output: Gain<'a, T>,
+    /// M, states × readings.
+    pub correction: Gain<'a, T>,
+    /// Aξ, states of the reference model squared.
+    pub model: Gain<'a, T>,
+    /// Bξ, states of the reference model × references.
+    pub model_input: Gain<'a, T>,
+    /// K, commands × (states, states of the reference model, references).
+    pub feedback: Gain<'a, T>,
+    /// Bounds of the motors.
+    pub bounds: &'a [Bounds<T>],
+    /// Holds references back that would ask for more than the motors can give.
+    pub governor: Option<Governor<'a, T>>,
+}
+
+/// What a [`Regulator`] remembers. All zero at the start, but for the estimate of where the plant stands.
+#[derive(Debug)]
+pub struct RegulatorMemory<'m, T> {
+    /// x̂
+    pub estimate: &'m mut [T],
+    /// ξ
+    pub model: &'m mut [T],
+    /// Last good readings.
+    pub readings: &'m mut [T],
+    /// Last good references, after the governor.
+    pub references: &'m mut [T],
+    /// The commands in force.
+    pub commands: &'m mut [T],
+    /// As many as [`Regulator::work`] says.
+    pub work: &'m mut [T],
+}
+
+/// What went wrong at a sample, and was dealt with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Health {
+    /// Readings that were not finite, and were held.
+    pub readings_held: usize,
+    /// References that were not finite, and were held.
+    pub references_held: usize,
+    /// Commands that the bounds changed.
+    pub commands_bounded: usize,
+    /// Whether the governor held a reference back.
+    pub governed: bool,
+    /// Whether the estimate overflowed and was kept as it was.
+    pub estimate_kept: bool,
+}
+
+impl<T: Real> Regulator<'_, T> {
+    /// Entries of [`RegulatorMemory::work`] for these numbers of states, states of the reference model, references and
+    /// readings.
+    pub const fn work(states: usize, model: usize, references: usize, readings: usize) -> usize {
+        2 * states + 2 * model + 2 * references + readings
+    }
+
+    /// One sample. `memory.commands` receives the commands, N m.
+    pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>) -> Health {
+        let RegulatorMemory { estimate, model, readings: read, references: told, commands, work } = memory;
+        let mut health = Health::default();
+        let (n, k, r, p) = (estimate.len(), model.len(), told.len(), read.len());
+        let Some((seen, work)) = work.split_at_mut_checked(n + k + r) else { return health };
+        let Some((next, work)) = work.split_at_mut_checked(n) else { return health };
+        let Some((next_model, work)) = work.split_at_mut_checked(k) else { return health };
+        let Some((wish, work)) = work.split_at_mut_checked(r) else { return health };
+        let Some((error, _)) = work.split_at_mut_checked(p) else { return health };
+        health.readings_held = hold(readings, read);
+        copy(told, wish);
+        health.references_held = hold(references, wish);
+
+        // What the readings tell.
+        error.fill(T::ZERO);
+        self.output.add_to(estimate, error);
+        for (error, reading) in error.iter_mut().zip(read.iter()) {
+            *error = *reading - *error;
+        }
+        let Some((corrected, rest)) = seen.split_at_mut_checked(n) else { return health };
+        copy(estimate, corrected);
+        self.correction.add_to(error, corrected);
+        if !corrected.iter().all(|x| x.is_finite()) {
+            copy(estimate, corrected);
+            health.estimate_kept = true;
+        }
+        let Some((own_model, own_references)) = rest.split_at_mut_checked(k) else { return health };
+        copy(model, own_model);
+        if let Some(governor) = &self.governor {
+            health.governed = governor.govern(corrected, own_model, wish, told);
+        } else {
+            copy(wish, told);
+        }
+        copy(told, own_references);
+
+        next_model.fill(T::ZERO);
+        self.model_input.add_to(told, next_model);
+        self.model.add_to(own_model, next_model);
+
+        // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
+        let before: &mut [T] = commands;
+        for (number, command) in before.iter_mut().enumerate() {
+            let wish = -self.feedback.row_times(number, seen);
+            let bounded = match self.bounds.get(number) {
+                Some(bounds) => bounds.nearest(wish, *command),
+                None => Bounds { torque: None, change: None }.nearest(wish, *command),
+            };
+            health.commands_bounded += usize::from(bounded != wish);
+            *command = if bounded.is_finite() { bounded } else { *command };
+        }
+
+        next.fill(T::ZERO);
+        self.input.add_to(before, next);
+        self.prediction.add_to(seen.get(..n).map_or(&[], |x| x), next);
+        if next.iter().all(|x| x.is_finite()) {
+            copy(next, estimate);
+        } else {
+            health.estimate_kept = true;
+        }
+        if next_model.iter().all(|x| x.is_finite()) {
+            copy(next_model, model);
+        }
+        health
+    }
+}
+
+/// Takes over what is finite; how many are not, or are missing.
+fn hold<T: Real>(from: &[T], to: &mut [T]) -> usize {
+    let mut held = 0;
+    for (k, to) in to.iter_mut().enumerate() {
+        match from.get(k) {
+            Some(value) if value.is_finite() => *to = *value,
+            _ => held += 1,
+        }
+    }
+    held
+}

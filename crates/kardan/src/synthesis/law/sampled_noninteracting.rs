@@ -1,0 +1,750 @@
+use kardan_rt::Bounds;
+
+use crate::analysis::OutputSignal;
+use crate::element::Values;
+use crate::equations::{InputKind, Measured, Motor};
+use crate::num::{Matrix, rational_to_f64};
+use crate::reduce::Kinematics;
+use crate::results::{ControllerData, Design, ObserverResult, Physical};
+use crate::schema::{Field, Kind, Sign};
+use crate::synthesis::channels::once;
+use crate::synthesis::decoupling::observable_quotient;
+use crate::synthesis::observed::{Reading, reading, rows, told_apart};
+use crate::synthesis::observer::{Noise, extend, kalman};
+use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
+use crate::synthesis::sampled::{
+    Firmware, GovernorData, Problem, RegulatorData, Runner, Solution, Target, filter, hold_plant, on_their_way,
+};
+use crate::synthesis::{
+    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, clock, effective_inertia, rounded,
+};
+use crate::units::Dimension;
+
+/// Noninteracting control that is designed for its sample time, the delay and the motors: what is left of a decoupling is
+/// minimised, instead of the plant inverted.
+pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
+    keyword: "sampled_noninteracting",
+    summary: "Noninteracting control designed for its sample time: the exactly sampled plant with delay and lag of the \
+              motors, reference models, and a quadratic cost on the interaction itself, what is left between each output \
+              and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
+    fields: &[
+        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its motor."),
+        Field::optional(
+            "governor",
+            Kind::Choice(&["on", "off"]),
+            "Whether references are held back that would drive a motor beyond its torque limit; left out: on.",
+        ),
+    ],
+    example: "\
+[control.column]
+law = \"sampled_noninteracting\"
+sample_time = \"1 ms\"
+delay = \"1 ms\"
+
+[[control.column.channels]]
+output = \"rk.phi\"
+input = \"rk_motor\"
+kind = \"position\"
+bandwidth = \"31 rad/s\"
+reference = \"ref_rk\"
+
+[[control.column.channels]]
+output = \"fs.phi\"
+input = \"wg_motor\"
+kind = \"torque\"
+bandwidth = \"31 rad/s\"
+reference = \"u2\"
+
+[control.column.observer]
+sensors = [\"wg.phi\", \"cs.phi\", \"rk.phi\"]
+disturbances = [\"rk\", \"fs\"]
+",
+    template: |inputs, outputs| {
+        Some(format!("sample_time = \"1 ms\"\ndelay = \"1 ms\"\n{}", paired_template(inputs, outputs, "")?))
+    },
+    inputs: paired_inputs,
+    references,
+    samples: true,
+    design,
+};
+
+const CHANNEL: &[Field] = &[
+    Field::required(
+        "output",
+        Kind::Output,
+        "The output: the angle of a shaft, `<shaft>.phi`, or a sensor of a torque.",
+    ),
+    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
+    Field::optional(
+        "kind",
+        Kind::Choice(&["position", "torque"]),
+        "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along it, on top of \
+         what others apply there, as if the shaft carried its effective inertia alone. Left out: position. A sensor of a \
+         torque follows a reference.",
+    ),
+    Field::optional(
+        "bandwidth",
+        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+        "Corner of the reference model, critically damped of second order; left out: 30 rad/s.",
+    ),
+    Field::optional(
+        "acceptable_angle",
+        Kind::Quantity(Dimension::ANGLE, Sign::Positive),
+        "Error of an angle that is acceptable, against which changes of torques are weighed; left out: 0.01 rad.",
+    ),
+    Field::optional(
+        "acceptable_torque",
+        Kind::Quantity(Dimension::TORQUE, Sign::Positive),
+        "Error of a torque that is acceptable; left out: 0.02 N m.",
+    ),
+    Field::optional(
+        "torque_rate",
+        Kind::Quantity(Dimension::TORQUE_RATE, Sign::Positive),
+        "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 N m/s for a \
+         motor without a limit.",
+    ),
+    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
+];
+
+/// Corner of a reference model, rad/s.
+const BANDWIDTH: f64 = 30.0;
+/// Acceptable error of an angle, rad.
+const ANGLE: f64 = 0.01;
+/// Acceptable error of a torque, N m.
+const TORQUE: f64 = 0.02;
+/// Acceptable rate of a torque over its limit, 1/s.
+const RATE_OVER_LIMIT: f64 = 80.0;
+/// Acceptable rate of a torque without a limit, N m/s.
+const RATE: f64 = 100.0;
+/// Decay of the ideal free motion of a shaft under a torque channel, 1/s: it coasts for seconds, and does not drift for ever.
+const COASTING: f64 = 0.1;
+/// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
+const GOVERNED: f64 = 0.9;
+/// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
+const INSTANTS: usize = 24;
+/// See [`INSTANTS`].
+const HORIZON: f64 = 4.0;
+
+/// What a channel controls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Task {
+    Position,
+    /// A torque along a shaft.
+    Torque(usize),
+    /// What a sensor of a torque reads.
+    Sensor,
+}
+
+fn is_angle(output: &str) -> bool {
+    output.ends_with(".phi")
+}
+
+fn references(values: &Values) -> Vec<Reference> {
+    let reference = |channel: &Values| {
+        let (name, output) = (channel.word("reference")?, channel.word("output")?);
+        let position = is_angle(output) && channel.word("kind") != Some("torque");
+        Some(Reference {
+            name: name.into(),
+            physical: if position { Physical::Angle } else { Physical::Torque },
+            description: format!("{} {output}", if position { "reference of" } else { "torque reference along" }),
+        })
+    };
+    channels(values).filter_map(reference).collect()
+}
+
+fn motor<'a>(plant: &'a Plant, name: &str) -> Option<&'a Motor> {
+    let input = plant.reduced.equations.inputs.iter().find(|input| input.element == name)?;
+    match &input.value {
+        InputKind::Motor(motor) => Some(motor),
+        InputKind::Disturbance => None,
+    }
+}
+
+struct Sampled {
+    name: String,
+    clock: Clock,
+    inputs: Vec<String>,
+    references: Vec<Reference>,
+    sensors: Vec<OutputSignal>,
+    readings: Vec<Reading>,
+    offsets: Vec<f64>,
+    coordinates: Vec<usize>,
+    shafts: usize,
+    states: Vec<String>,
+    data: RegulatorData,
+    runner: Runner<f64>,
+    design: Design,
+}
+
+fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+    let (plant, values) = (request.plant, request.values);
+    let Some(clock) = clock(values)? else {
+        return Err(SynthesisError::SampledOnly { law: SAMPLED_NONINTERACTING.keyword });
+    };
+    let inputs = paired_inputs(values);
+    let references = references(values);
+    let (tasks, outputs) = tasks(plant, values)?;
+    let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
+    once(names.iter().map(String::as_str), "output")?;
+    once(inputs.iter().map(String::as_str), "input")?;
+    once(references.iter().map(|r| r.name.as_str()), "reference")?;
+    let limit = |input: &String| motor(plant, input)?.torque_limit.as_ref().map(|limit| limit.to_f64());
+    let rate = |input: &String| motor(plant, input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
+    let lag = |input: &String| motor(plant, input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
+    let lags: Vec<f64> = inputs.iter().map(lag).collect();
+    let changes: Vec<f64> = channels(values)
+        .zip(&inputs)
+        .map(|(channel, input)| {
+            let otherwise = limit(input).map_or(RATE, |limit| RATE_OVER_LIMIT * limit);
+            channel.number("torque_rate").unwrap_or(otherwise) * clock.period
+        })
+        .collect();
+
+    // What the channels do not see of the plant (the angle of a free wheel) is left out of the design.
+    let shown = plant.system(&inputs, &outputs);
+    let quotient = observable_quotient(&shown, &plant.twists());
+    let (torques, direct) = plant.torques(request.disturbances, &outputs);
+    let (a, b, w) =
+        (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
+    let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
+    let mut targets = Vec::new();
+    for (k, (channel, task)) in channels(values).zip(&tasks).enumerate() {
+        let bandwidth = channel.number("bandwidth").unwrap_or(BANDWIDTH);
+        let acceptable = match task {
+            Task::Position => channel.number("acceptable_angle").unwrap_or(ANGLE),
+            _ => channel.number("acceptable_torque").unwrap_or(TORQUE),
+        };
+        let (mut on_state, mut on_torque, mut on_disturbance) =
+            (c.row(k).to_vec(), d.row(k).to_vec(), f.row(k).to_vec());
+        if let Task::Torque(shaft) = task {
+            // J ÿ + J ẏ/T − what acts on the shaft from outside, for the speed ẏ = c z.
+            let inertia = rational_to_f64(&effective_inertia(&plant.linear, *shaft));
+            let row = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)]);
+            let acceleration = row.multiply(&a).plus(&row.scale(&COASTING));
+            on_state = acceleration.scale(&inertia).row(0).to_vec();
+            on_torque = row.multiply(&b).scale(&inertia).row(0).to_vec();
+            on_disturbance = row.multiply(&w).scale(&inertia).row(0).to_vec();
+            for (share, disturbed) in on_disturbance.iter_mut().zip(request.disturbances) {
+                *share -= f64::from(u8::from(disturbed == shaft));
+            }
+        }
+        if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
+            return Err(SynthesisError::Unreached { output: names[k].clone() });
+        }
+        targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
+    }
+    let problem = Problem { a, b, w, lags: lags.clone(), targets, changes, clock };
+    let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
+    let lift = quotient.projection.to_f64();
+
+    let observed = observer(request, &inputs, &lags, clock)?;
+    let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
+    let bounds: Vec<Bounds<f64>> = inputs
+        .iter()
+        .map(|input| Bounds { torque: limit(input), change: rate(input).map(|rate| rate * clock.period) })
+        .collect();
+    let governed = values.word("governor") != Some("off");
+    let data = assemble(&problem, &solution, &lift, &observed, compensation, bounds, governed)
+        .ok_or(SynthesisError::TooLarge)?;
+    let design = describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
+    let mut kinematics = Kinematics::new(&plant.reduced);
+    let zero = vec![0.0; plant.reduced.freedoms()];
+    kinematics.update(&zero, &zero);
+    let offsets: Vec<f64> =
+        observed.readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
+    let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
+    states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
+    states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
+    let past = on_their_way(clock).max(1);
+    states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
+    states.extend(references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]));
+    states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
+    states.extend(references.iter().map(|r| format!("governed {}", r.name)));
+    states.extend(inputs.iter().map(|input| format!("command of {input}")));
+    Ok(Box::new(Sampled {
+        name: request.name.to_string(),
+        clock,
+        inputs,
+        references,
+        runner: Runner::new(&data, &observed.readings, &offsets),
+        sensors: if observed.full { Vec::new() } else { observed.sensors },
+        readings: observed.readings,
+        offsets,
+        coordinates: plant.reduced.coordinates.clone(),
+        shafts: plant.shafts().len(),
+        states,
+        data,
+        design,
+    }))
+}
+
+/// What each channel controls, with the output that shows it: of a torque along a shaft its speed.
+fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>), SynthesisError> {
+    let (mut tasks, mut outputs) = (Vec::new(), Vec::new());
+    for channel in channels(values) {
+        let output = plant.output(channel.word("output").unwrap_or_default())?;
+        let torque = channel.word("kind") == Some("torque");
+        let (task, output) = match &output.measured {
+            Measured::Angle(shaft) if torque => {
+                let number = plant.reduced.shaft(shaft).expect("an output names a shaft");
+                (Task::Torque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
+            }
+            Measured::Angle(_) => (Task::Position, output),
+            Measured::Speed(_) => {
+                let example = format!("{}.phi", output.name.trim_end_matches(".w"));
+                return Err(SynthesisError::NotAnAngle { signal: output.name, example });
+            }
+            _ => (Task::Sensor, output),
+        };
+        let (idle, kind) = match task {
+            Task::Position => ("acceptable_torque", "an angle"),
+            _ => ("acceptable_angle", "a torque"),
+        };
+        if channel.has(idle) {
+            return Err(SynthesisError::IdleChannelKey { output: output.name, kind, key: idle });
+        }
+        tasks.push(task);
+        outputs.push(output);
+    }
+    Ok((tasks, outputs))
+}
+
+/// The sampled plant that the observer follows, and how it corrects it.
+struct Observer {
+    /// Whether all angles and speeds are measured, without error.
+    full: bool,
+    /// Names of the plant's states.
+    states: Vec<String>,
+    disturbances: Vec<String>,
+    sensors: Vec<OutputSignal>,
+    readings: Vec<Reading>,
+    /// `[x; τ of motors with a lag; d]⁺` over `[x; τ; d; past commands; command]`.
+    prediction: Matrix<f64>,
+    /// C over `[x; τ; d]`.
+    output: Matrix<f64>,
+    /// M
+    correction: Matrix<f64>,
+    result: Option<ObserverResult>,
+}
+
+fn observer(
+    request: &Request<'_>,
+    inputs: &[String],
+    lags: &[f64],
+    clock: Clock,
+) -> Result<Observer, SynthesisError> {
+    let (plant, r) = (request.plant, request.plant.linear.coordinates.len());
+    let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
+    let keys = request.values.table("observer");
+    if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
+        return Err(SynthesisError::NotAShare { share });
+    }
+    if let Some(key) = keys.and_then(|keys| ["poles"].into_iter().find(|key| keys.has(key))) {
+        return Err(SynthesisError::IdleKey { key, method: "kalman".into() });
+    }
+    let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.words("sensors")) {
+        Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,
+        None => {
+            let all = plant.states();
+            all.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?
+        }
+    };
+    let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
+    let system = plant.system(inputs, &sensors);
+    let (torques, _) = plant.torques(request.disturbances, &[]);
+    let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
+        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+    let size = held.flow.rows();
+    let c = system.c.to_f64();
+    let output = Matrix::from_fn(c.rows(), size, |i, j| if j < 2 * r { c[(i, j)] } else { 0.0 });
+    let Some(keys) = keys else {
+        return Ok(Observer {
+            full: true,
+            states: plant.states(),
+            disturbances,
+            sensors,
+            readings,
+            correction: Matrix::from_fn(size, 2 * r, |i, j| f64::from(u8::from(i == j))),
+            prediction: held.state,
+            output,
+            result: None,
+        });
+    };
+    let names: Vec<String> = disturbances.iter().map(|name| format!("{name}.disturbance")).collect();
+    let extended = extend(&system, &torques, &names);
+    let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
+    let intensity = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
+        Some("phi") => 0.0,
+        Some("w") => number("speed_noise", 0.1),
+        _ => number("disturbance_rate", 10.0),
+    };
+    // What the sensors show at all is decided exactly.
+    let noise = Noise {
+        process: extended.states.iter().map(intensity).collect(),
+        measurement: vec![number("sensor_noise", 1e-5); sensors.len()],
+    };
+    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    kalman(&extended, &noise).map_err(failed)?;
+    let intensities: Vec<f64> = {
+        let lagged = size - 2 * r - names.len();
+        let (plant, rest) = noise.process.split_at(2 * r);
+        plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
+    };
+    let variances: Vec<f64> = sensors.iter().map(|sensor| variance(plant, keys, sensor, clock)).collect();
+    let found = filter(&held.flow, &output, &intensities, &variances, clock.period)
+        .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
+    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
+    let all: Vec<String> = plant.states().into_iter().chain(lagged).chain(names).collect();
+    let mut sentences = told_apart(plant, &system)?;
+    sentences.push(format!(
+        "the Riccati equation of the filter holds with the relative residual {:.1e}",
+        found.residual
+    ));
+    let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
+    let result = ObserverResult {
+        sensors: extended.outputs.clone(),
+        disturbances: disturbances.clone(),
+        poles: found.multipliers.iter().map(|z| as_pole(*z, clock.period)).collect(),
+        method: "kalman".into(),
+        gain: rounded(title, &all, &extended.outputs, &found.gain),
+        states: all,
+        distinguishable: sentences,
+    };
+    Ok(Observer {
+        full: false,
+        states: plant.states(),
+        disturbances,
+        sensors,
+        readings,
+        prediction: held.state,
+        output,
+        correction: found.gain,
+        result: Some(result),
+    })
+}
+
+/// The pole in continuous time of a multiplier per sample, 1/s.
+fn as_pole((re, im): (f64, f64), period: f64) -> (f64, f64) {
+    (re.hypot(im).ln() / period, im.atan2(re) / period)
+}
+
+/// Variance of a reading: as given, else that of rounding, else that of a nearly ideal sensor.
+fn variance(plant: &Plant, keys: &Values, signal: &OutputSignal, clock: Clock) -> f64 {
+    if let Some(noise) = keys.number("sensor_noise") {
+        return noise * noise / clock.period;
+    }
+    let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+    let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
+    let Some((sensor, step)) = sensor.and_then(|sensor| Some((sensor, sensor.resolution?))) else {
+        return 1e-10 / clock.period;
+    };
+    let step = match &signal.measured {
+        Measured::SpringTorque(element) => {
+            let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+            step * springs.map(|spring| spring.value.stiffness.to_f64()).sum::<f64>()
+        }
+        // The difference of two rounded angles.
+        Measured::Speed(_) => {
+            2f64.sqrt() * step / sensor.sample_time.as_ref().map_or(clock.period, |time| time.to_f64())
+        }
+        _ => step,
+    };
+    step * step / 12.0
+}
+
+/// The block's matrices from feedback, observer and reference models.
+fn assemble(
+    problem: &Problem,
+    solution: &Solution,
+    lift: &Matrix<f64>,
+    observed: &Observer,
+    compensation: f64,
+    bounds: Vec<Bounds<f64>>,
+    governed: bool,
+) -> Option<RegulatorData> {
+    let (m, c) = (problem.b.columns(), problem.targets.len());
+    let states = lift.columns();
+    let lagged = solution.on_lagged.columns();
+    let disturbances = problem.w.columns();
+    let own = states + lagged + disturbances;
+    let past = solution.on_past.columns();
+    let n = own + past;
+    let on_state = solution.on_state.multiply(lift);
+    let mut prediction = Matrix::zeros(n, n);
+    let mut input = Matrix::zeros(n, m);
+    for i in 0..own {
+        (0..n).for_each(|j| prediction[(i, j)] = observed.prediction[(i, j)]);
+        (0..m).for_each(|j| input[(i, j)] = observed.prediction[(i, n + j)]);
+    }
+    for i in 0..past {
+        if i < m {
+            input[(own + i, i)] = 1.0;
+        } else {
+            prediction[(own + i, own + i - m)] = 1.0;
+        }
+    }
+    let p = observed.output.rows();
+    let output = Matrix::from_fn(p, n, |i, j| if j < own { observed.output[(i, j)] } else { 0.0 });
+    let correction = Matrix::from_fn(n, p, |i, j| if i < own { observed.correction[(i, j)] } else { 0.0 });
+    let (model, model_input) = problem.models()?;
+    let feedback = Matrix::from_fn(m, n + 3 * c, |i, j| match j {
+        j if j < states => on_state[(i, j)],
+        j if j < states + lagged => solution.on_lagged[(i, j - states)],
+        j if j < own => compensation * solution.on_disturbance[(i, j - states - lagged)],
+        j if j < n => solution.on_past[(i, j - own)],
+        j if j < n + 2 * c => solution.on_model[(i, j - n)],
+        j => solution.on_reference[(i, j - n - 2 * c)],
+    });
+    let mut data =
+        RegulatorData { prediction, input, output, correction, model, model_input, feedback, bounds, governor: None };
+    if governed {
+        data.governor = governor(&data, problem);
+    }
+    Some(data)
+}
+
+/// Predicted commands for constant references, at instants that lie the closer the sooner; `None` without limits.
+fn governor(data: &RegulatorData, problem: &Problem) -> Option<GovernorData> {
+    let [n, k, r, _, m] = data.sizes();
+    let limited: Vec<(usize, f64)> =
+        data.bounds.iter().enumerate().filter_map(|(i, bounds)| Some((i, bounds.torque?))).collect();
+    if limited.is_empty() {
+        return None;
+    }
+    let size = n + k + r;
+    let slowest = problem.targets.iter().map(|target| target.bandwidth).fold(f64::INFINITY, f64::min);
+    let horizon = (HORIZON / (slowest * problem.clock.period)).ceil().max(1.0);
+    let mut instants: Vec<usize> =
+        (0..INSTANTS).map(|i| (horizon.powf(i as f64 / (INSTANTS - 1) as f64)).round() as usize - 1).collect();
+    instants.dedup();
+    // [x̂; ξ; r]⁺ with u = −K [x̂; ξ; r].
+    let mut closed = Matrix::zeros(size, size);
+    for i in 0..n {
+        for j in 0..size {
+            let fed: f64 = (0..m).map(|l| data.input[(i, l)] * data.feedback[(l, j)]).sum();
+            closed[(i, j)] = if j < n { data.prediction[(i, j)] - fed } else { -fed };
+        }
+    }
+    for i in 0..k {
+        (0..k).for_each(|j| closed[(n + i, n + j)] = data.model[(i, j)]);
+        (0..r).for_each(|j| closed[(n + i, n + k + j)] = data.model_input[(i, j)]);
+    }
+    (0..r).for_each(|i| closed[(n + k + i, n + k + i)] = 1.0);
+    let mut rows: Vec<Vec<f64>> = Vec::new();
+    let mut bounds = Vec::new();
+    let mut now = data.feedback.scale(&-1.0);
+    let mut instant = 0;
+    for &at in &instants {
+        while instant < at {
+            now = now.multiply(&closed);
+            instant += 1;
+        }
+        for &(motor, limit) in &limited {
+            rows.push(now.row(motor).to_vec());
+            bounds.push(GOVERNED * limit);
+        }
+    }
+    Some(GovernorData { prediction: Matrix::from_fn(rows.len(), size, |i, j| rows[i][j]), bounds })
+}
+
+#[expect(clippy::too_many_arguments, reason = "everything that a reader is told of the design")]
+fn describe(
+    request: &Request<'_>,
+    problem: &Problem,
+    solution: &Solution,
+    inputs: &[String],
+    outputs: &[String],
+    references: &[Reference],
+    observed: &Observer,
+    data: &RegulatorData,
+    definitions: Vec<(String, String)>,
+) -> Design {
+    let clock = problem.clock;
+    let past: Vec<String> = (1..=on_their_way(clock).max(1))
+        .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
+        .collect();
+    let lagged: Vec<String> =
+        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("{i}.tau")).collect();
+    let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| format!("{shaft}.disturbance")).collect();
+    let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let models: Vec<String> =
+        told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
+    let columns: Vec<String> =
+        [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
+    let sensors: Vec<(String, String)> =
+        observed.sensors.iter().map(|sensor| (sensor.name.clone(), unit(&sensor.name).into())).collect();
+    let reads = sensors.into_iter().chain(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
+    let mut matrices = vec![
+        ("prediction".to_string(), data.prediction.to_rows()),
+        ("input".into(), data.input.to_rows()),
+        ("output".into(), data.output.to_rows()),
+        ("correction".into(), data.correction.to_rows()),
+        ("model".into(), data.model.to_rows()),
+        ("model_input".into(), data.model_input.to_rows()),
+        ("feedback".into(), data.feedback.to_rows()),
+    ];
+    if let Some(governor) = &data.governor {
+        matrices.push(("governor".into(), governor.prediction.to_rows()));
+        matrices.push(("governor_bounds".into(), governor.bounds.iter().map(|x| vec![*x]).collect()));
+    }
+    let mut numbers = Vec::new();
+    for (input, bounds) in inputs.iter().zip(&data.bounds) {
+        numbers.extend(bounds.torque.map(|torque| (format!("{input} torque_limit"), torque)));
+        numbers.extend(bounds.change.map(|change| (format!("{input} change_limit"), change)));
+    }
+    let controller_data = ControllerData {
+        block: "Regulator".into(),
+        reads: reads.collect(),
+        writes: inputs.to_vec(),
+        sample_time: Some(clock.period),
+        matrices,
+        numbers,
+    };
+    let mut notes = vec![format!(
+        "designed for a sample time of {} s and a delay of {} s; the Riccati equation of the feedback holds with the \
+         relative residual {:.1e}",
+        clock.period, clock.delay, solution.regulator.residual
+    )];
+    for (output, target) in outputs.iter().zip(&problem.targets) {
+        notes.push(format!("reference model of {output}: critically damped, {} rad/s", target.bandwidth));
+    }
+    if observed.result.is_none() {
+        notes.push("without an observer all angles and speeds are taken as measured, and no disturbance is known".into());
+    }
+    Design {
+        controller: request.name.into(),
+        law: SAMPLED_NONINTERACTING.keyword.into(),
+        design_model: format!("linear, at zero angles, sampled at {} s", clock.period),
+        states: observed.states.clone(),
+        inputs: inputs.to_vec(),
+        outputs: outputs.iter().map(|name| name.clone()).collect(),
+        definitions,
+        gains: vec![rounded(("K", "gain K of u = -K [estimate; reference model; references]", ""), inputs, &columns, &data.feedback)],
+        observer: observed.result.clone(),
+        controller_data,
+        notes,
+        ..Design::default()
+    }
+}
+
+fn unit(signal: &str) -> &'static str {
+    match signal.rsplit_once('.').map(|(_, tail)| tail) {
+        Some("phi") => "rad",
+        Some("w") => "rad/s",
+        _ => "N m",
+    }
+}
+
+impl Sampled {
+    /// x̂, ξ, last readings, governed references, commands: where each begins.
+    fn places(&self) -> [usize; 5] {
+        let [n, k, r, p, _] = self.data.sizes();
+        [0, n, n + k, n + k + p, n + k + p + r]
+    }
+}
+
+impl Law for Sampled {
+    fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        Some(self.clock)
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.states.clone()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (state, &shaft) in out.iter_mut().zip(&self.coordinates) {
+            *state = angles[shaft];
+        }
+        let [_, _, readings, ..] = self.places();
+        for (k, reading) in self.readings.iter().enumerate() {
+            out[readings + k] = reading.read(angles, speeds) - self.offsets[k];
+        }
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        use crate::synthesis::Block;
+        self.runner.command(seen, out);
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
+        use crate::synthesis::Block;
+        self.runner.next(seen, torques, out);
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        let same = clock.period == self.clock.period;
+        same.then(|| Firmware {
+            linear: self.linear(),
+            block: if clock.single {
+                Box::new(Runner::<f32>::new(&self.data, &self.readings, &self.offsets))
+            } else {
+                Box::new(Runner::<f64>::new(&self.data, &self.readings, &self.offsets))
+            },
+        })
+    }
+
+    fn linear(&self) -> LinearLaw {
+        let RegulatorData { prediction, input, output, correction, model, feedback, .. } = &self.data;
+        let [n, k, _, p, m] = self.data.sizes();
+        let size = self.states.len();
+        let [_, models, readings, ..] = self.places();
+        let [angles, speeds] = rows(&self.readings, self.shafts);
+        // x̂ after the correction: (I − M C) x̂ + M y.
+        let kept = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
+        let on_estimate = Matrix::from_fn(m, n, |i, j| -feedback[(i, j)]);
+        let on_states = on_estimate.multiply(&kept);
+        let on_readings = on_estimate.multiply(correction);
+        let command = Matrix::from_fn(m, size, |i, j| match j {
+            j if j < n => on_states[(i, j)],
+            j if (models..models + k).contains(&j) => -feedback[(i, n + j - models)],
+            _ => 0.0,
+        });
+        let next_of = |corrected: &Matrix<f64>, commanded: &Matrix<f64>| {
+            prediction.multiply(corrected).plus(&input.multiply(commanded))
+        };
+        let corrected = Matrix::from_fn(n, size, |i, j| if j < n { kept[(i, j)] } else { 0.0 });
+        let (next_estimate, next_from_readings) = (next_of(&corrected, &command), next_of(correction, &on_readings));
+        let last_command = self.places()[4];
+        let states = Matrix::from_fn(size, size, |i, j| match i {
+            i if i < n => next_estimate[(i, j)],
+            i if (models..models + k).contains(&i) && (models..models + k).contains(&j) => model[(i - models, j - models)],
+            i if i >= last_command => command[(i - last_command, j)],
+            _ => 0.0,
+        });
+        let from_readings = Matrix::from_fn(size, p, |i, j| match i {
+            i if i < n => next_from_readings[(i, j)],
+            i if (readings..readings + p).contains(&i) => f64::from(u8::from(i - readings == j)),
+            i if i >= last_command => on_readings[(i - last_command, j)],
+            _ => 0.0,
+        });
+        LinearLaw {
+            states,
+            angles: from_readings.multiply(&angles),
+            speeds: from_readings.multiply(&speeds),
+            disturbances: Matrix::zeros(size, 0),
+            torques: Matrix::zeros(size, m),
+            on_states: command,
+            on_angles: on_readings.multiply(&angles),
+            on_speeds: on_readings.multiply(&speeds),
+            on_disturbances: Matrix::zeros(m, 0),
+        }
+    }
+
+    fn describe(&self) -> Design {
+        Design { controller: self.name.clone(), ..self.design.clone() }
+    }
+}

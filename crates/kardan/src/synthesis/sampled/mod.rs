@@ -1,0 +1,19 @@
+//! Control at a sample time: laws as firmware runs them, the exact map of the sampled loop, its margins, and the design of
+//! laws that know the sample time, the delay and the lag of the motors.
+
+mod filter;
+mod firmware;
+mod hold;
+mod interaction;
+mod loop_map;
+mod margins;
+mod runner;
+
+pub(super) use filter::filter;
+pub(super) use firmware::entries;
+pub(super) use hold::{hold_plant, on_their_way};
+pub(super) use interaction::{Problem, Solution, Target};
+pub use firmware::{Block, Clock, Firmware, sampled};
+pub use loop_map::{SampledLoop, SampledLoopError, SampledPart};
+pub(super) use runner::{GovernorData, RegulatorData, Runner};
+pub use margins::{Change, Limit, Slowest, Survey};
