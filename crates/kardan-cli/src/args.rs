@@ -59,6 +59,9 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
+    /// Run controllers too that are unstable at their sample time.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
@@ -140,6 +143,9 @@ pub struct DesignArgs {
     /// Do not measure cross coupling in the nonlinear simulation.
     #[arg(long)]
     pub no_simulation: bool,
+    /// Show a controller too that is unstable at its sample time.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// How outputs are to be decoupled.

@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use kardan::report::words::{self, design as said};
-use kardan::results::{Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, ObserverResult, ZeroMode};
+use kardan::results::{
+    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, ZeroMode,
+};
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
 use crate::render::visible;
@@ -20,7 +22,7 @@ const NAME: usize = 16;
 /// More names in a row are counted, not shown.
 const NAMES: usize = 16;
 
-/// Gives the design in sections: warnings, what was designed, decoupling, gains, channels, poles, zero dynamics,
+/// Gives the design in sections: warnings, what was designed, decoupling, gains, channels, poles, sampling, zero dynamics,
 /// observer, proof, cross coupling, flatness, canonical form, controller, notes.
 pub fn text(design: &Design, origin: &str) -> String {
     let mut out = String::new();
@@ -42,6 +44,9 @@ pub fn text(design: &Design, origin: &str) -> String {
     }
     channels(&mut out, &design.channels);
     poles(&mut out, design);
+    if let Some(found) = &design.margins {
+        margins(&mut out, found);
+    }
     zero_dynamics(&mut out, design);
     if let Some(found) = &design.observer {
         observer(&mut out, found);
@@ -244,6 +249,19 @@ fn proof(out: &mut String, design: &Design) {
         .collect();
     if !rows.is_empty() {
         table(out, &["from", "to", "transfer function"], &rows, 2 * ROWS);
+    }
+}
+
+fn margins(out: &mut String, found: &Margins) {
+    heading(out, "Sampling, delay and limits");
+    sentence(out, &found.verdict);
+    let rows: Vec<Vec<String>> = said::margins(found, number).into_iter().map(Vec::from).collect();
+    if !rows.is_empty() {
+        table(out, &["the loop tolerates", "#limit", "beyond it grows"], &rows, ROWS);
+    }
+    let rows: Vec<Vec<String>> = found.peaks.iter().map(|peak| said::torque_peak(peak, number).to_vec()).collect();
+    if !rows.is_empty() {
+        table(out, &["step of", "motor", "#asked of it", "#torque limit"], &rows, ROWS);
     }
 }
 

@@ -258,8 +258,14 @@ fn every_law_is_what_its_gains_say() {
         let states = vec![0.0; law.states().len()];
         let mut base = vec![0.0; m];
         let rest = vec![0.0; n];
-        let nothing =
-            Seen { angles: &rest, speeds: &rest, references: &references, disturbances: &[], readings: &[], states: &states };
+        let nothing = Seen {
+            angles: &rest,
+            speeds: &rest,
+            references: &references,
+            disturbances: &[],
+            readings: &[],
+            states: &states,
+        };
         law.command(nothing, &mut base);
         assert!(base.iter().all(|u| *u == 0.0), "at rest with nothing asked, nothing is commanded");
         // Linear in the state: one evaluation per column gives the gain but for rounding of its own terms.

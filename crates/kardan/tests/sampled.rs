@@ -110,7 +110,8 @@ fn runs_equal_the_exact_map() {
         for sample in 0..200 {
             let time = f64::from(sample) * 1e-4;
             for (k, name) in coordinates.iter().enumerate() {
-                let (angle, speed) = (common::at(&run, &format!("{name}.phi"), time), common::at(&run, &format!("{name}.w"), time));
+                let (angle, speed) =
+                    (common::at(&run, &format!("{name}.phi"), time), common::at(&run, &format!("{name}.w"), time));
                 assert!((angle - z[k]).abs() < 1e-9, "{clock} {motor}: {name}.phi at {time}: {angle} {}", z[k]);
                 assert!((speed - z[3 + k]).abs() < 1e-6, "{clock} {motor}: {name}.w at {time}: {speed} {}", z[3 + k]);
                 largest = largest.max(speed.abs());

@@ -27,6 +27,9 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     }
     // Only the design knows which mistakes stop it; of the others the warnings are said.
     let mut warnings = study::check(&source.text);
+    if args.force {
+        study::overrule(&mut warnings);
+    }
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let bars = Bars::new(quiet);
@@ -69,5 +72,6 @@ fn settings(args: &DesignArgs) -> DesignSettings {
         feedback: feedback.map(str::to_owned),
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
+        force: args.force,
     }
 }

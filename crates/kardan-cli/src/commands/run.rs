@@ -16,13 +16,16 @@ use crate::summary::summary;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
-    let known = study::check(&source.text);
+    let mut known = study::check(&source.text);
+    if args.force {
+        study::overrule(&mut known);
+    }
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
     let folder = Folder::prepare(&args.out)?;
-    let study = compute(&source, &args.variants, quiet).map_err(|mut diagnostics| {
+    let study = compute(&source, args, quiet).map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
@@ -36,9 +39,9 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     Ok(if problems.is_empty() { verdict(&study.runs) } else { ERROR })
 }
 
-fn compute(source: &Source, variants: &[String], quiet: bool) -> Result<Study, Vec<Diagnostic>> {
+fn compute(source: &Source, args: &RunArgs, quiet: bool) -> Result<Study, Vec<Diagnostic>> {
     let bars = Bars::new(quiet);
-    let study = study::run(&source.text, &Settings { variants: variants.to_vec() }, &bars);
+    let study = study::run(&source.text, &Settings { variants: args.variants.clone(), force: args.force }, &bars);
     bars.finish();
     study
 }

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json as object};
 
 use crate::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness,
-    ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
+    LoopLimit, Margins, ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -42,6 +42,7 @@ const VERSION: u32 = 1;
 /// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
+/// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time), `stable`, `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
 /// | `observer_data` | the same for the observer that runs before it; `null` without one |
@@ -75,6 +76,7 @@ pub fn design_json(design: &Design) -> String {
         "decoupled": design.decoupled,
         "blocks_decoupled": design.blocks_decoupled,
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
+        "margins": design.margins.as_ref().map(margins),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
         "observer_data": design.observer_data.as_ref().map(|found| Value::Object(data(found))),
@@ -82,6 +84,28 @@ pub fn design_json(design: &Design) -> String {
         "notes": design.notes,
     })
     .to_string()
+}
+
+fn margins(found: &Margins) -> Value {
+    let limit = |limit: &LoopLimit| object!({ "value": limit.value, "motion": limit.motion });
+    object!({
+        "sample_time_s": found.sample_time,
+        "delay_s": found.delay,
+        "single": found.single,
+        "spectral_radius": found.spectral_radius,
+        "stable": found.stable,
+        "rates": list(&found.rates, |rate| object!({
+            "delay_samples": rate.delay, "rate_hz": rate.rate, "motion": rate.motion,
+        })),
+        "longest_delay_s": found.longest_delay.as_ref().map(limit),
+        "longest_lag_s": found.longest_lag.as_ref().map(limit),
+        "gain_margin": found.gain_margin.as_ref().map(|both| list(both, limit)),
+        "peaks": list(&found.peaks, |peak| object!({
+            "reference": peak.reference, "step": peak.step, "step_unit": peak.step_unit, "input": peak.input,
+            "peak_n_m": peak.peak, "limit_n_m": peak.limit,
+        })),
+        "verdict": found.verdict,
+    })
 }
 
 /// Gives what a designed controller runs with as a JSON object, a line for each key. Numbers are the shortest that read

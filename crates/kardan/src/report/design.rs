@@ -7,7 +7,9 @@ use super::table::{Cell, section as framed, table};
 use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
-use crate::results::{Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, ObserverResult, Pole, ZeroMode};
+use crate::results::{
+    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, Pole, ZeroMode,
+};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -24,6 +26,7 @@ fn parts(design: &Design) -> Vec<(&'static str, &'static str, String)> {
         ("gains", "Gains", matrices(&design.gains)),
         ("channels", "Channels", channels(&design.channels)),
         ("poles", "Closed-loop poles", closed_loop(design)),
+        ("sampling", "Sampling, delay and limits", design.margins.as_ref().map(margins).unwrap_or_default()),
         ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
         ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
         ("proof", "Transfer matrix", proof(design)),
@@ -93,6 +96,22 @@ fn decoupling(design: &Design) -> String {
         body += &matrices(std::slice::from_ref(&design.decoupling_matrix));
     }
     body + &titled("Relative degrees", &rows_of(&["output", "#derivatives until an input appears"], rows))
+}
+
+fn margins(found: &Margins) -> String {
+    let limits = said::margins(found, number).into_iter();
+    let limits = limits.map(|[what, limit, motion]| vec![Cell::Head(what, 1), Cell::Number(limit), Cell::text(motion)]);
+    let peaks = found.peaks.iter().map(|peak| {
+        let [step, motor, asked, limit] = said::torque_peak(peak, number);
+        let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
+        let asked = if too_much { mark(false, &asked) } else { Cell::Number(asked) };
+        vec![Cell::Head(step, 1), Cell::text(motor), asked, Cell::Number(limit)]
+    });
+    let limits = rows_of(&["the loop tolerates", "#limit", "beyond it grows"], limits.collect());
+    let peaks = rows_of(&["step of", "motor", "#asked of it", "#torque limit"], peaks.collect());
+    paragraph(&found.verdict)
+        + &titled("Limits of the linear loop", &limits)
+        + &titled("Torques that steps ask for", &peaks)
 }
 
 /// Matrices side by side, fractions where they are short.

@@ -1,6 +1,6 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{LawSummary, NamedMatrix, Pole};
+use super::{LawSummary, Margins, NamedMatrix, Pole};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -79,6 +79,8 @@ pub struct Design {
     pub blocks_decoupled: Option<bool>,
     /// What steps of each reference do to the outputs of the other channels in the nonlinear simulation.
     pub cross_coupling: Vec<CrossCoupling>,
+    /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
+    pub margins: Option<Margins>,
     /// Whether the outputs are flat (Theorem 6.4).
     pub flatness: Option<Flatness>,
     /// What runs in firmware.

@@ -4,9 +4,11 @@ mod analysis;
 mod design;
 #[cfg(test)]
 pub(crate) mod example;
+mod margins;
 
 pub use analysis::*;
 pub use design::*;
+pub use margins::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -16,7 +16,10 @@ impl Period {
     pub fn new(time: &Exact) -> Self {
         let time = time.to_rational();
         let whole = |x: Rational| rational_to_f64(&x);
-        Self { numerator: whole(time.numerator().clone().into()), denominator: whole(time.denominator().clone().into()) }
+        Self {
+            numerator: whole(time.numerator().clone().into()),
+            denominator: whole(time.denominator().clone().into()),
+        }
     }
 
     /// A period in s that is known as a number only: the reciprocal of a whole number, if it is one.
@@ -52,15 +55,7 @@ pub(super) struct Sampler {
 impl Sampler {
     /// A sensor that reads exactly and at once.
     pub fn ideal() -> Self {
-        Self {
-            step: None,
-            phase: 0.0,
-            period: None,
-            differentiate: false,
-            next: 0,
-            last_angle: f64::NAN,
-            held: 0.0,
-        }
+        Self { step: None, phase: 0.0, period: None, differentiate: false, next: 0, last_angle: f64::NAN, held: 0.0 }
     }
 
     /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1.

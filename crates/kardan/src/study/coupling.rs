@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::{PreparedVariant, Progress};
-use crate::results::{CrossCoupling, Design, Outcome, Physical, Series};
+use crate::equations::InputKind;
+use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
 use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance, simulate};
 use crate::synthesis::Reference;
 
@@ -19,13 +20,14 @@ const MOST_STEPS: usize = 200_000;
 const BEFORE: f64 = 0.02;
 
 /// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. What moves
-/// without a step (springs that are not relaxed) is taken off. With the couplings come warnings.
+/// without a step (springs that are not relaxed) is taken off. With the couplings come the torques that the steps ask of the
+/// motors, and warnings.
 pub(super) fn cross_coupling(
     variant: &PreparedVariant,
     references: &[Reference],
     design: &Design,
     progress: &dyn Progress,
-) -> (Vec<CrossCoupling>, Vec<String>) {
+) -> (Vec<CrossCoupling>, Vec<TorquePeak>, Vec<String>) {
     let slowest =
         design.closed_loop_poles.iter().map(|(re, _)| -re).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
     let window = (8.0 / slowest).clamp(SHORTEST, LONGEST);
@@ -49,7 +51,7 @@ pub(super) fn cross_coupling(
         numbers.par_iter().map(|&k| run(k, stepped.get(k).map(|(reference, _)| reference.name.as_str()))).collect();
     let (still, moved) = runs.split_last().expect("one run without a step");
     let mut warnings = Vec::new();
-    let mut found = Vec::new();
+    let (mut found, mut peaks) = (Vec::new(), Vec::new());
     for ((reference, own), run) in stepped.iter().zip(moved) {
         let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| match outcome {
             Outcome::Completed => None,
@@ -65,6 +67,16 @@ pub(super) fn cross_coupling(
                 reference.physical.unit(),
                 event.what
             ));
+        }
+        for input in design.inputs.iter().filter(|_| failure.is_none()) {
+            peaks.push(TorquePeak {
+                reference: reference.name.clone(),
+                step: 1.0,
+                step_unit: reference.physical.unit().into(),
+                input: input.clone(),
+                peak: asked(&run.series, input),
+                limit: torque_limit(variant, input),
+            });
         }
         for output in &design.outputs {
             let (unit, peak, rms) = deviation(&run.series, &still.series, output, BEFORE * window);
@@ -82,7 +94,21 @@ pub(super) fn cross_coupling(
             });
         }
     }
-    (found, warnings)
+    (found, peaks, warnings)
+}
+
+/// Largest torque asked of a motor, N m.
+fn asked(series: &Series, input: &str) -> f64 {
+    let signal = series.signal(&format!("{input}.command")).or_else(|| series.signal(&format!("{input}.tau")));
+    signal.map_or(f64::NAN, |signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
+}
+
+fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
+    let found = variant.reduced.equations.inputs.iter().find(|other| other.element == input)?;
+    match &found.value {
+        InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
+        InputKind::Disturbance => None,
+    }
 }
 
 /// A run from rest at zero angles in which one reference steps by one, or none.

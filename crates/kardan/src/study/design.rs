@@ -2,9 +2,10 @@
 
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
+use super::margins::{survey, verdict};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
-use super::{PreparedVariant, Progress};
+use super::{PreparedVariant, Progress, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -32,6 +33,8 @@ pub struct DesignSettings {
     pub variant: Option<String>,
     /// Whether cross coupling is measured in the nonlinear simulation.
     pub simulate: bool,
+    /// Whether a controller that is unstable at its sample time is shown all the same.
+    pub force: bool,
 }
 
 /// The name of a controller that is not in the file, if it is free.
@@ -53,7 +56,10 @@ const OWN: &str = "design";
 /// # Errors
 /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
 pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = prepare_for(Purpose::Run, source);
+    let (prepared, mut diagnostics) = prepare_for(Purpose::Run, source);
+    if settings.force {
+        overrule(&mut diagnostics);
+    }
     if diagnostics.iter().any(is_error) {
         return Err(diagnostics);
     }
@@ -130,6 +136,9 @@ fn of_document(
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
     let prepared = prepare_document(Purpose::Run, &document, &mut out);
+    if settings.force {
+        overrule(&mut out);
+    }
     if out.iter().any(is_error) {
         for diagnostic in &mut out {
             diagnostic.labels.retain(|label| label.span.end <= source.len());
@@ -265,7 +274,7 @@ pub(super) fn designed(
     }
     if let Some(time) = control.values.number("sample_time") {
         for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
-            if !sample(data, time) {
+            if data.sample_time.is_none() && !sample(data, time) {
                 design.notes.push(format!(
                     "the controller cannot be written for a sample time of {time} s: its numbers overflow"
                 ));
@@ -281,19 +290,27 @@ pub(super) fn designed(
             check_rounding(&closed_loop_poles(&plant.linear, &laws).unwrap_or_default(), &mut design);
         }
     }
-    if design.closed_loop_poles.is_empty() {
+    // Of a law that is designed for its sample time the sampled loop tells.
+    if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
         match closed_loop_poles(&plant.linear, &laws) {
             Some(poles) => design.closed_loop_poles = poles,
             None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
         }
     }
     judge(&mut design);
+    let mut margins = survey(variant, number, &laws, &design);
     if simulate {
         let references = laws[number].references().to_vec();
-        let (found, warnings) = cross_coupling(variant, &references, &design, progress);
+        let (found, peaks, warnings) = cross_coupling(variant, &references, &design, progress);
         design.cross_coupling = found;
+        margins.peaks = peaks;
         design.warnings.extend(warnings);
     }
+    margins.verdict = verdict(&margins);
+    if !margins.stable && margins.sample_time.is_some() {
+        design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
+    }
+    design.margins = Some(margins);
     design
 }
 

@@ -8,6 +8,7 @@ mod circuit;
 mod coupling;
 mod design;
 mod equations;
+mod margins;
 mod massless;
 mod prepare;
 mod proof;
@@ -54,6 +55,8 @@ impl Progress for Silent {
 pub struct Settings {
     /// Names of the variants to run; empty: all.
     pub variants: Vec<String>,
+    /// Whether controllers run that are unstable at their sample time.
+    pub force: bool,
 }
 
 /// Runs the study of a model file: every variant through the scenario, in parallel.
@@ -74,6 +77,9 @@ pub struct Settings {
 /// All mistakes of the file, if there are any (warnings alone do not count).
 pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
     let (prepared, mut diagnostics) = prepare(source);
+    if settings.force {
+        overrule(&mut diagnostics);
+    }
     let known: Vec<&str> = prepared.variants.iter().map(|variant| variant.name.as_str()).collect();
     for name in &settings.variants {
         if !known.contains(&name.as_str()) && !known.is_empty() {
@@ -117,6 +123,13 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         analysis,
         designs,
     })
+}
+
+/// What stands in the way of a run only for its user's good becomes a warning.
+pub fn overrule(diagnostics: &mut [Diagnostic]) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.code == margins::UNSTABLE) {
+        diagnostic.severity = Severity::Warning;
+    }
 }
 
 /// Beyond this number of states a run does not wait for the analysis of its structure.

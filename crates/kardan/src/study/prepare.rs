@@ -8,6 +8,7 @@ use super::checks::{
     reduce_diagnostics, signals_of,
 };
 use super::circuit::check_circuit;
+use super::margins::check_sampled;
 use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -80,9 +81,8 @@ impl PreparedVariant {
     /// If a design fails; [`prepare`] has tried each before.
     pub fn running_laws(&self) -> Vec<Box<dyn Law>> {
         let controls = self.model.controls.iter();
-        let run = |(law, control): (_, &ControlSpec)| {
-            running(law, &control.values).expect("prepare has run this law before")
-        };
+        let run =
+            |(law, control): (_, &ControlSpec)| running(law, &control.values).expect("prepare has run this law before");
         self.design_laws().into_iter().zip(controls).map(run).collect()
     }
 
@@ -331,15 +331,12 @@ fn prepare_variant(
             Err(error) => out.push(design_diagnostic(document, control, &error)),
         }
     }
-    (designed.len() == controls.len()).then_some(PreparedVariant {
-        name,
-        model,
-        reduced,
-        design_models: designed,
-        scenario,
-        analysis,
-        massless,
-    })
+    let complete = designed.len() == controls.len();
+    let variant = PreparedVariant { name, model, reduced, design_models: designed, scenario, analysis, massless };
+    if complete && purpose == Purpose::Run {
+        check_sampled(&variant, out);
+    }
+    complete.then_some(variant)
 }
 
 /// The model that a law is designed on: its own parameter values, no friction.

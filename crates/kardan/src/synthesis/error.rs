@@ -439,9 +439,11 @@ impl SynthesisError {
             Self::SampleTime { .. } => {
                 advice(&["sample_time".into()], "this controller", "write a time such as \"1 ms\"")
             }
-            Self::Delay { .. } => {
-                advice(&["delay".into()], "this controller", "write a delay such as \"1 ms\", or a longer `sample_time`")
-            }
+            Self::Delay { .. } => advice(
+                &["delay".into()],
+                "this controller",
+                "write a delay such as \"1 ms\", or a longer `sample_time`",
+            ),
             Self::SampledOnly { .. } => advice(&[], "this controller", "add `sample_time = \"1 ms\"`, and the `delay`"),
             Self::SampledRiccati { of } => advice(
                 &[],
@@ -455,11 +457,9 @@ impl SynthesisError {
             Self::Unreached { output } => {
                 advice(std::slice::from_ref(output), "not reached", "choose other motors or another output")
             }
-            Self::IdleChannelKey { output, key, .. } => Advice {
-                named: vec![output.clone()],
-                label: "this channel",
-                help: format!("remove `{key}`"),
-            },
+            Self::IdleChannelKey { output, key, .. } => {
+                Advice { named: vec![output.clone()], label: "this channel", help: format!("remove `{key}`") }
+            }
             Self::NeedsSampleTime { key } => Advice {
                 named: vec![(*key).into()],
                 label: "this controller",

@@ -126,8 +126,7 @@ impl<T: Float> Runner<T> {
         T::narrow(seen.references, references);
         T::narrow(seen.disturbances, disturbances);
         T::narrow(seen.states, &mut self.state);
-        let Some(block) =
-            StateSpace::new(&self.a, &self.b, &self.c, &self.d, self.state.len(), self.signals.len())
+        let Some(block) = StateSpace::new(&self.a, &self.b, &self.c, &self.d, self.state.len(), self.signals.len())
         else {
             unreachable!("the matrices fit each other, as `Linear::new` has checked");
         };

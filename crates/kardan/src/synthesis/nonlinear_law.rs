@@ -187,8 +187,9 @@ impl Nonlinear {
         let shafts = self.runner.disturbed.iter().flatten();
         let disturbances: Vec<(String, String)> =
             shafts.map(|&k| (format!("{}.disturbance", self.runner.data.shafts[k]), "N m".into())).collect();
-        reads
-            .extend(self.runner.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())));
+        reads.extend(
+            self.runner.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())),
+        );
         reads.extend(disturbances);
         ControllerData {
             block: "ComputedTorque".into(),
@@ -244,11 +245,7 @@ impl Law for Nonlinear {
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.runner.cast::<f32>())
-            } else {
-                Box::new(self.runner.cast::<f64>())
-            },
+            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
         })
     }
 

@@ -13,7 +13,11 @@ use crate::schema::{Field, Kind, Sign};
 
 /// Keys of `[control.<name>.observer]`.
 pub const OBSERVER: &[Field] = &[
-    Field::required("sensors", Kind::Outputs, "What is measured: angles, speeds, torques of torsion bars; ideal here."),
+    Field::required(
+        "sensors",
+        Kind::Outputs,
+        "What is measured: angles, speeds, torques of torsion bars; `<sensor>.phi` and so on reads the sensor of that name with its resolution, if the controller has a sample time. In continuous time they are ideal.",
+    ),
     Field::optional(
         "disturbances",
         Kind::Words,
@@ -34,12 +38,12 @@ pub const OBSERVER: &[Field] = &[
     Field::optional(
         "speed_noise",
         Kind::Number(Sign::NonNegative),
-        "Kalman: noise of the accelerations, rad/s/sqrt(s); left out: 0.1.",
+        "Kalman: noise of the accelerations, rad/s/sqrt(s); the more, the better the loop bears errors of the model. Left out: 0.1, of the law `sampled_noninteracting` 10.",
     ),
     Field::optional(
         "sensor_noise",
         Kind::Number(Sign::Positive),
-        "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5.",
+        "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5, of the law `sampled_noninteracting` what the resolution makes.",
     ),
     Field::optional(
         "compensation",
@@ -169,7 +173,13 @@ struct Runner<T> {
 impl<T: Float> Runner<T> {
     fn new(a: &Matrix<f64>, b: &Matrix<f64>) -> Self {
         let zeros = |count: usize| vec![T::ZERO; count];
-        Self { a: entries(a), b: entries(b), signals: zeros(b.columns()), state: zeros(a.rows()), result: zeros(a.rows()) }
+        Self {
+            a: entries(a),
+            b: entries(b),
+            signals: zeros(b.columns()),
+            state: zeros(a.rows()),
+            result: zeros(a.rows()),
+        }
     }
 
     /// `A x̂ + B [u; y]`; the readings are those that the seer has taken.
@@ -307,7 +317,9 @@ impl Observed {
             sample_time: None,
             matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
             numbers: std::iter::once(("compensation".to_string(), self.seer.compensation))
-                .chain(self.result.sensors.iter().zip(&self.seer.offsets).map(|(name, x)| (format!("{name} offset"), *x)))
+                .chain(
+                    self.result.sensors.iter().zip(&self.seer.offsets).map(|(name, x)| (format!("{name} offset"), *x)),
+                )
                 .collect(),
         }
     }
@@ -327,7 +339,11 @@ impl Observed {
                 Reading::Speed(s) => speed && *s == shaft,
                 Reading::Twist(..) => false,
             };
-            self.seer.coordinates.iter().map(|&shaft| self.seer.readings.iter().any(|reading| of(reading, shaft))).collect()
+            self.seer
+                .coordinates
+                .iter()
+                .map(|&shaft| self.seer.readings.iter().any(|reading| of(reading, shaft)))
+                .collect()
         };
         let [true_angles, true_speeds] = [measured(false), measured(true)];
         let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {

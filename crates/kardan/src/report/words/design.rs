@@ -2,8 +2,8 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
-    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, ObserverResult,
-    Pole, TransferEntry, ZeroDynamics,
+    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, Margins,
+    ObserverResult, Pole, TorquePeak, TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -35,13 +35,57 @@ pub fn verdict(design: &Design) -> (bool, String) {
     };
     // A law that does not invert the plant leaves its zeros alone.
     let stable = !design.cancels_zeros || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
-    let loop_ = if grows { "; the closed loop is unstable" } else { "" };
+    let sampled = design.margins.as_ref().filter(|margins| margins.sample_time.is_some());
+    let loop_ = match sampled {
+        Some(margins) if !margins.stable => "; at its sample time the loop is unstable",
+        _ if grows => "; the closed loop is unstable",
+        Some(_) => "; stable at its sample time",
+        None => "",
+    };
+    let grows = grows || sampled.is_some_and(|margins| !margins.stable);
     let warnings = match design.warnings.len() {
         0 => String::new(),
         1 => "; 1 warning".into(),
         many => format!("; {many} warnings"),
     };
     (decoupled && stable && !grows, format!("{first}{loop_}{hidden}{warnings}."))
+}
+
+/// Limits of the sampled loop as rows: what, limit, the motion that grows beyond it.
+pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String; 3]> {
+    let mut out = Vec::new();
+    for rate in &margins.rates {
+        let delay = match rate.delay {
+            0.0 => "without delay".to_string(),
+            1.0 => "with one sample of delay".into(),
+            part => format!("with {} samples of delay", number(part)),
+        };
+        let limit = match rate.rate {
+            Some(0.0) => "any".into(),
+            Some(rate) => format!("{} Hz", number(rate)),
+            None => "above 1 MHz".into(),
+        };
+        out.push([format!("slowest stable rate {delay}"), limit, rate.motion.clone()]);
+    }
+    let seconds = |value: f64| if value.is_finite() { format!("{} s", number(value)) } else { "not limited".into() };
+    let times = [("longest delay", &margins.longest_delay), ("longest lag of its motors", &margins.longest_lag)];
+    for (what, limit) in times {
+        out.extend(limit.as_ref().map(|limit| [what.to_string(), seconds(limit.value), limit.motion.clone()]));
+    }
+    if let Some(both) = &margins.gain_margin {
+        for (what, limit) in ["smallest factor of its torques", "largest factor of its torques"].iter().zip(both) {
+            let value = if limit.value.is_finite() { number(limit.value) } else { "not limited".into() };
+            out.push([(*what).to_string(), value, limit.motion.clone()]);
+        }
+    }
+    out
+}
+
+/// What a step asks of a motor: step, motor, torque and limit.
+pub fn torque_peak(peak: &TorquePeak, number: impl Fn(f64) -> String) -> [String; 4] {
+    let limit = peak.limit.map_or_else(|| "unlimited".to_string(), |limit| format!("{} N m", number(limit)));
+    let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
+    [step, peak.input.clone(), format!("{} N m", number(peak.peak)), limit]
 }
 
 /// What was designed, on which model, and what else is in the loop: one sentence each.

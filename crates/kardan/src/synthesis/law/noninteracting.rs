@@ -497,11 +497,7 @@ impl Law for Running {
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.runner.cast::<f32>())
-            } else {
-                Box::new(self.runner.cast::<f64>())
-            },
+            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
         })
     }
 
@@ -554,7 +550,8 @@ impl Law for Running {
             }
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
-        let told: Vec<&Reference> = self.runner.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
+        let told: Vec<&Reference> =
+            self.runner.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =

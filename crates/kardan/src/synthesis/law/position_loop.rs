@@ -90,10 +90,7 @@ impl<T: Float> Runner<T> {
         Runner {
             shaft: self.shaft,
             inertia: to(self.inertia),
-            position_loop: PositionLoop {
-                natural_frequency: to(natural_frequency),
-                damping_ratio: to(damping_ratio),
-            },
+            position_loop: PositionLoop { natural_frequency: to(natural_frequency), damping_ratio: to(damping_ratio) },
         }
     }
 }
@@ -176,11 +173,7 @@ impl Law for Running {
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.runner.cast::<f32>())
-            } else {
-                Box::new(self.runner.cast::<f64>())
-            },
+            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
         })
     }
 

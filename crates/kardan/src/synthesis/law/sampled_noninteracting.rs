@@ -5,7 +5,7 @@ use crate::element::Values;
 use crate::equations::{InputKind, Measured, Motor};
 use crate::num::{Matrix, rational_to_f64};
 use crate::reduce::Kinematics;
-use crate::results::{ControllerData, Design, ObserverResult, Physical};
+use crate::results::{ChannelResult, ControllerData, Design, ObserverResult, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::channels::once;
 use crate::synthesis::decoupling::observable_quotient;
@@ -204,8 +204,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let shown = plant.system(&inputs, &outputs);
     let quotient = observable_quotient(&shown, &plant.twists());
     let (torques, direct) = plant.torques(request.disturbances, &outputs);
-    let (a, b, w) =
-        (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
+    let (a, b, w) = (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
     let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
     let mut targets = Vec::new();
     for (k, (channel, task)) in channels(values).zip(&tasks).enumerate() {
@@ -246,7 +245,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let governed = values.word("governor") != Some("off");
     let data = assemble(&problem, &solution, &lift, &observed, compensation, bounds, governed)
         .ok_or(SynthesisError::TooLarge)?;
-    let design = describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
+    let design =
+        describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
     let mut kinematics = Kinematics::new(&plant.reduced);
     let zero = vec![0.0; plant.reduced.freedoms()];
     kinematics.update(&zero, &zero);
@@ -257,7 +257,9 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
     let past = on_their_way(clock).max(1);
     states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
-    states.extend(references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]));
+    states.extend(
+        references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]),
+    );
     states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
     states.extend(references.iter().map(|r| format!("governed {}", r.name)));
     states.extend(inputs.iter().map(|input| format!("command of {input}")));
@@ -327,12 +329,7 @@ struct Observer {
     result: Option<ObserverResult>,
 }
 
-fn observer(
-    request: &Request<'_>,
-    inputs: &[String],
-    lags: &[f64],
-    clock: Clock,
-) -> Result<Observer, SynthesisError> {
+fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock) -> Result<Observer, SynthesisError> {
     let (plant, r) = (request.plant, request.plant.linear.coordinates.len());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
     let keys = request.values.table("observer");
@@ -375,7 +372,7 @@ fn observer(
     let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
     let intensity = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
         Some("phi") => 0.0,
-        Some("w") => number("speed_noise", 0.1),
+        Some("w") => number("speed_noise", 10.0),
         _ => number("disturbance_rate", 10.0),
     };
     // What the sensors show at all is decided exactly.
@@ -396,10 +393,8 @@ fn observer(
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
     let all: Vec<String> = plant.states().into_iter().chain(lagged).chain(names).collect();
     let mut sentences = told_apart(plant, &system)?;
-    sentences.push(format!(
-        "the Riccati equation of the filter holds with the relative residual {:.1e}",
-        found.residual
-    ));
+    sentences
+        .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
     let result = ObserverResult {
         sensors: extended.outputs.clone(),
@@ -569,8 +564,7 @@ fn describe(
     let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let models: Vec<String> =
         told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
-    let columns: Vec<String> =
-        [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
+    let columns: Vec<String> = [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
     let sensors: Vec<(String, String)> =
         observed.sensors.iter().map(|sensor| (sensor.name.clone(), unit(&sensor.name).into())).collect();
     let reads = sensors.into_iter().chain(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
@@ -609,17 +603,35 @@ fn describe(
         notes.push(format!("reference model of {output}: critically damped, {} rad/s", target.bandwidth));
     }
     if observed.result.is_none() {
-        notes.push("without an observer all angles and speeds are taken as measured, and no disturbance is known".into());
+        notes.push(
+            "without an observer all angles and speeds are taken as measured, and no disturbance is known".into(),
+        );
     }
+    let channel = |(k, (output, target)): (usize, (&String, &Target))| {
+        let w = target.bandwidth;
+        ChannelResult {
+            output: output.clone(),
+            reference: told[k].clone(),
+            kind: if references[k].physical == Physical::Angle { "position" } else { "torque" }.into(),
+            transfer: format!("ideally {}/(s^2 + {} s + {})", w * w, 2.0 * w, w * w),
+            poles: vec![(-w, 0.0), (-w, 0.0)],
+        }
+    };
     Design {
         controller: request.name.into(),
+        channels: outputs.iter().zip(&problem.targets).enumerate().map(channel).collect(),
         law: SAMPLED_NONINTERACTING.keyword.into(),
         design_model: format!("linear, at zero angles, sampled at {} s", clock.period),
         states: observed.states.clone(),
         inputs: inputs.to_vec(),
-        outputs: outputs.iter().map(|name| name.clone()).collect(),
+        outputs: outputs.to_vec(),
         definitions,
-        gains: vec![rounded(("K", "gain K of u = -K [estimate; reference model; references]", ""), inputs, &columns, &data.feedback)],
+        gains: vec![rounded(
+            ("K", "gain K of u = -K [estimate; reference model; references]", ""),
+            inputs,
+            &columns,
+            &data.feedback,
+        )],
         observer: observed.result.clone(),
         controller_data,
         notes,
@@ -721,7 +733,9 @@ impl Law for Sampled {
         let last_command = self.places()[4];
         let states = Matrix::from_fn(size, size, |i, j| match i {
             i if i < n => next_estimate[(i, j)],
-            i if (models..models + k).contains(&i) && (models..models + k).contains(&j) => model[(i - models, j - models)],
+            i if (models..models + k).contains(&i) && (models..models + k).contains(&j) => {
+                model[(i - models, j - models)]
+            }
             i if i >= last_command => command[(i - last_command, j)],
             _ => 0.0,
         });

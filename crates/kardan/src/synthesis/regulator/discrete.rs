@@ -73,12 +73,8 @@ pub fn sampled_lqr(a: &Matrix<f64>, b: &Matrix<f64>, cost: &SampledCost) -> Opti
     let full = &inner + &b * cross.transpose();
     let weight = Mat::<f64>::identity(m, m) + b.transpose() * &x * &b;
     let gain = weight.partial_piv_lu().solve(b.transpose() * &x * &full + cross.transpose());
-    let terms = [
-        full.transpose() * &x * &full,
-        -&x,
-        &left + &cross * cross.transpose(),
-        -(gain.transpose() * &weight * &gain),
-    ];
+    let terms =
+        [full.transpose() * &x * &full, -&x, &left + &cross * cross.transpose(), -(gain.transpose() * &weight * &gain)];
     let size = terms.iter().map(|term| term.norm_l2()).sum::<f64>();
     let residual = terms.into_iter().fold(Mat::zeros(n, n), |sum, term| sum + term).norm_l2();
     let closed = &full - &b * &gain;

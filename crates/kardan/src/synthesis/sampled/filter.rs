@@ -24,9 +24,8 @@ pub(in crate::synthesis) fn filter(
     period: f64,
 ) -> Option<Filter> {
     let n = a.rows();
-    let diagonal = |values: &[f64]| {
-        Matrix::from_fn(values.len(), values.len(), |i, j| if i == j { values[i] } else { 0.0 })
-    };
+    let diagonal =
+        |values: &[f64]| Matrix::from_fn(values.len(), values.len(), |i, j| if i == j { values[i] } else { 0.0 });
     let (transposed, noise) = integrated(&a.transpose(), &diagonal(intensities), period)?;
     let cost = SampledCost { state: noise, input: diagonal(variances), cross: Matrix::zeros(n, c.rows()) };
     let found = sampled_lqr(&transposed, &c.transpose(), &cost)?;

@@ -1,9 +1,9 @@
 //! Laws as firmware runs them: once every sample time, on readings of sensors, in single or double precision.
 
-use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Seen};
 use crate::analysis::OutputSignal;
 use crate::num::{Float, Matrix, discretise};
 use crate::results::Design;
+use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Seen};
 
 /// When and in which arithmetic a controller runs.
 #[derive(Debug, Clone, Copy, PartialEq)]

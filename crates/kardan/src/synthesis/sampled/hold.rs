@@ -108,7 +108,11 @@ pub(in crate::synthesis) fn plant_flow(
 ///
 /// Method: the exponential of `[−Aᵀ Q; 0 A]` over a short time (Van Loan 1978), then doublings, so that fast decay in A does
 /// not turn into growth.
-pub(in crate::synthesis) fn integrated(a: &Matrix<f64>, q: &Matrix<f64>, time: f64) -> Option<(Matrix<f64>, Matrix<f64>)> {
+pub(in crate::synthesis) fn integrated(
+    a: &Matrix<f64>,
+    q: &Matrix<f64>,
+    time: f64,
+) -> Option<(Matrix<f64>, Matrix<f64>)> {
     let n = a.rows();
     let norm = (0..n).map(|i| a.row(i).iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * time;
     let doublings = if norm > 0.5 { (norm / 0.5).log2().ceil() as i32 } else { 0 };

@@ -119,9 +119,8 @@ impl Problem {
         let weight = sampled.input.plus(&b.transpose().multiply(x).multiply(&b));
         let ahead = b.transpose().multiply(&x.multiply(&a12).plus(&x12.multiply(&a22))).plus(&crossed);
         let known = weight.solve(&ahead)?;
-        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| {
-            Matrix::from_fn(m, count, |i, j| matrix[(i, first + j)])
-        };
+        let columns =
+            |matrix: &Matrix<f64>, first: usize, count: usize| Matrix::from_fn(m, count, |i, j| matrix[(i, first + j)]);
         let d = self.w.columns();
         let solution = Solution {
             on_state: columns(&regulator.gain, 0, n),

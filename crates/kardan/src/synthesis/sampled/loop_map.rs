@@ -1,9 +1,9 @@
 //! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
 
 use super::{Clock, on_their_way};
-use crate::synthesis::{Law, LinearLaw};
 use crate::num::{Matrix, eigenvalues, exponential};
 use crate::reduce::LinearModel;
+use crate::synthesis::{Law, LinearLaw};
 
 /// Parts of the shortest sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -28,13 +28,9 @@ impl SampledPart {
     /// # Panics
     /// If it names an input that is not there.
     pub fn of(law: &dyn Law, model: &LinearModel) -> Self {
-        let number = |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
-        Self {
-            linear: law.linear(),
-            clock: law.clock(),
-            inputs: law.inputs().iter().map(number).collect(),
-            gain: 1.0,
-        }
+        let number =
+            |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
+        Self { linear: law.linear(), clock: law.clock(), inputs: law.inputs().iter().map(number).collect(), gain: 1.0 }
     }
 }
 
@@ -322,7 +318,8 @@ impl Places {
         // The torques until the next sample: in force now, then those on their way, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
         // Part of the sample time after which the next command on its way takes effect.
-        let part_of_sample = if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (on_their_way(clock) as f64 - 1.0) };
+        let part_of_sample =
+            if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (on_their_way(clock) as f64 - 1.0) };
         let torques = match queue.len() {
             0 => command.clone(),
             // After the shift below the first on its way is the oldest one.

@@ -1,9 +1,9 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
 use super::{Clock, SampledLoop, SampledPart};
-use crate::synthesis::Law;
 use crate::num::{Matrix, eigenvalues};
 use crate::reduce::LinearModel;
+use crate::synthesis::Law;
 
 /// What of an eigenvalue of the sampled loop beyond one still counts as rounding.
 const ROUNDING: f64 = 1e-9;
@@ -149,19 +149,20 @@ impl Survey<'_> {
         })
     }
 
-    /// The longest delay of the controller, s, that the loop tolerates; `None` if it has no clock or is unstable without.
+    /// The longest delay of the controller, s, that the loop tolerates; `None` if it has no clock or is unstable as it is.
     pub fn longest_delay(&self) -> Option<Limit> {
         let clock = self.clocks[self.number]?;
-        let delays = (0..=(20.0 * DELAYS) as usize).map(|k| clock.period * k as f64 / 20.0);
+        let more = (1..=(20.0 * DELAYS) as usize).map(|k| clock.period * k as f64 / 20.0);
+        let delays = std::iter::once(clock.delay).chain(more.filter(|delay| *delay > clock.delay));
         self.first(delays, |delay| Change { clock: Some(Clock { delay, ..clock }), ..self.unchanged() })
     }
 
-    /// The longest lag of all motors of the controller, s, that the loop tolerates; `None` if it is unstable without.
+    /// The longest lag of all motors of the controller, s, that the loop tolerates; `None` if it is unstable as it is.
     pub fn longest_lag(&self) -> Option<Limit> {
-        self.first(std::iter::once(0.0).chain(path(RANGE[0], RANGE[1])), |lag| Change {
-            lag: Some(lag),
-            ..self.unchanged()
-        })
+        let inputs = SampledPart::of(&*self.laws[self.number], self.model).inputs;
+        let now = inputs.iter().map(|input| self.lags[*input]).fold(0.0, f64::max);
+        let more = path(RANGE[0], RANGE[1]).filter(|lag| *lag > now);
+        self.first(std::iter::once(now).chain(more), |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
 
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.

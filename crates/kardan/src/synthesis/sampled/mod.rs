@@ -11,9 +11,9 @@ mod runner;
 
 pub(super) use filter::filter;
 pub(super) use firmware::entries;
+pub use firmware::{Block, Clock, Firmware, sampled};
 pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
-pub use firmware::{Block, Clock, Firmware, sampled};
 pub use loop_map::{SampledLoop, SampledLoopError, SampledPart};
-pub(super) use runner::{GovernorData, RegulatorData, Runner};
 pub use margins::{Change, Limit, Slowest, Survey};
+pub(super) use runner::{GovernorData, RegulatorData, Runner};

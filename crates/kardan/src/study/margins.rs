@@ -1,0 +1,179 @@
+//! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
+
+use super::PreparedVariant;
+use crate::diagnostics::Diagnostic;
+use crate::model::ControlSpec;
+use crate::reduce::{LinearModel, linearise};
+use crate::results::{Design, LoopLimit, Margins, RateLimit};
+use crate::synthesis::{Clock, Law, Limit, SampledLoop, SampledPart, Survey, clock};
+
+/// Relative distance of two frequencies that belong to one motion.
+const SAME_MOTION: f64 = 0.3;
+/// Spectral radius of a loop that neither grows nor decays, but for rounding.
+const MARGINAL: f64 = 1.0 + 1e-9;
+
+fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
+    controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()
+}
+
+/// The linear model of a variant at zero angles.
+fn linear(variant: &PreparedVariant) -> LinearModel {
+    linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()])
+}
+
+/// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
+pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    let clocks = clocks(&variant.model.controls);
+    let Some(place) = clocks.iter().position(Option::is_some) else { return };
+    let (laws, model) = (variant.running_laws(), linear(variant));
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &model)).collect();
+    let Ok(found) = SampledLoop::new(&model, &variant.design_models[place].lags(), &parts) else { return };
+    // Motions that nobody holds stand at one.
+    let grows = found.multipliers().unwrap_or_default().into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > 1e-6);
+    let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else { return };
+    let control = &variant.model.controls[place];
+    let rate = 1.0 / found.sample_time;
+    let message = format!(
+        "control `{}`: at this sample time the loop is unstable: a motion at {:.4} rad/s grows by the factor {:.4} in each of \
+         the {rate:.0} samples a second (exact map of the linear loop, delay and lag included)",
+        control.name,
+        im.atan2(re).abs() * rate,
+        re.hypot(im)
+    );
+    out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(
+        "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
+         `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is",
+    ));
+}
+
+/// Code of the mistake that `--force` overrules.
+pub(super) const UNSTABLE: &str = "control::unstable";
+
+/// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
+pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn Law>], design: &Design) -> Margins {
+    let (model, lags) = (linear(variant), variant.design_models[number].lags());
+    let clocks = clocks(&variant.model.controls);
+    let survey = Survey { model: &model, lags: &lags, laws, clocks: &clocks, number };
+    let own = clocks[number];
+    let as_it_is = survey.slowest(survey.unchanged());
+    let motion = |limit: &Limit| motion(limit, design);
+    let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
+    let rates = |delay: f64| {
+        let found = survey.longest_period(delay);
+        RateLimit {
+            delay,
+            rate: found.map(|limit| 1.0 / limit.value),
+            motion: found.map(|limit| motion(&limit)).unwrap_or_default(),
+        }
+    };
+    let for_one_time = laws[number].clock().is_some();
+    let stable = as_it_is.is_some_and(|found| found.stable);
+    Margins {
+        sample_time: own.map(|clock| clock.period),
+        delay: own.map_or(0.0, |clock| clock.delay),
+        single: own.is_some_and(|clock| clock.single),
+        spectral_radius: as_it_is.filter(|_| clocks.iter().any(Option::is_some)).map(|found| found.growth),
+        stable,
+        rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
+        longest_delay: survey.longest_delay().map(limit),
+        longest_lag: survey.longest_lag().map(limit),
+        gain_margin: survey.gain_margin().map(|both| both.map(limit)),
+        peaks: Vec::new(),
+        verdict: String::new(),
+    }
+}
+
+/// The motion at a frequency in words; that of the zero dynamics by this name.
+fn motion(limit: &Limit, design: &Design) -> String {
+    if !limit.value.is_finite() || limit.value == 0.0 {
+        return String::new();
+    }
+    if limit.frequency == 0.0 {
+        return "a motion without oscillation".into();
+    }
+    let near = |frequency: f64| (frequency / limit.frequency).ln().abs() < SAME_MOTION;
+    let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.1 != 0.0 && near(mode.natural_frequency));
+    match zero {
+        Some(mode) if design.cancels_zeros => {
+            format!("the zero dynamics ({:.4} rad/s, damping ratio {:.3})", mode.natural_frequency, mode.damping_ratio)
+        }
+        _ => format!("a motion at {:.4} rad/s", limit.frequency),
+    }
+}
+
+/// The paragraph: what sampling leaves of this design.
+pub(super) fn verdict(margins: &Margins) -> String {
+    let mut out = Vec::new();
+    let hertz = |rate: f64| {
+        if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
+    };
+    let time = |seconds: f64| match seconds {
+        s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
+        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
+        s => format!("{s:.3} s"),
+    };
+    match (margins.sample_time, margins.stable) {
+        (Some(period), stable) => out.push(format!(
+            "Sampled every {} with a delay of {} the loop is {}{}.",
+            time(period),
+            time(margins.delay),
+            if stable { "stable" } else { "UNSTABLE" },
+            margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
+        )),
+        (None, false) => out.push("The loop in continuous time is not stable.".into()),
+        (None, true) => {}
+    }
+    let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
+    if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {
+        let said = |limit: &RateLimit| match limit.rate {
+            Some(0.0) => "any rate".to_string(),
+            Some(rate) => hertz(rate),
+            None => "more than 1 MHz".into(),
+        };
+        out.push(format!(
+            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}.",
+            said(without),
+            said(with),
+            because(&with.motion)
+        ));
+    }
+    if let Some(delay) = &margins.longest_delay {
+        out.push(match delay.value {
+            value if value.is_finite() => {
+                format!("At this sample time it tolerates a delay of {}{}.", time(value), because(&delay.motion))
+            }
+            _ => "No delay of up to ten samples makes it unstable.".into(),
+        });
+    }
+    if let Some(lag) = &margins.longest_lag {
+        out.push(match lag.value {
+            value if value.is_finite() => {
+                format!("A lag of {} of its motors is just tolerated{}.", time(value), because(&lag.motion))
+            }
+            _ => "A lag of its motors does not make it unstable.".into(),
+        });
+    }
+    if let Some([down, up]) = &margins.gain_margin {
+        let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
+        let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
+        out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+    }
+    for peak in margins.peaks.iter().filter(|peak| peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9))) {
+        let limit = peak.limit.unwrap_or_default();
+        out.push(format!(
+            "A step of {} by {} {} asks {:.3} N m of {}, which has {limit} N m: filter the reference, or ask for {:.3} {}.",
+            peak.reference,
+            peak.step,
+            peak.step_unit,
+            peak.peak,
+            peak.input,
+            peak.step * limit / peak.peak,
+            peak.step_unit
+        ));
+    }
+    out.join(" ")
+}
+
+fn because(motion: &str) -> String {
+    if motion.is_empty() { String::new() } else { format!(", because of {motion}") }
+}
