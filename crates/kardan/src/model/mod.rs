@@ -35,6 +35,11 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/sia-steering.toml"),
     },
     Builtin {
+        name: "sia-steering-ecu",
+        summary: "the same on a real control unit: 1 kHz, delay, motor lag, torque limits, encoders, Coulomb friction",
+        source: include_str!("../../../../models/sia-steering-ecu.toml"),
+    },
+    Builtin {
         name: "harmonic-drive",
         summary: "The harmonic drive alone with its identified friction (source 6.1, Table 6.1)",
         source: include_str!("../../../../models/harmonic-drive.toml"),

@@ -650,6 +650,7 @@ pub fn decoupled_steering() -> Design {
             coupling("ref_fs", "rk.phi", false, 2.41e-4, 1.1e-4),
             coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
         ],
+        margins: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
             flat: false,
@@ -798,6 +799,7 @@ pub fn observed_train() -> Design {
             },
             coupling("ref_torque", "driver.tau", true, 2.0, 1.1),
         ],
+        margins: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
             flat: true,

@@ -353,7 +353,8 @@ fn design_model(
     }
     let kept = settings.iter().filter(|s| control.design.iter().all(|d| d.name != s.name));
     let all: Vec<Setting> = kept.chain(&control.design).cloned().collect();
-    let (model, mistakes) = document.model(&all);
+    // Which controllers are in the loop does not matter to the plant.
+    let (model, mistakes) = document.model_with(&all, Some(&[]));
     let place = document.controls.iter().find(|c| c.span == control.span);
     let place = place.map_or_else(|| control.span.clone(), |c| TableReader::span(&c.table, "design"));
     let mut wrong = false;
