@@ -30,7 +30,7 @@ fn four_angles(bencher: Bencher) {
 /// One joint angle, 9 s with set-valued friction, 10521 rows of 30 signals.
 #[divan::bench]
 fn one_angle(bencher: Bencher) {
-    let settings = study::Settings { variants: vec!["beta-30deg".into()] };
+    let settings = study::Settings { variants: vec!["beta-30deg".into()], ..Default::default() };
     bencher.bench(|| study::run(steering(), &settings, &study::Silent));
 }
 

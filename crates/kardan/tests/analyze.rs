@@ -265,7 +265,8 @@ fn a_run_brings_the_analysis_of_its_first_variant() {
     }
     let source = model::builtin("sia-steering").unwrap().source;
     let chosen = "beta-20deg".to_string();
-    let study = study::run(source, &Settings { variants: vec![chosen.clone()] }, &Silent).unwrap();
+    let study =
+        study::run(source, &Settings { variants: vec![chosen.clone()], ..Default::default() }, &Silent).unwrap();
     let alone = analyze(source, &AnalyzeSettings { variant: Some(chosen), ..AnalyzeSettings::default() }).unwrap();
     assert_eq!(study.analysis.unwrap().structure, alone.structure);
 }

@@ -1477,12 +1477,12 @@ fn controller_data_is_there() {
 #[test]
 fn observer_and_sample_time_are_exported() {
     let text = source("harmonic-drive-spring")
-        .replace("law = \"decoupling\"\n", "law = \"decoupling\"\nsample_time = \"1 ms\"\n");
+        .replace("law = \"decoupling\"\n", "law = \"decoupling\"\nsample_time = \"0.1 ms\"\n");
     let design = designed(&text, &of_variant("position-observer"));
     let sampled = design.observer_data.as_ref().unwrap().sample_time;
     let json: Value = serde_json::from_str(&design_json(&design)).unwrap();
     let file: Value = serde_json::from_str(&kardan::export::controller_json(&design)).unwrap();
-    assert_eq!(sampled, Some(1e-3));
+    assert_eq!(sampled, Some(1e-4));
     assert_eq!(json["observer_data"], file["observer"]);
     assert!(json["observer_data"].is_object(), "{file:#}");
 }

@@ -355,7 +355,7 @@ fn short_steering() -> Vec<String> {
 }
 
 fn run_one(source: &str, variant: &str) -> Study {
-    let settings = study::Settings { variants: vec![variant.to_string()] };
+    let settings = study::Settings { variants: vec![variant.to_string()], ..Default::default() };
     study::run(source, &settings, &study::Silent).unwrap_or_else(|found| panic!("{}", plain(source, &found)))
 }
 

@@ -81,7 +81,7 @@ fn runs_equal_the_exact_map() {
         ("sample_time = \"100 us\"", ""),
         ("sample_time = \"100 us\"\ndelay = \"50 us\"", ""),
         ("sample_time = \"100 us\"\ndelay = \"100 us\"", "lag = \"20 us\""),
-        ("sample_time = \"100 us\"\ndelay = \"230 us\"", "lag = \"300 us\""),
+        ("sample_time = \"100 us\"\ndelay = \"120 us\"", "lag = \"10 us\""),
         (
             "sample_time = \"100 us\"\ndelay = \"30 us\"\nobserver = { sensors = [\"rk.phi\", \"cs.phi\", \"wg.phi\"], \
              disturbances = [\"rk\", \"fs\"], method = \"kalman\" }",

@@ -318,7 +318,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 32] = [
+    const KEYS: [&str; 33] = [
         "model",
         "description",
         "variant",
@@ -346,6 +346,7 @@ mod tests {
         "decoupled",
         "blocks_decoupled",
         "cross_coupling",
+        "margins",
         "flatness",
         "controller_data",
         "observer_data",
