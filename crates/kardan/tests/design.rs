@@ -828,7 +828,7 @@ impl Law for Printed {
     }
 
     fn linear(&self) -> LinearLaw {
-        LinearLaw::gains(Matrix::zeros(2, 5), Matrix::zeros(2, 5))
+        LinearLaw::gains(Matrix::zeros(2, 5), Matrix::zeros(2, 5), Matrix::zeros(2, 2))
     }
 
     fn describe(&self) -> Design {

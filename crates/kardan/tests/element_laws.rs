@@ -300,8 +300,9 @@ fn every_law_is_what_its_gains_say() {
                 }
             }
             let plant = &variant.design_models[0];
-            let parts = [synthesis::SampledPart::of(&**law, &plant.linear)];
-            let found = synthesis::SampledLoop::new(&plant.linear, &plant.lags(), &parts).expect("a loop");
+            let plant = synthesis::LoopPlant::new(&plant.linear, &plant.lags());
+            let parts = [synthesis::SampledPart::of(&**law, &plant)];
+            let found = synthesis::SampledLoop::new(&plant, &parts).expect("a loop");
             assert_eq!(found.period, clock.period);
             let held =
                 found.multipliers().expect("eigenvalues").into_iter().filter(|(re, im)| (re - 1.0).hypot(*im) > 1e-5);

@@ -5,11 +5,17 @@ mod common;
 use common::golden;
 use kardan::model::builtin;
 use kardan::study::{self, PreparedVariant};
-use kardan::synthesis::{Clock, SampledLoop, SampledPart, Survey, sampled};
+use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey, sampled};
 use serde_json::Value;
 
 fn steering() -> PreparedVariant {
     study::prepare(builtin("sia-steering").expect("built in").source).0.variants.remove(0)
+}
+
+/// The linear design model of the first controller, with its motors.
+fn plant(variant: &PreparedVariant) -> LoopPlant {
+    let model = &variant.design_models[0];
+    LoopPlant::new(&model.linear, &model.lags())
 }
 
 fn number(value: &Value) -> f64 {
@@ -18,12 +24,12 @@ fn number(value: &Value) -> f64 {
 
 /// The steering system's column at that clock, the driver in continuous time.
 fn column(variant: &PreparedVariant, clock: Clock) -> SampledLoop {
-    let plant = &variant.design_models[0];
+    let plant = plant(variant);
     let mut laws = variant.design_laws();
     let driver = laws.remove(1);
     let laws = [sampled(laws.remove(0), clock).expect("finite"), driver];
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant.linear)).collect();
-    SampledLoop::new(&plant.linear, &plant.lags(), &parts).expect("a loop")
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    SampledLoop::new(&plant, &parts).expect("a loop")
 }
 
 /// Golden `discrete.rho`: spectral radii of the sampled loop.
@@ -52,8 +58,8 @@ fn rate_limits() {
     let variant = steering();
     let laws = variant.design_laws();
     let clocks = [None, None];
-    let (model, lags) = (&variant.design_models[0].linear, variant.design_models[0].lags());
-    let survey = Survey { model, lags: &lags, laws: &laws, clocks: &clocks, number: 0 };
+    let plant = plant(&variant);
+    let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
     for (key, delay) in [("no_delay", 0.0), ("half", 0.5), ("one_delay", 1.0)] {
         let found = survey.longest_period(delay).expect("stable when fast").value;
         let expected = number(&golden["discrete"]["limits"][key]["T_max"]);
@@ -91,13 +97,13 @@ fn runs_equal_the_exact_map() {
     for (clock, motor) in cases {
         let source = frictionless(clock, motor);
         let variant = common::first(&source);
-        let plant = &variant.design_models[0];
+        let coordinates = variant.design_models[0].linear.coordinates.clone();
+        let plant = plant(&variant);
         let laws = variant.running_laws();
-        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant.linear)).collect();
-        let found = SampledLoop::new(&plant.linear, &plant.lags(), &parts).expect("a loop");
+        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+        let found = SampledLoop::new(&plant, &parts).expect("a loop");
         let run = common::run(&source);
         let mut z = vec![0.0; found.map.rows()];
-        let coordinates = plant.linear.coordinates.clone();
         let start: Vec<f64> = coordinates.iter().map(|name| common::at(&run, &format!("{name}.phi"), 0.0)).collect();
         z[..3].copy_from_slice(&start);
         // The observer starts at the true angles.

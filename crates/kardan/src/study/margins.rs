@@ -3,9 +3,9 @@
 use super::PreparedVariant;
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
-use crate::reduce::{LinearModel, linearise};
+use crate::reduce::linearise;
 use crate::results::{Design, LoopLimit, Margins, RateLimit};
-use crate::synthesis::{Clock, Law, Limit, SampledLoop, SampledPart, Survey, clock};
+use crate::synthesis::{Clock, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Survey, clock};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
@@ -16,18 +16,19 @@ fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
     controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()
 }
 
-/// The linear model of a variant at zero angles.
-fn linear(variant: &PreparedVariant) -> LinearModel {
-    linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()])
+/// The linear plant of a variant at zero angles, with its motors.
+fn linear(variant: &PreparedVariant) -> LoopPlant {
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    LoopPlant::new(&model, &variant.design_models.first().map(Plant::lags).unwrap_or_default())
 }
 
 /// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
 pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let clocks = clocks(&variant.model.controls);
     let Some(place) = clocks.iter().position(Option::is_some) else { return };
-    let (laws, model) = (variant.running_laws(), linear(variant));
-    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &model)).collect();
-    let Ok(found) = SampledLoop::new(&model, &variant.design_models[place].lags(), &parts) else { return };
+    let (laws, plant) = (variant.running_laws(), linear(variant));
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let Ok(found) = SampledLoop::new(&plant, &parts) else { return };
     // Motions that nobody holds stand at one.
     let grows = found.multipliers().unwrap_or_default().into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > 1e-6);
     let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else { return };
@@ -51,9 +52,9 @@ pub(super) const UNSTABLE: &str = "control::unstable";
 
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
 pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn Law>], design: &Design) -> Margins {
-    let (model, lags) = (linear(variant), variant.design_models[number].lags());
+    let plant = linear(variant);
     let clocks = clocks(&variant.model.controls);
-    let survey = Survey { model: &model, lags: &lags, laws, clocks: &clocks, number };
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
     let own = clocks[number];
     let as_it_is = survey.slowest(survey.unchanged());
     let motion = |limit: &Limit| motion(limit, design);

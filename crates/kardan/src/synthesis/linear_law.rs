@@ -222,6 +222,8 @@ impl Law for Linear {
             let first = matrix.columns() - self.disturbances;
             Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
         };
+        let told =
+            |matrix: &Matrix<f64>| Matrix::from_fn(matrix.rows(), self.references.len(), |i, j| matrix[(i, 2 * r + j)]);
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
             states: a.clone(),
@@ -233,6 +235,8 @@ impl Law for Linear {
             on_angles: spread(d, 0),
             on_speeds: spread(d, r),
             on_disturbances: last(d),
+            references: told(b),
+            on_references: told(d),
         }
     }
 

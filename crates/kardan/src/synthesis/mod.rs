@@ -28,7 +28,8 @@ pub use exact::{ExactLoop, named, rounded};
 pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use observed::OBSERVER;
 pub use sampled::{
-    Block, Change, Clock, Firmware, Limit, SampledLoop, SampledLoopError, SampledPart, Slowest, Survey, sampled,
+    Block, Change, Clock, Firmware, Limit, LoopPlant, SampledLoop, SampledLoopError, SampledPart, Slowest, Survey,
+    VariedPlant, sampled,
 };
 pub use stability::{Stability, stability};
 pub use words::in_words;
@@ -63,8 +64,8 @@ pub struct Seen<'a> {
     pub states: &'a [f64],
 }
 
-/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ`, over the angles φ and
-/// speeds ω of all shafts, the disturbance torques δ and the torques τ of its own inputs.
+/// The linear part of a law, `ξ̇ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ + Bρ ρ`, `u = C ξ + Dφ φ + Dω ω + Dδ δ + Dρ ρ`, over the
+/// angles φ and speeds ω of all shafts, the disturbance torques δ, the torques τ of its own inputs and its references ρ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLaw {
     /// A, states × states.
@@ -85,11 +86,15 @@ pub struct LinearLaw {
     pub on_speeds: Matrix<f64>,
     /// Dδ, inputs × disturbances.
     pub on_disturbances: Matrix<f64>,
+    /// Bρ, states × references.
+    pub references: Matrix<f64>,
+    /// Dρ, inputs × references.
+    pub on_references: Matrix<f64>,
 }
 
 impl LinearLaw {
     /// A law without states that is told no disturbances.
-    pub fn gains(on_angles: Matrix<f64>, on_speeds: Matrix<f64>) -> Self {
+    pub fn gains(on_angles: Matrix<f64>, on_speeds: Matrix<f64>, on_references: Matrix<f64>) -> Self {
         let (inputs, shafts) = (on_angles.rows(), on_angles.columns());
         Self {
             states: Matrix::zeros(0, 0),
@@ -101,15 +106,17 @@ impl LinearLaw {
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(inputs, 0),
+            references: Matrix::zeros(0, on_references.columns()),
+            on_references,
         }
     }
 
     /// Whether all entries are finite in single precision, in which firmware runs.
     pub fn fits_single(&self) -> bool {
-        let Self { states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances } =
-            self;
-        let all = [states, angles, speeds, disturbances, torques, on_states, on_angles, on_speeds, on_disturbances];
-        all.iter().all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
+        let on_plant = [&self.angles, &self.speeds, &self.disturbances, &self.torques, &self.references];
+        let commands = [&self.on_angles, &self.on_speeds, &self.on_disturbances, &self.on_references];
+        let mut all = on_plant.into_iter().chain(commands).chain([&self.states, &self.on_states]);
+        all.all(|matrix| matrix.as_slice().iter().all(|x| (*x as f32).is_finite()))
     }
 }
 

@@ -393,6 +393,8 @@ impl Observed {
             on_angles,
             on_speeds,
             on_disturbances: Matrix::zeros(m, 0),
+            references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
+            on_references: law.on_references.clone(),
         }
     }
 }

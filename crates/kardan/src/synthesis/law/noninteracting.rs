@@ -505,7 +505,21 @@ impl Law for Running {
         let (m, r) = (self.inputs.len(), self.runner.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);
         let mut on_speeds = Matrix::zeros(m, self.shafts);
+        let mut on_references = Matrix::zeros(m, self.references.len());
         for i in 0..m {
+            for (k, (channel, (reference, load))) in self.runner.channels.iter().zip(&self.runner.told).enumerate() {
+                let gain = self.runner.acceleration_gain[i * m + k];
+                let (per_reference, per_load) = match channel {
+                    Channel::Position { position_loop, inverse_inertia } => {
+                        (position_loop.natural_frequency.powi(2), *inverse_inertia)
+                    }
+                    Channel::Torque { inverse_inertia } => (*inverse_inertia, *inverse_inertia),
+                };
+                on_references[(i, *reference)] += gain * per_reference;
+                if let Some(load) = load {
+                    on_references[(i, *load)] -= gain * per_load;
+                }
+            }
             for (k, &shaft) in self.runner.coordinate_shafts.iter().enumerate() {
                 on_angles[(i, shaft)] += self.runner.state_gain[i * 2 * r + k];
                 on_speeds[(i, shaft)] += self.runner.state_gain[i * 2 * r + r + k];
@@ -523,7 +537,7 @@ impl Law for Running {
         LinearLaw {
             on_disturbances,
             disturbances: Matrix::zeros(0, self.disturbed.len()),
-            ..LinearLaw::gains(on_angles, on_speeds)
+            ..LinearLaw::gains(on_angles, on_speeds, on_references)
         }
     }
 

@@ -180,9 +180,13 @@ impl Law for Running {
     fn linear(&self) -> LinearLaw {
         let omega = self.runner.position_loop.natural_frequency;
         let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.runner.shaft { gain } else { 0.0 });
+        // The reference, and the load if there is one.
+        let stiffness = self.runner.inertia * omega * omega;
+        let told = Matrix::from_fn(1, self.references.len(), |_, j| if j == 0 { stiffness } else { -1.0 });
         LinearLaw::gains(
             row(-self.runner.inertia * omega * omega),
             row(-self.runner.inertia * 2.0 * self.runner.position_loop.damping_ratio * omega),
+            told,
         )
     }
 

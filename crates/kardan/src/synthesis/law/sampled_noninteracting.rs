@@ -710,10 +710,10 @@ impl Law for Sampled {
     }
 
     fn linear(&self) -> LinearLaw {
-        let RegulatorData { prediction, input, output, correction, model, feedback, .. } = &self.data;
-        let [n, k, _, p, m] = self.data.sizes();
+        let RegulatorData { prediction, input, output, correction, model, model_input, feedback, .. } = &self.data;
+        let [n, k, r, p, m] = self.data.sizes();
         let size = self.states.len();
-        let [_, models, readings, ..] = self.places();
+        let [_, models, readings, governed, _] = self.places();
         let [angles, speeds] = rows(&self.readings, self.shafts);
         // x̂ after the correction: (I − M C) x̂ + M y.
         let kept = Matrix::identity(n).plus(&correction.multiply(output).scale(&-1.0));
@@ -755,6 +755,14 @@ impl Law for Sampled {
             on_angles: on_readings.multiply(&angles),
             on_speeds: on_readings.multiply(&speeds),
             on_disturbances: Matrix::zeros(m, 0),
+            references: Matrix::from_fn(size, r, |i, j| match i {
+                i if i < n => (0..m).map(|l| -input[(i, l)] * feedback[(l, n + k + j)]).sum(),
+                i if (models..models + k).contains(&i) => model_input[(i - models, j)],
+                i if (governed..governed + r).contains(&i) => f64::from(u8::from(i - governed == j)),
+                i if i >= last_command => -feedback[(i - last_command, n + k + j)],
+                _ => 0.0,
+            }),
+            on_references: Matrix::from_fn(m, r, |i, j| -feedback[(i, n + k + j)]),
         }
     }
 

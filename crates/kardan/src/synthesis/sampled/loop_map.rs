@@ -1,8 +1,7 @@
 //! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
 
-use super::{Clock, on_their_way};
-use crate::num::{Matrix, eigenvalues, exponential};
-use crate::reduce::LinearModel;
+use super::{Clock, LoopPlant, on_their_way};
+use crate::num::{Matrix, discretise, eigenvalues};
 use crate::synthesis::{Law, LinearLaw};
 
 /// Parts of the shortest sample time within which two instants are one.
@@ -16,20 +15,20 @@ pub struct SampledPart {
     pub linear: LinearLaw,
     /// When it runs; `None`: in continuous time.
     pub clock: Option<Clock>,
-    /// Numbers of the inputs that it commands, among those of the model.
+    /// Numbers of the inputs that it commands, among those of the plant.
     pub inputs: Vec<usize>,
     /// Factor of its commands, 1 for the loop as it is.
     pub gain: f64,
 }
 
 impl SampledPart {
-    /// A law as it runs, in the loop of that model.
+    /// A law as it runs, in the loop of that plant.
     ///
     /// # Panics
     /// If it names an input that is not there.
-    pub fn of(law: &dyn Law, model: &LinearModel) -> Self {
+    pub fn of(law: &dyn Law, plant: &LoopPlant) -> Self {
         let number =
-            |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
+            |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         Self { linear: law.linear(), clock: law.clock(), inputs: law.inputs().iter().map(number).collect(), gain: 1.0 }
     }
 }
@@ -37,8 +36,8 @@ impl SampledPart {
 /// The exact map of a linear loop over the period after which all clocks begin anew, without limits, friction and rounding:
 /// `z(t + T) = Φ z(t)`.
 ///
-/// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws in continuous time; for each sampled law the commands in
-/// force, those on their way, its states]`.
+/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a
+/// clock, and its states; the references of all laws, if they are asked for]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledLoop {
     /// Φ.
@@ -47,6 +46,10 @@ pub struct SampledLoop {
     pub period: f64,
     /// The shortest sample time, s.
     pub sample_time: f64,
+    /// What each input of the plant is told, over z, N m.
+    pub commands: Matrix<f64>,
+    /// Where the references of each law are in z, if they were asked for.
+    pub references: Vec<usize>,
 }
 
 /// Why there is no map.
@@ -77,10 +80,12 @@ struct LawPlaces {
     /// Commands on their way, the next first.
     queue: Vec<usize>,
     states: usize,
+    /// Where its references are; `None` if they are left out.
+    references: Option<usize>,
 }
 
 impl SampledLoop {
-    /// The map of a loop. `lags` are the time constants of the motors, s, zero for none, one for each input of the model.
+    /// The map of a loop.
     ///
     /// Method: between two instants at which something happens the loop is linear with constant coefficients, whose
     /// exponential is exact; what happens (a law computes, a command takes effect) is a matrix. Cost: one exponential for each
@@ -91,15 +96,31 @@ impl SampledLoop {
     ///
     /// # Panics
     /// If the inertia matrix is singular, or shapes do not fit.
-    pub fn new(model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
+    pub fn new(plant: &LoopPlant, parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
+        Self::with(plant, parts, false)
+    }
+
+    /// The same with the references of all laws as constant states, for answers to steps.
+    ///
+    /// # Errors
+    /// [`SampledLoopError`]
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn driven(plant: &LoopPlant, parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
+        Self::with(plant, parts, true)
+    }
+
+    fn with(plant: &LoopPlant, parts: &[SampledPart], driven: bool) -> Result<Self, SampledLoopError> {
         let clocks: Vec<Clock> = parts.iter().filter_map(|part| part.clock).collect();
         let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
         if clocks.is_empty() {
             return Err(SampledLoopError::Continuous);
         }
         let period = common_period(&clocks, shortest).ok_or(SampledLoopError::NoCommonPeriod)?;
-        let places = Places::new(model, lags, parts);
-        let flow = places.flow(model, lags, parts);
+        let places = Places::new(plant, parts, driven);
+        let (flow, commands) = places.flow(plant, parts);
+        let moving = Moving::of(&flow);
         // In the steady state: commands of the period before are on their way.
         let mut happenings: Vec<(f64, usize, bool)> = Vec::new();
         for (number, part) in parts.iter().enumerate() {
@@ -133,7 +154,7 @@ impl SampledLoop {
             let exponential = match found {
                 Some((_, exponential)) => exponential.clone(),
                 None => {
-                    let found = exponential(&flow.scale(&step)).ok_or(SampledLoopError::NotFinite)?;
+                    let found = moving.exponential(&flow, step).ok_or(SampledLoopError::NotFinite)?;
                     known.push((step, found.clone()));
                     found
                 }
@@ -142,20 +163,25 @@ impl SampledLoop {
         };
         for (at, number, computes) in happenings {
             map = pass(at, map)?;
-            let jump = if computes { places.sample(model, parts, number) } else { places.apply(parts, number) };
+            let jump = if computes { places.sample(plant, parts, number) } else { places.apply(parts, number) };
             map = jump.multiply(&map);
         }
         map = pass(period, map)?;
         let finite = map.as_slice().iter().all(|x| x.is_finite());
-        if finite { Ok(Self { map, period, sample_time: shortest }) } else { Err(SampledLoopError::NotFinite) }
+        let references = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
+        if finite {
+            Ok(Self { map, period, sample_time: shortest, commands, references })
+        } else {
+            Err(SampledLoopError::NotFinite)
+        }
     }
 
     /// The matrix of the loop between two instants, `ż = F z`; without sampled laws that of the whole loop.
     ///
     /// # Panics
     /// As [`Self::new`].
-    pub fn flow(model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Matrix<f64> {
-        Places::new(model, lags, parts).flow(model, lags, parts)
+    pub fn flow(plant: &LoopPlant, parts: &[SampledPart]) -> Matrix<f64> {
+        Places::new(plant, parts, false).flow(plant, parts).0
     }
 
     /// Eigenvalues of the map, as growth per shortest sample time, largest first; `None` if the iteration fails.
@@ -179,6 +205,35 @@ impl SampledLoop {
     }
 }
 
+/// Which entries of z move between two instants, and which constant ones drive them.
+struct Moving {
+    moving: Vec<usize>,
+    driving: Vec<usize>,
+}
+
+impl Moving {
+    fn of(flow: &Matrix<f64>) -> Self {
+        let n = flow.rows();
+        let (moving, still): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| flow.row(i).iter().any(|x| *x != 0.0));
+        let driving = still.into_iter().filter(|&j| moving.iter().any(|&i| flow[(i, j)] != 0.0)).collect();
+        Self { moving, driving }
+    }
+
+    /// `e^{Ft}`; `None` if it overflows.
+    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Matrix<f64>> {
+        let Self { moving, driving } = self;
+        let part =
+            |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])]);
+        let found = discretise(&part(moving), &part(driving), time)?;
+        let mut out = Matrix::identity(flow.rows());
+        for (i, &row) in moving.iter().enumerate() {
+            moving.iter().enumerate().for_each(|(j, &column)| out[(row, column)] = found.a[(i, j)]);
+            driving.iter().enumerate().for_each(|(j, &column)| out[(row, column)] = found.b[(i, j)]);
+        }
+        Some(out)
+    }
+}
+
 /// The period after which all clocks begin anew, s.
 fn common_period(clocks: &[Clock], shortest: f64) -> Option<f64> {
     let longest = clocks.iter().map(|clock| clock.period).fold(0.0, f64::max);
@@ -193,14 +248,14 @@ fn common_period(clocks: &[Clock], shortest: f64) -> Option<f64> {
 }
 
 impl Places {
-    fn new(model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Self {
-        assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
-        let mut size = 2 * model.inertia.rows();
+    fn new(plant: &LoopPlant, parts: &[SampledPart], driven: bool) -> Self {
+        assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
+        let mut size = 2 * plant.inertia.rows();
         let mut take = |count: usize| {
             size += count;
             size - count
         };
-        let lagged = lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
+        let lagged = plant.lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
         let laws = parts
             .iter()
             .map(|part| {
@@ -210,6 +265,7 @@ impl Places {
                     held: take(if part.clock.is_some() { inputs } else { 0 }),
                     queue: (0..waiting).map(|_| take(inputs)).collect(),
                     states: take(part.linear.states.rows()),
+                    references: driven.then(|| take(part.linear.on_references.columns())),
                 }
             })
             .collect();
@@ -217,28 +273,28 @@ impl Places {
     }
 
     /// The command of a law over z: what it says now, whether sampled or not.
-    fn command(&self, model: &LinearModel, part: &SampledPart, number: usize) -> Matrix<f64> {
-        let r = model.inertia.rows();
-        let basis = model.basis.to_f64();
-        let (on_angles, on_speeds) = (part.linear.on_angles.multiply(&basis), part.linear.on_speeds.multiply(&basis));
+    fn command(&self, plant: &LoopPlant, part: &SampledPart, number: usize) -> Matrix<f64> {
+        let r = plant.inertia.rows();
+        let (on_angles, on_speeds) =
+            (part.linear.on_angles.multiply(&plant.basis), part.linear.on_speeds.multiply(&plant.basis));
         let first = self.laws[number].states;
         let states = part.linear.states.rows();
+        let told = |j: usize| self.reference(part, number, j);
         Matrix::from_fn(part.inputs.len(), self.size, |i, j| {
             part.gain
                 * match j {
                     j if j < r => on_angles[(i, j)],
                     j if j < 2 * r => on_speeds[(i, j - r)],
                     j if (first..first + states).contains(&j) => part.linear.on_states[(i, j - first)],
-                    _ => 0.0,
+                    j => told(j).map_or(0.0, |k| part.linear.on_references[(i, k)]),
                 }
         })
     }
 
     /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
-    fn rates(&self, model: &LinearModel, part: &SampledPart, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
-        let r = model.inertia.rows();
-        let basis = model.basis.to_f64();
-        let (angles, speeds) = (part.linear.angles.multiply(&basis), part.linear.speeds.multiply(&basis));
+    fn rates(&self, plant: &LoopPlant, part: &SampledPart, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
+        let r = plant.inertia.rows();
+        let (angles, speeds) = (part.linear.angles.multiply(&plant.basis), part.linear.speeds.multiply(&plant.basis));
         let mut out = part.linear.torques.multiply(torques);
         let first = self.laws[number].states;
         for i in 0..out.rows() {
@@ -249,17 +305,27 @@ impl Places {
             for j in 0..part.linear.states.rows() {
                 out[(i, first + j)] += part.linear.states[(i, j)];
             }
+            for j in 0..self.size {
+                if let Some(k) = self.reference(part, number, j) {
+                    out[(i, j)] += part.linear.references[(i, k)];
+                }
+            }
         }
         out
     }
 
-    /// The matrix of the loop between two instants: ż = F z.
-    fn flow(&self, model: &LinearModel, lags: &[f64], parts: &[SampledPart]) -> Matrix<f64> {
-        let r = model.inertia.rows();
-        let inertia = model.inertia.to_f64();
-        let solve = |matrix: &Matrix<f64>| inertia.solve(matrix).expect("reduced inertia is positive definite");
-        let (stiffness, damping) = (solve(&model.stiffness.to_f64()), solve(&model.damping.to_f64()));
-        let per_torque = solve(&model.input.to_f64());
+    /// Which reference of a law is at a place.
+    fn reference(&self, part: &SampledPart, number: usize, place: usize) -> Option<usize> {
+        let first = self.laws[number].references?;
+        place.checked_sub(first).filter(|k| *k < part.linear.on_references.columns())
+    }
+
+    /// The matrix of the loop between two instants, ż = F z, and what each input is told.
+    fn flow(&self, plant: &LoopPlant, parts: &[SampledPart]) -> (Matrix<f64>, Matrix<f64>) {
+        let r = plant.inertia.rows();
+        let solve = |matrix: &Matrix<f64>| plant.inertia.solve(matrix).expect("reduced inertia is positive definite");
+        let (stiffness, damping) = (solve(&plant.stiffness), solve(&plant.damping));
+        let per_torque = solve(&plant.input);
         let mut flow = Matrix::zeros(self.size, self.size);
         for i in 0..r {
             flow[(i, r + i)] = 1.0;
@@ -269,9 +335,9 @@ impl Places {
             }
         }
         // Commands of all inputs over z.
-        let mut commands = Matrix::zeros(model.inputs.len(), self.size);
+        let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
         for (number, part) in parts.iter().enumerate() {
-            let own = self.command(model, part, number);
+            let own = self.command(plant, part, number);
             for (i, &input) in part.inputs.iter().enumerate() {
                 match part.clock {
                     Some(_) => commands[(input, self.laws[number].held + i)] += 1.0,
@@ -284,7 +350,7 @@ impl Places {
                 match place {
                     Some(place) => {
                         let own = f64::from(u8::from(j == *place));
-                        flow[(*place, j)] += (commands[(input, j)] - own) / lags[input];
+                        flow[(*place, j)] += (commands[(input, j)] - own) / plant.lags[input];
                         (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * own);
                     }
                     None => (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * commands[(input, j)]),
@@ -297,7 +363,7 @@ impl Places {
                 None => commands[(part.inputs[i], j)],
             };
             let torques = Matrix::from_fn(part.inputs.len(), self.size, torque);
-            let rates = self.rates(model, part, number, &torques);
+            let rates = self.rates(plant, part, number, &torques);
             let first = self.laws[number].states;
             for i in 0..rates.rows() {
                 for j in 0..self.size {
@@ -305,16 +371,16 @@ impl Places {
                 }
             }
         }
-        flow
+        (flow, commands)
     }
 
     /// A law computes: its commands go on their way, its states become those of the next sample.
-    fn sample(&self, model: &LinearModel, parts: &[SampledPart], number: usize) -> Matrix<f64> {
+    fn sample(&self, plant: &LoopPlant, parts: &[SampledPart], number: usize) -> Matrix<f64> {
         let part = &parts[number];
         let Some(clock) = part.clock else { unreachable!("only sampled laws compute at an instant") };
-        let LawPlaces { held, queue, states } = &self.laws[number];
+        let LawPlaces { held, queue, states, .. } = &self.laws[number];
         let m = part.inputs.len();
-        let command = self.command(model, part, number);
+        let command = self.command(plant, part, number);
         // The torques until the next sample: in force now, then those on their way, one after the other.
         let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
         // Part of the sample time after which the next command on its way takes effect.
@@ -337,7 +403,7 @@ impl Places {
                 }
             }
         };
-        set(*states, &self.rates(model, part, number, &torques));
+        set(*states, &self.rates(plant, part, number, &torques));
         match queue.last() {
             None => set(*held, &command),
             // The last place is free: the command that was in it has moved on when the one before took effect.

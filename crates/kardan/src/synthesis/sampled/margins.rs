@@ -1,8 +1,7 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
-use super::{Clock, SampledLoop, SampledPart};
+use super::{Clock, LoopPlant, SampledLoop, SampledPart};
 use crate::num::{Matrix, eigenvalues};
-use crate::reduce::LinearModel;
 use crate::synthesis::Law;
 
 /// What of an eigenvalue of the sampled loop beyond one still counts as rounding.
@@ -21,9 +20,7 @@ const DELAYS: f64 = crate::synthesis::LONGEST_DELAY;
 /// A controller in its loop, to be changed.
 pub struct Survey<'a> {
     /// The plant.
-    pub model: &'a LinearModel,
-    /// Time constants of the motors, s, zero for none, one for each input of the model.
-    pub lags: &'a [f64],
+    pub plant: &'a LoopPlant,
     /// All laws, as designed (not yet sampled, unless they are so by nature).
     pub laws: &'a [Box<dyn Law>],
     /// Their clocks.
@@ -69,13 +66,13 @@ impl Survey<'_> {
         Change { clock: self.clocks[self.number], lag: None, gain: 1.0 }
     }
 
-    /// The loop with a change: its parts and lags; `None` if a number overflows or a law cannot have that clock.
-    fn changed(&self, change: Change) -> Option<(Vec<SampledPart>, Vec<f64>)> {
-        let mut lags = self.lags.to_vec();
+    /// The loop with a change: its parts and its plant; `None` if a number overflows or a law cannot have that clock.
+    fn changed(&self, change: Change) -> Option<(Vec<SampledPart>, LoopPlant)> {
+        let mut plant = self.plant.clone();
         let mut parts = Vec::new();
         for (number, (law, own)) in self.laws.iter().zip(self.clocks).enumerate() {
             let clock = if number == self.number { change.clock } else { *own };
-            let mut part = SampledPart::of(&**law, self.model);
+            let mut part = SampledPart::of(&**law, self.plant);
             if let Some(clock) = clock {
                 part.linear = law.firmware(clock)?.linear;
             }
@@ -83,24 +80,24 @@ impl Survey<'_> {
             if number == self.number {
                 part.gain = change.gain;
                 if let Some(lag) = change.lag {
-                    part.inputs.iter().for_each(|input| lags[*input] = lag);
+                    part.inputs.iter().for_each(|input| plant.lags[*input] = lag);
                 }
             }
             parts.push(part);
         }
-        Some((parts, lags))
+        Some((parts, plant))
     }
 
     /// The motion of the changed loop that grows most; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
-        let (parts, lags) = self.changed(change)?;
+        let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            let poles = eigenvalues(&SampledLoop::flow(self.model, &lags, &parts))?;
+            let poles = eigenvalues(&SampledLoop::flow(&plant, &parts))?;
             let held = poles.iter().filter(|(re, im)| re.hypot(*im) > FREE);
             let (re, im) = held.copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
             return Some(Slowest { growth: re.exp(), frequency: im.abs(), stable: re < ROUNDING });
         }
-        let found = SampledLoop::new(self.model, &lags, &parts).ok()?;
+        let found = SampledLoop::new(&plant, &parts).ok()?;
         let multipliers = found.multipliers()?;
         let held = multipliers.iter().find(|(re, im)| (re - 1.0).hypot(*im) > FREE);
         let (re, im) = held.copied().unwrap_or((0.0, 0.0));
@@ -111,8 +108,8 @@ impl Survey<'_> {
 
     /// The state matrix of the loop in continuous time, for its eigenvectors; `None` if a law is sampled.
     pub fn continuous(&self) -> Option<Matrix<f64>> {
-        let (parts, lags) = self.changed(Change { clock: None, ..self.unchanged() })?;
-        parts.iter().all(|part| part.clock.is_none()).then(|| SampledLoop::flow(self.model, &lags, &parts))
+        let (parts, plant) = self.changed(Change { clock: None, ..self.unchanged() })?;
+        parts.iter().all(|part| part.clock.is_none()).then(|| SampledLoop::flow(&plant, &parts))
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable
@@ -159,8 +156,8 @@ impl Survey<'_> {
 
     /// The longest lag of all motors of the controller, s, that the loop tolerates; `None` if it is unstable as it is.
     pub fn longest_lag(&self) -> Option<Limit> {
-        let inputs = SampledPart::of(&*self.laws[self.number], self.model).inputs;
-        let now = inputs.iter().map(|input| self.lags[*input]).fold(0.0, f64::max);
+        let inputs = SampledPart::of(&*self.laws[self.number], self.plant).inputs;
+        let now = inputs.iter().map(|input| self.plant.lags[*input]).fold(0.0, f64::max);
         let more = path(RANGE[0], RANGE[1]).filter(|lag| *lag > now);
         self.first(std::iter::once(now).chain(more), |lag| Change { lag: Some(lag), ..self.unchanged() })
     }

@@ -7,6 +7,7 @@ mod hold;
 mod interaction;
 mod loop_map;
 mod margins;
+mod plant;
 mod runner;
 
 pub(super) use filter::filter;
@@ -16,4 +17,5 @@ pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use loop_map::{SampledLoop, SampledLoopError, SampledPart};
 pub use margins::{Change, Limit, Slowest, Survey};
+pub use plant::{LoopPlant, VariedPlant};
 pub(super) use runner::{GovernorData, RegulatorData, Runner};

@@ -1,0 +1,121 @@
+use crate::num::{Matrix, rational_to_f64};
+use crate::reduce::{LinearModel, Reduced};
+
+/// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoopPlant {
+    /// H, kg m².
+    pub inertia: Matrix<f64>,
+    /// D, N m s/rad.
+    pub damping: Matrix<f64>,
+    /// S, N m/rad.
+    pub stiffness: Matrix<f64>,
+    /// F, coordinates × inputs.
+    pub input: Matrix<f64>,
+    /// K, shafts × coordinates.
+    pub basis: Matrix<f64>,
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Time constant of each input's motor, s; zero for an ideal one.
+    pub lags: Vec<f64>,
+}
+
+impl LoopPlant {
+    /// The linear model with motors of these lags.
+    ///
+    /// # Panics
+    /// If there is not one lag for each input.
+    pub fn new(model: &LinearModel, lags: &[f64]) -> Self {
+        assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
+        Self {
+            inertia: model.inertia.to_f64(),
+            damping: model.damping.to_f64(),
+            stiffness: model.stiffness.to_f64(),
+            input: model.input.to_f64(),
+            basis: model.basis.to_f64(),
+            inputs: model.inputs.clone(),
+            lags: lags.to_vec(),
+        }
+    }
+}
+
+/// The kind of a coefficient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Inertia,
+    Damping,
+    Stiffness,
+}
+
+/// A linear plant whose coefficients vary: inertias, dampings and stiffnesses of its elements.
+#[derive(Debug, Clone)]
+pub struct VariedPlant {
+    nominal: LoopPlant,
+    /// Name (`fs.inertia`), kind, row over the coordinates, value.
+    terms: Vec<(String, Kind, Vec<f64>, f64)>,
+}
+
+impl VariedPlant {
+    /// The plant of a linear model, term by term.
+    ///
+    /// # Panics
+    /// As [`LoopPlant::new`].
+    pub fn new(reduced: &Reduced, model: &LinearModel, lags: &[f64]) -> Self {
+        let nominal = LoopPlant::new(model, lags);
+        let basis = &nominal.basis;
+        let row = |along: &[(usize, f64)]| -> Vec<f64> {
+            (0..basis.columns()).map(|j| along.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()
+        };
+        let equations = &reduced.equations;
+        let named = |element: &String, key: &str| format!("{element}.{key}");
+        let inertias = equations.inertias.iter().map(|term| {
+            (
+                named(&term.element, "inertia"),
+                Kind::Inertia,
+                row(&term.row_f64()),
+                rational_to_f64(&term.value.to_rational()),
+            )
+        });
+        let dampers = equations.dampers.iter().map(|term| {
+            (
+                named(&term.element, "damping"),
+                Kind::Damping,
+                row(&term.row_f64()),
+                rational_to_f64(&term.value.to_rational()),
+            )
+        });
+        let springs = equations.springs.iter().map(|term| {
+            let value = rational_to_f64(&term.value.stiffness.to_rational());
+            (named(&term.element, "stiffness"), Kind::Stiffness, row(&term.row_f64()), value)
+        });
+        let terms = inertias.chain(dampers).chain(springs).filter(|(.., value)| *value != 0.0).collect();
+        Self { nominal, terms }
+    }
+
+    /// Names of the coefficients: `fs.inertia`, `torsion_bar.stiffness`.
+    pub fn names(&self) -> Vec<String> {
+        self.terms.iter().map(|(name, ..)| name.clone()).collect()
+    }
+
+    /// The plant as it is.
+    pub fn nominal(&self) -> &LoopPlant {
+        &self.nominal
+    }
+
+    /// The plant with each coefficient times a factor.
+    pub fn at(&self, factors: &[f64]) -> LoopPlant {
+        let mut out = self.nominal.clone();
+        for ((_, kind, row, value), factor) in self.terms.iter().zip(factors) {
+            let matrix = match kind {
+                Kind::Inertia => &mut out.inertia,
+                Kind::Damping => &mut out.damping,
+                Kind::Stiffness => &mut out.stiffness,
+            };
+            let change = value * (factor - 1.0);
+            for i in 0..row.len() {
+                (0..row.len()).for_each(|j| matrix[(i, j)] += change * row[i] * row[j]);
+            }
+        }
+        out
+    }
+}
