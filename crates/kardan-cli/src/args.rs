@@ -143,6 +143,10 @@ pub struct DesignArgs {
     /// Do not measure cross coupling in the nonlinear simulation.
     #[arg(long)]
     pub no_simulation: bool,
+    /// Try the design on plants within the tolerances of the file, or, with a percentage, within that part of every inertia,
+    /// damping and stiffness: 1000 samples and a search for the worst corner.
+    #[arg(long, value_name = "PERCENT", num_args = 0..=1, default_missing_value = "file")]
+    pub tolerance: Option<String>,
     /// Show a controller too that is unstable at its sample time.
     #[arg(long)]
     pub force: bool,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use kardan::report::words::{self, design as said};
 use kardan::results::{
-    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, ZeroMode,
+    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, Robustness, ZeroMode,
 };
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
@@ -53,6 +53,9 @@ pub fn text(design: &Design, origin: &str) -> String {
     }
     proof(&mut out, design);
     cross_coupling(&mut out, &design.cross_coupling);
+    if let Some(found) = &design.robustness {
+        robustness(&mut out, found);
+    }
     if let Some(found) = &design.flatness {
         heading(&mut out, "Flatness");
         sentences(&mut out, &said::flatness(found, number));
@@ -262,6 +265,19 @@ fn margins(out: &mut String, found: &Margins) {
     let rows: Vec<Vec<String>> = found.peaks.iter().map(|peak| said::torque_peak(peak, number).to_vec()).collect();
     if !rows.is_empty() {
         table(out, &["step of", "motor", "#asked of it", "#torque limit"], &rows, ROWS);
+    }
+}
+
+fn robustness(out: &mut String, found: &Robustness) {
+    heading(out, "Box of plants");
+    sentences(out, &said::robustness(found, number));
+    for (what, all) in [("signal", &found.interactions), ("motor", &found.peaks)] {
+        let rows: Vec<Vec<String>> = all.iter().map(|one| said::interaction(one, number).to_vec()).collect();
+        if !rows.is_empty() {
+            let headers =
+                ["step of", what, "#nominal", "#median", "#90 %", "#99 %", "#largest", "#worst corner", "unit"];
+            table(out, &headers, &rows, ROWS);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! `kardan design`: one controller, designed, proven and tried.
 
 use kardan::diagnostics::{Diagnostic, Severity};
-use kardan::study::DesignSettings;
+use kardan::study::{DesignSettings, ToleranceBox};
 use kardan::{export, report, study};
 
 use super::DONE;
@@ -21,6 +21,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
         let mistake = Diagnostic::error("file::same", message).help("give them different names");
         return Err(Failure { source: None, diagnostics: vec![mistake] });
     }
+    let settings = settings(args)?;
     let source = input::read(&args.model, quiet)?;
     for path in args.report.iter().chain(&args.controller) {
         prepare_file(path)?;
@@ -33,7 +34,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let bars = Bars::new(quiet);
-    let found = study::design(&source.text, &settings(args), &bars);
+    let found = study::design(&source.text, &settings, &bars);
     bars.finish();
     let origin = source.to_string();
     let design = found.map_err(|mut diagnostics| {
@@ -57,14 +58,14 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-fn settings(args: &DesignArgs) -> DesignSettings {
+fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
     let given = !args.inputs.is_empty() || !args.outputs.is_empty();
     let feedback = args.feedback.map(|kind| match kind {
         FeedbackKind::Static => "static",
         FeedbackKind::Dynamic => "dynamic",
         FeedbackKind::Block => "block",
     });
-    DesignSettings {
+    Ok(DesignSettings {
         control: args.control.clone(),
         law: args.law.clone().or_else(|| given.then(|| LAW.into())),
         inputs: args.inputs.clone(),
@@ -73,5 +74,24 @@ fn settings(args: &DesignArgs) -> DesignSettings {
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
         force: args.force,
+        tolerance: args.tolerance.as_deref().map(tolerance).transpose()?,
+    })
+}
+
+/// `file`, or a percentage above 0 and below 100.
+fn tolerance(text: &str) -> Result<ToleranceBox, Failure> {
+    if text == "file" {
+        return Ok(ToleranceBox::File);
+    }
+    let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
+    match percent {
+        Ok(percent) if percent > 0.0 && percent < 100.0 => Ok(ToleranceBox::Part(percent / 100.0)),
+        _ => {
+            let message = format!("`--tolerance {text}` is no percentage above 0 and below 100");
+            let help = "write `--tolerance 20%`; without a number the tolerances of the file are taken. \
+                        The model comes before the option";
+            let mistake = Diagnostic::error("arguments::tolerance", message).help(help);
+            Err(Failure { source: None, diagnostics: vec![mistake] })
+        }
     }
 }

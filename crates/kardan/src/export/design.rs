@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json as object};
 
 use crate::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness,
-    LoopLimit, Margins, ObserverResult, Pole, TransferEntry, ZeroDynamics, ZeroMode,
+    Interaction, LoopLimit, Margins, ObserverResult, Pole, Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -43,6 +43,7 @@ const VERSION: u32 = 1;
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time), `stable`, `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners; `null`: unstable), `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
 /// | `observer_data` | the same for the observer that runs before it; `null` without one |
@@ -77,6 +78,7 @@ pub fn design_json(design: &Design) -> String {
         "blocks_decoupled": design.blocks_decoupled,
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "margins": design.margins.as_ref().map(margins),
+        "robustness": design.robustness.as_ref().map(robustness),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
         "observer_data": design.observer_data.as_ref().map(|found| Value::Object(data(found))),
@@ -84,6 +86,32 @@ pub fn design_json(design: &Design) -> String {
         "notes": design.notes,
     })
     .to_string()
+}
+
+fn robustness(found: &Robustness) -> Value {
+    let spread = |found: &Spread| {
+        object!({
+            "nominal": found.nominal, "median": found.median, "q90": found.q90, "q99": found.q99,
+            "sampled": found.sampled, "worst": found.worst, "at": found.at,
+        })
+    };
+    let interaction = |one: &Interaction| {
+        object!({
+            "reference": one.reference, "step": one.step, "step_unit": one.step_unit, "signal": one.signal,
+            "unit": one.unit, "size": spread(&one.size),
+        })
+    };
+    object!({
+        "range": found.range,
+        "parameters": list(&found.parameters, |(name, low, high)| object!({ "name": name, "factors": [low, high] })),
+        "samples": found.samples,
+        "seed": found.seed,
+        "stable": found.stable,
+        "worst_stable": found.worst_stable,
+        "spectral_radius": spread(&found.spectral_radius),
+        "interactions": list(&found.interactions, interaction),
+        "peaks": list(&found.peaks, interaction),
+    })
 }
 
 fn margins(found: &Margins) -> Value {
@@ -318,7 +346,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 33] = [
+    const KEYS: [&str; 34] = [
         "model",
         "description",
         "variant",
@@ -347,6 +375,7 @@ mod tests {
         "blocks_decoupled",
         "cross_coupling",
         "margins",
+        "robustness",
         "flatness",
         "controller_data",
         "observer_data",

@@ -8,7 +8,8 @@ use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
 use crate::results::{
-    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, Pole, ZeroMode,
+    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Interaction, Margins, ObserverResult, Pole,
+    Robustness, ZeroMode,
 };
 
 /// A matrix with more rows or columns is not shown.
@@ -31,6 +32,7 @@ fn parts(design: &Design) -> Vec<(&'static str, &'static str, String)> {
         ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
         ("proof", "Transfer matrix", proof(design)),
         ("coupling", "Cross coupling", cross_coupling(design)),
+        ("box", "Box of plants", design.robustness.as_ref().map(robustness).unwrap_or_default()),
         ("flatness", "Flatness", flatness(design)),
         ("canonical", "Canonical form", design.canonical.as_ref().map(|c| canonical(c, design)).unwrap_or_default()),
         ("controller", "Controller", controller(design)),
@@ -96,6 +98,25 @@ fn decoupling(design: &Design) -> String {
         body += &matrices(std::slice::from_ref(&design.decoupling_matrix));
     }
     body + &titled("Relative degrees", &rows_of(&["output", "#derivatives until an input appears"], rows))
+}
+
+fn robustness(found: &Robustness) -> String {
+    let rows = |all: &[Interaction]| {
+        let row = |one: &Interaction| {
+            let [step, signal, nominal, median, q90, q99, sampled, worst, unit] = said::interaction(one, number);
+            let numbers = [nominal, median, q90, q99, sampled, worst].map(Cell::Number);
+            let mut row = vec![Cell::Head(step, 1), Cell::text(signal)];
+            row.extend(numbers);
+            row.push(Cell::text(unit));
+            row
+        };
+        all.iter().map(row).collect::<Vec<_>>()
+    };
+    let headers =
+        |what| ["step of", what, "#nominal", "#median", "#90 %", "#99 %", "#largest", "#worst corner", "unit"];
+    items(&said::robustness(found, number))
+        + &titled("What a step does to other channels", &rows_of(&headers("signal"), rows(&found.interactions)))
+        + &titled("What a step asks of the motors", &rows_of(&headers("motor"), rows(&found.peaks)))
 }
 
 fn margins(found: &Margins) -> String {

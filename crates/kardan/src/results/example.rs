@@ -651,6 +651,7 @@ pub fn decoupled_steering() -> Design {
             coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
         ],
         margins: None,
+        robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
             flat: false,
@@ -800,6 +801,7 @@ pub fn observed_train() -> Design {
             coupling("ref_torque", "driver.tau", true, 2.0, 1.1),
         ],
         margins: None,
+        robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
             flat: true,

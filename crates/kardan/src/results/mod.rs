@@ -5,10 +5,12 @@ mod design;
 #[cfg(test)]
 pub(crate) mod example;
 mod margins;
+mod robustness;
 
 pub use analysis::*;
 pub use design::*;
 pub use margins::*;
+pub use robustness::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

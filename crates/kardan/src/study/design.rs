@@ -5,6 +5,7 @@ use super::coupling::cross_coupling;
 use super::margins::{survey, verdict};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
+use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::{PreparedVariant, Progress, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
@@ -35,6 +36,8 @@ pub struct DesignSettings {
     pub simulate: bool,
     /// Whether a controller that is unstable at its sample time is shown all the same.
     pub force: bool,
+    /// The box of plants that the design is tried on, if it is.
+    pub tolerance: Option<ToleranceBox>,
 }
 
 /// The name of a controller that is not in the file, if it is free.
@@ -76,7 +79,7 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
-            return Ok(designed(&prepared.description, variant, number, settings.simulate, progress));
+            return Ok(designed(&prepared.description, variant, number, settings, progress));
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
@@ -147,7 +150,7 @@ fn of_document(
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
-    Ok(designed(&prepared.description, variant, number, settings.simulate, progress))
+    Ok(designed(&prepared.description, variant, number, settings, progress))
 }
 
 /// The table of a controller for these inputs and outputs.
@@ -255,7 +258,7 @@ pub(super) fn designed(
     description: &str,
     variant: &PreparedVariant,
     number: usize,
-    simulate: bool,
+    settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Design {
     let laws = variant.design_laws();
@@ -299,7 +302,7 @@ pub(super) fn designed(
     }
     judge(&mut design);
     let mut margins = survey(variant, number, &laws, &design);
-    if simulate {
+    if settings.simulate {
         let references = laws[number].references().to_vec();
         let (found, peaks, warnings) = cross_coupling(variant, &references, &design, progress);
         design.cross_coupling = found;
@@ -311,6 +314,15 @@ pub(super) fn designed(
         design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
     }
     design.margins = Some(margins);
+    if let Some(range) = settings.tolerance {
+        match robustness(variant, number, &variant.running_laws(), range, progress) {
+            Ok(found) => {
+                design.warnings.extend(robustness_warnings(&found));
+                design.robustness = Some(found);
+            }
+            Err(why) => design.notes.push(format!("the box of plants is not looked at: {why}")),
+        }
+    }
     design
 }
 

@@ -13,6 +13,7 @@ mod massless;
 mod prepare;
 mod proof;
 mod read;
+mod robustness;
 mod scenario;
 mod sensitivity;
 
@@ -21,6 +22,7 @@ pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use design::{DesignSettings, design};
 pub use equations::{EquationsForm, equations};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
+pub use robustness::ToleranceBox;
 
 use analyze::analyze_variant;
 use design::designed;
@@ -106,7 +108,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     for variant in &chosen {
         for (number, control) in variant.model.controls.iter().enumerate() {
             if designs.iter().all(|design| design.controller != control.name) {
-                designs.push(designed(&prepared.description, variant, number, false, &Silent));
+                designs.push(designed(&prepared.description, variant, number, &DesignSettings::default(), &Silent));
             }
         }
     }

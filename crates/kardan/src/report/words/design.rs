@@ -2,8 +2,8 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
-    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, Margins,
-    ObserverResult, Pole, TorquePeak, TransferEntry, ZeroDynamics,
+    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, Interaction,
+    Margins, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -79,6 +79,58 @@ pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String
         }
     }
     out
+}
+
+/// What is said of the loop over a box of plants.
+pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<String> {
+    let varied = found.parameters.iter().filter(|(_, low, high)| low != high).count();
+    let mut out = vec![
+        format!("{} coefficients vary: {}.", varied, found.range),
+        format!(
+            "{} of {} plants, drawn with the seed {}, are stable; {}.",
+            found.stable,
+            found.samples,
+            found.seed,
+            if found.worst_stable {
+                "so is the worst corner that a search found"
+            } else {
+                "a corner of the box is not"
+            }
+        ),
+    ];
+    let radius = &found.spectral_radius;
+    out.push(format!(
+        "Spectral radius {} with the nominal plant, at most {} in the samples, {} in the worst corner.",
+        number(radius.nominal),
+        number(radius.sampled),
+        number(radius.worst)
+    ));
+    if let Some(worst) = found.interactions.iter().max_by(|a, b| a.size.worst.total_cmp(&b.size.worst)) {
+        let end = |(parameter, factor): (&(String, f64, f64), &f64)| {
+            (parameter.1 != parameter.2).then(|| format!("{} {}", parameter.0, number(*factor)))
+        };
+        let at: Vec<String> = found.parameters.iter().zip(&worst.size.at).filter_map(end).collect();
+        out.push(format!("Worst for {} after {}, as factors: {}.", worst.signal, worst.reference, at.join(", ")));
+    }
+    out
+}
+
+/// An interaction over a box as a row: step, signal, nominal, median, 90 %, 99 %, largest, worst corner, unit.
+pub fn interaction(found: &Interaction, number: impl Fn(f64) -> String) -> [String; 9] {
+    let Spread { nominal, median, q90, q99, sampled, worst, .. } = &found.size;
+    let step = format!("{} by {} {}", found.reference, number(found.step), found.step_unit);
+    let size = |x: &f64| if x.is_finite() { number(*x) } else { "unstable".into() };
+    [
+        step,
+        found.signal.clone(),
+        size(nominal),
+        size(median),
+        size(q90),
+        size(q99),
+        size(sampled),
+        size(worst),
+        found.unit.clone(),
+    ]
 }
 
 /// What a step asks of a motor: step, motor, torque and limit.

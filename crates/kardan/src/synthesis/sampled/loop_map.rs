@@ -46,6 +46,8 @@ pub struct SampledLoop {
     pub period: f64,
     /// The shortest sample time, s.
     pub sample_time: f64,
+    /// The loop between two instants, `ż = F z`.
+    pub flow: Matrix<f64>,
     /// What each input of the plant is told, over z, N m.
     pub commands: Matrix<f64>,
     /// Where the references of each law are in z, if they were asked for.
@@ -97,28 +99,31 @@ impl SampledLoop {
     /// # Panics
     /// If the inertia matrix is singular, or shapes do not fit.
     pub fn new(plant: &LoopPlant, parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
-        Self::with(plant, parts, false)
+        Self::with(plant, parts, None)
     }
 
-    /// The same with the references of all laws as constant states, for answers to steps.
+    /// The same with the references of all laws as constant states, for answers to steps; a loop without sampled laws is looked
+    /// at every `otherwise` seconds.
     ///
     /// # Errors
     /// [`SampledLoopError`]
     ///
     /// # Panics
     /// As [`Self::new`].
-    pub fn driven(plant: &LoopPlant, parts: &[SampledPart]) -> Result<Self, SampledLoopError> {
-        Self::with(plant, parts, true)
+    pub fn driven(plant: &LoopPlant, parts: &[SampledPart], otherwise: f64) -> Result<Self, SampledLoopError> {
+        Self::with(plant, parts, Some(otherwise))
     }
 
-    fn with(plant: &LoopPlant, parts: &[SampledPart], driven: bool) -> Result<Self, SampledLoopError> {
+    fn with(plant: &LoopPlant, parts: &[SampledPart], driven: Option<f64>) -> Result<Self, SampledLoopError> {
         let clocks: Vec<Clock> = parts.iter().filter_map(|part| part.clock).collect();
-        let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
-        if clocks.is_empty() {
-            return Err(SampledLoopError::Continuous);
-        }
-        let period = common_period(&clocks, shortest).ok_or(SampledLoopError::NoCommonPeriod)?;
-        let places = Places::new(plant, parts, driven);
+        let (shortest, period) = if clocks.is_empty() {
+            let looked = driven.ok_or(SampledLoopError::Continuous)?;
+            (looked, looked)
+        } else {
+            let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
+            (shortest, common_period(&clocks, shortest).ok_or(SampledLoopError::NoCommonPeriod)?)
+        };
+        let places = Places::new(plant, parts, driven.is_some());
         let (flow, commands) = places.flow(plant, parts);
         let moving = Moving::of(&flow);
         // In the steady state: commands of the period before are on their way.
@@ -170,7 +175,7 @@ impl SampledLoop {
         let finite = map.as_slice().iter().all(|x| x.is_finite());
         let references = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
         if finite {
-            Ok(Self { map, period, sample_time: shortest, commands, references })
+            Ok(Self { map, period, sample_time: shortest, flow, commands, references })
         } else {
             Err(SampledLoopError::NotFinite)
         }
@@ -180,7 +185,7 @@ impl SampledLoop {
     ///
     /// # Panics
     /// As [`Self::new`].
-    pub fn flow(plant: &LoopPlant, parts: &[SampledPart]) -> Matrix<f64> {
+    pub fn flow_of(plant: &LoopPlant, parts: &[SampledPart]) -> Matrix<f64> {
         Places::new(plant, parts, false).flow(plant, parts).0
     }
 

@@ -92,7 +92,7 @@ impl Survey<'_> {
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            let poles = eigenvalues(&SampledLoop::flow(&plant, &parts))?;
+            let poles = eigenvalues(&SampledLoop::flow_of(&plant, &parts))?;
             let held = poles.iter().filter(|(re, im)| re.hypot(*im) > FREE);
             let (re, im) = held.copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
             return Some(Slowest { growth: re.exp(), frequency: im.abs(), stable: re < ROUNDING });
@@ -109,7 +109,7 @@ impl Survey<'_> {
     /// The state matrix of the loop in continuous time, for its eigenvectors; `None` if a law is sampled.
     pub fn continuous(&self) -> Option<Matrix<f64>> {
         let (parts, plant) = self.changed(Change { clock: None, ..self.unchanged() })?;
-        parts.iter().all(|part| part.clock.is_none()).then(|| SampledLoop::flow(&plant, &parts))
+        parts.iter().all(|part| part.clock.is_none()).then(|| SampledLoop::flow_of(&plant, &parts))
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable

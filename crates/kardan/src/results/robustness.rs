@@ -1,0 +1,60 @@
+//! What deviations of the plant do to a designed loop.
+
+/// The linear loop of a design over a box of plants: sampled with a seed, and its worst corners searched for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Robustness {
+    /// What varies, in words: `20 % of every inertia, damping and stiffness`.
+    pub range: String,
+    /// Coefficients that vary: name, smallest and largest factor.
+    pub parameters: Vec<(String, f64, f64)>,
+    /// Plants drawn at random (uniformly, independently).
+    pub samples: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// How many of them are stable.
+    pub stable: usize,
+    /// Whether the worst corner that the search found is stable.
+    pub worst_stable: bool,
+    /// Spectral radius per sample time (of a loop in continuous time, per second).
+    pub spectral_radius: Spread,
+    /// What a step of one channel's reference does to the others.
+    pub interactions: Vec<Interaction>,
+    /// Largest torque that a step asks of a motor.
+    pub peaks: Vec<Interaction>,
+}
+
+/// What a step does to a signal, over the box.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Interaction {
+    /// The reference that steps.
+    pub reference: String,
+    /// By how much, SI.
+    pub step: f64,
+    /// Its unit.
+    pub step_unit: String,
+    /// What is watched: `fs.phi: torque of driver`, `rk.phi`, a motor.
+    pub signal: String,
+    /// Its unit.
+    pub unit: String,
+    /// Largest size during the step.
+    pub size: Spread,
+}
+
+/// How a number spreads over a box of plants.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Spread {
+    /// Of the nominal plant.
+    pub nominal: f64,
+    /// Half of the sampled plants are below.
+    pub median: f64,
+    /// 90 % of them are below.
+    pub q90: f64,
+    /// 99 % of them are below.
+    pub q99: f64,
+    /// Largest of them.
+    pub sampled: f64,
+    /// Largest that the search over the corners of the box found; infinite where the loop is unstable.
+    pub worst: f64,
+    /// Where: each coefficient's factor.
+    pub at: Vec<f64>,
+}

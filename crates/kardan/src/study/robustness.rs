@@ -1,0 +1,417 @@
+//! A designed loop over a box of plants: seeded samples, and a search for the worst corners.
+
+use rayon::prelude::*;
+
+use super::{PreparedVariant, Progress};
+use crate::equations::Measured;
+use crate::model::ControlSpec;
+use crate::num::{Random, rational_to_f64};
+use crate::reduce::linearise;
+use crate::results::{Interaction, Physical, Robustness, Spread};
+use crate::synthesis::{Law, LoopPlant, Plant, SampledLoop, SampledPart, VariedPlant, effective_inertia};
+
+/// Which box of plants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ToleranceBox {
+    /// The tolerances that the file gives.
+    File,
+    /// Every inertia, damping and stiffness within this part of its value, either way.
+    Part(f64),
+}
+
+/// Samples.
+const SAMPLES: usize = 1000;
+/// Their seed.
+const SEED: u64 = 1;
+/// Time between two looks at a loop in continuous time, s.
+const LOOK: f64 = 1e-4;
+/// Shortest and longest window, in samples.
+const WINDOW: [f64; 2] = [200.0, 4000.0];
+/// Time constants of the slowest motion in a window.
+const SETTLED: f64 = 10.0;
+/// Multipliers that close to one belong to motions that nobody holds.
+const FREE: f64 = 1e-6;
+/// Random points from which the search begins, besides the corner that the slopes point to.
+const STARTS: usize = 4;
+/// Sweeps over all coefficients after which a search ends.
+const SWEEPS: usize = 6;
+
+/// What a channel's output is watched by.
+enum Watch {
+    /// The angle of a shaft, rad.
+    Angle(usize),
+    /// The torque that other laws apply on a shaft, N m: inputs of the plant.
+    Felt(Vec<usize>),
+    /// Inertia (kg m²) times acceleration of a shaft.
+    Acceleration(usize, f64),
+}
+
+struct Watched {
+    name: String,
+    unit: &'static str,
+    reference: String,
+    watch: Watch,
+}
+
+/// What one plant shows.
+#[derive(Debug, Clone)]
+struct Shown {
+    radius: f64,
+    stable: bool,
+    /// By step and then by what is watched.
+    sizes: Vec<Vec<f64>>,
+    /// By step and then by input.
+    peaks: Vec<Vec<f64>>,
+}
+
+/// The loop of a variant, ready to be looked at with any plant.
+struct Subject {
+    plant: VariedPlant,
+    parts: Vec<SampledPart>,
+    /// Number of the law among the parts.
+    number: usize,
+    watched: Vec<Watched>,
+    /// Reference, number among the law's references, size.
+    steps: Vec<(String, usize, f64, &'static str)>,
+    inputs: Vec<usize>,
+    samples: usize,
+}
+
+/// The design of a controller over a box of plants; the reason if there is nothing to vary or nothing to watch.
+pub(super) fn robustness(
+    variant: &PreparedVariant,
+    number: usize,
+    laws: &[Box<dyn Law>],
+    range: ToleranceBox,
+    progress: &dyn Progress,
+) -> Result<Robustness, String> {
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
+    let plant = VariedPlant::new(&variant.reduced, &model, &lags);
+    let names = plant.names();
+    let (parameters, left) = limits(variant, &names, range);
+    if parameters.iter().all(|(_, low, high)| low == high) {
+        return Err(format!(
+            "no inertia, damping or stiffness has a tolerance{}: write `inertia = \"1 kg m^2 ± 10 %\"`, or vary all of them \
+             with `--tolerance 20%`",
+            if left.is_empty() { String::new() } else { format!(" (only {})", left.join(", ")) }
+        ));
+    }
+    let mut subject = subject(variant, number, laws, plant)?;
+    let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
+    subject.samples = nominal_window(&nominal);
+    let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
+    let mut random = Random::new(SEED);
+    let points: Vec<Vec<f64>> = (0..SAMPLES)
+        .map(|_| parameters.iter().map(|(_, low, high)| low + (high - low) * random.unit()).collect())
+        .collect();
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let look = |point: &Vec<f64>| {
+        let shown = subject.look(point);
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        if count.is_multiple_of(16) {
+            progress.advance(0, "plants", count as f64 / SAMPLES as f64);
+        }
+        shown
+    };
+    let shown: Vec<Option<Shown>> = points.par_iter().map(look).collect();
+    progress.advance(0, "plants", 1.0);
+    let good = |shown: &Option<Shown>| shown.as_ref().is_some_and(|shown| shown.stable);
+    let spread = |value: &(dyn Fn(&Shown) -> f64 + Sync)| -> Spread {
+        let of = |shown: Option<&Shown>| match shown {
+            Some(shown) if shown.stable => value(shown),
+            _ => f64::INFINITY,
+        };
+        let mut all: Vec<(f64, usize)> = shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
+        let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &points[*k]).collect();
+        let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).as_ref()));
+        let sampled = all.last().map_or(f64::NAN, |(value, _)| *value);
+        Spread {
+            nominal: value(&nominal),
+            median: quantile(0.5),
+            q90: quantile(0.9),
+            q99: quantile(0.99),
+            sampled,
+            worst: worst.max(sampled),
+            at: if worst >= sampled { at } else { points[all[all.len() - 1].1].clone() },
+        }
+    };
+    let mut interactions = Vec::new();
+    let mut peaks = Vec::new();
+    for (i, (reference, _, size, unit)) in subject.steps.iter().enumerate() {
+        let about = |signal: &str, signal_unit: &str, size_over_box: Spread| Interaction {
+            reference: reference.clone(),
+            step: *size,
+            step_unit: (*unit).into(),
+            signal: signal.into(),
+            unit: signal_unit.into(),
+            size: size_over_box,
+        };
+        for (j, watched) in subject.watched.iter().enumerate().filter(|(_, watched)| watched.reference != *reference) {
+            interactions.push(about(&watched.name, watched.unit, spread(&|shown: &Shown| shown.sizes[i][j])));
+        }
+        for (j, &input) in subject.inputs.iter().enumerate() {
+            let name = &subject.plant.nominal().inputs[input];
+            peaks.push(about(name, "N m", spread(&|shown: &Shown| shown.peaks[i][j])));
+        }
+    }
+    let radius = {
+        // Of unstable loops the radius counts too.
+        let of = |shown: Option<&Shown>| shown.map_or(f64::INFINITY, |shown| shown.radius);
+        let mut all: Vec<(f64, usize)> = shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
+        let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &points[*k]).collect();
+        let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).as_ref()));
+        let sampled = all.last().map_or(f64::NAN, |(value, _)| *value);
+        Spread {
+            nominal: nominal.radius,
+            median: quantile(0.5),
+            q90: quantile(0.9),
+            q99: quantile(0.99),
+            sampled,
+            worst: worst.max(sampled),
+            at,
+        }
+    };
+    let range = match range {
+        ToleranceBox::Part(part) => format!("{} % of every inertia, damping and stiffness", 100.0 * part),
+        ToleranceBox::File => {
+            let left = if left.is_empty() { String::new() } else { format!("; not varied: {}", left.join(", ")) };
+            format!("the tolerances of the file{left}")
+        }
+    };
+    let worst_stable = radius.worst < 1.0 + 1e-9;
+    Ok(Robustness {
+        range,
+        parameters,
+        samples: SAMPLES,
+        seed: SEED,
+        stable: shown.iter().filter(|shown| good(shown)).count(),
+        worst_stable,
+        spectral_radius: radius,
+        interactions,
+        peaks,
+    })
+}
+
+/// What of it must not be overlooked.
+pub(super) fn warnings(found: &Robustness) -> Vec<String> {
+    let mut out = Vec::new();
+    if found.stable < found.samples {
+        out.push(format!(
+            "{} of {} plants within {} are unstable",
+            found.samples - found.stable,
+            found.samples,
+            found.range
+        ));
+    } else if !found.worst_stable {
+        out.push(format!(
+            "a corner of the box ({}) is unstable, though all {} sampled plants are stable",
+            found.range, found.samples
+        ));
+    }
+    out
+}
+
+/// Samples until the slowest motion has died out.
+fn nominal_window(nominal: &Shown) -> usize {
+    let slowest = if nominal.radius < 1.0 { -1.0 / nominal.radius.ln() } else { WINDOW[1] };
+    (SETTLED * slowest).clamp(WINDOW[0], WINDOW[1]).ceil() as usize
+}
+
+/// Smallest and largest factor of each coefficient, and tolerances of the file that are not those of coefficients.
+fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (Vec<(String, f64, f64)>, Vec<String>) {
+    match range {
+        ToleranceBox::Part(part) => {
+            (names.iter().map(|name| (name.clone(), 1.0 - part, 1.0 + part)).collect(), Vec::new())
+        }
+        ToleranceBox::File => {
+            let tolerances = &variant.model.tolerances;
+            let of = |name: &String| match tolerances.iter().find(|one| one.parameter == *name) {
+                Some(one) => {
+                    let part = |x: &crate::units::Exact| x.to_f64() / one.nominal.to_f64();
+                    (name.clone(), part(&one.lower), part(&one.upper))
+                }
+                None => (name.clone(), 1.0, 1.0),
+            };
+            let left = tolerances.iter().filter(|one| !names.contains(&one.parameter));
+            (names.iter().map(of).collect(), left.map(|one| format!("`{}`", one.parameter)).collect())
+        }
+    }
+}
+
+fn subject(
+    variant: &PreparedVariant,
+    number: usize,
+    laws: &[Box<dyn Law>],
+    plant: VariedPlant,
+) -> Result<Subject, String> {
+    let control: &ControlSpec = &variant.model.controls[number];
+    let model = &variant.design_models[number];
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
+    let equations = &variant.reduced.equations;
+    let mut watched = Vec::new();
+    for channel in control.values.tables("channels").unwrap_or_default() {
+        let (Some(output), Some(reference)) = (channel.word("output"), channel.word("reference")) else { continue };
+        let Ok(signal) = model.output(output) else { continue };
+        let Measured::Angle(name) = &signal.measured else { continue };
+        let Some(shaft) = variant.reduced.shaft(name) else { continue };
+        let (name, unit, watch) = if channel.word("kind") == Some("torque") {
+            let others: Vec<usize> = (0..laws.len())
+                .filter(|&k| k != number)
+                .flat_map(|k| parts[k].inputs.iter().copied())
+                .filter(|&input| equations.inputs[input].row.iter().any(|(other, _)| *other == shaft))
+                .collect();
+            if others.is_empty() {
+                let inertia = rational_to_f64(&effective_inertia(&model.linear, shaft));
+                (format!("torque along {output}"), "N m", Watch::Acceleration(shaft, inertia))
+            } else {
+                let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
+                (format!("{}.tau", names.join(" + ")), "N m", Watch::Felt(others))
+            }
+        } else {
+            (output.to_string(), "rad", Watch::Angle(shaft))
+        };
+        watched.push(Watched { name, unit, reference: reference.into(), watch });
+    }
+    if watched.len() < 2 {
+        return Err("interaction needs two channels whose outputs are angles of shafts".into());
+    }
+    let largest = |name: &str| {
+        let source = variant.scenario.sources.iter().position(|source| source.name == name);
+        let of = variant.scenario.events.iter().filter(|event| Some(event.source) == source);
+        of.map(|event| event.to.abs()).fold(0.0, f64::max)
+    };
+    let steps = laws[number].references().iter().enumerate().filter_map(|(k, reference)| {
+        watched.iter().find(|watched| watched.reference == reference.name)?;
+        let size = largest(&reference.name);
+        let unit = if reference.physical == Physical::Angle { "rad" } else { "N m" };
+        Some((reference.name.clone(), k, if size > 0.0 { size } else { 1.0 }, unit))
+    });
+    let steps = steps.collect();
+    let inputs = parts[number].inputs.clone();
+    Ok(Subject { plant, parts, number, watched, steps, inputs, samples: WINDOW[0] as usize })
+}
+
+impl Subject {
+    /// What the loop shows with these factors of the coefficients; `None` if it cannot be computed.
+    fn look(&self, factors: &[f64]) -> Option<Shown> {
+        let plant = self.plant.at(factors);
+        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
+        let references: usize = self.parts.iter().map(|part| part.linear.on_references.columns()).sum();
+        let multipliers = found.multipliers()?;
+        // One for each constant reference; others at one belong to motions that nobody holds.
+        let held = multipliers.iter().filter(|(re, im)| (re - 1.0).hypot(*im) > FREE);
+        let radius = held.map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        debug_assert!(multipliers.len() >= references);
+        let rows = self.rows(&plant, &found);
+        let (mut sizes, mut peaks) = (Vec::new(), Vec::new());
+        for (_, reference, size, _) in &self.steps {
+            let mut z = vec![0.0; found.map.rows()];
+            z[found.references[self.number] + reference] = *size;
+            let mut next = z.clone();
+            let mut largest = vec![0.0f64; rows.len()];
+            for _ in 0..self.samples {
+                for (i, value) in next.iter_mut().enumerate() {
+                    *value = found.map.row(i).iter().zip(&z).map(|(a, b)| a * b).sum();
+                }
+                std::mem::swap(&mut z, &mut next);
+                for (largest, row) in largest.iter_mut().zip(&rows) {
+                    let value: f64 = row.iter().map(|(j, x)| x * z[*j]).sum();
+                    *largest = largest.max(value.abs());
+                }
+            }
+            let (watched, torques) = largest.split_at(self.watched.len());
+            sizes.push(watched.to_vec());
+            peaks.push(torques.to_vec());
+        }
+        Some(Shown { radius, stable: radius < 1.0 + 1e-9, sizes, peaks })
+    }
+
+    /// What is watched, then the commands of the law's inputs, as sparse rows over z.
+    fn rows(&self, plant: &LoopPlant, found: &SampledLoop) -> Vec<Vec<(usize, f64)>> {
+        let r = plant.inertia.rows();
+        let sparse = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
+        let size = found.map.rows();
+        let command = |input: usize| found.commands.row(input).to_vec();
+        let watched = self.watched.iter().map(|watched| match &watched.watch {
+            Watch::Angle(shaft) => sparse(plant.basis.row(*shaft)),
+            Watch::Felt(inputs) => {
+                let mut sum = vec![0.0; size];
+                for &input in inputs {
+                    sum.iter_mut().zip(command(input)).for_each(|(sum, x)| *sum += x);
+                }
+                sparse(&sum)
+            }
+            Watch::Acceleration(shaft, inertia) => {
+                let mut sum = vec![0.0; size];
+                for j in 0..r {
+                    let share = inertia * plant.basis[(*shaft, j)];
+                    sum.iter_mut().zip(found.flow.row(r + j)).for_each(|(sum, x)| *sum += share * x);
+                }
+                sparse(&sum)
+            }
+        });
+        watched.chain(self.inputs.iter().map(|&input| sparse(&command(input)))).collect()
+    }
+}
+
+/// The largest value over the corners of the box that a search finds: coefficient by coefficient to its better end, until
+/// nothing gets larger, from the corner to which the slopes at the centre point and from the corners next to given points.
+fn worst_corner(
+    parameters: &[(String, f64, f64)],
+    starts: &[&Vec<f64>],
+    value: &(dyn Fn(&Vec<f64>) -> f64 + Sync),
+) -> (f64, Vec<f64>) {
+    let ends = |k: usize| [parameters[k].1, parameters[k].2];
+    let nearest = |point: &Vec<f64>| -> Vec<f64> {
+        point
+            .iter()
+            .enumerate()
+            .map(|(k, x)| {
+                let [low, high] = ends(k);
+                if x - low < high - x { low } else { high }
+            })
+            .collect()
+    };
+    let centre: Vec<f64> = parameters.iter().map(|(_, low, high)| 0.5 * (low + high)).collect();
+    let sloped: Vec<f64> = (0..parameters.len())
+        .map(|k| {
+            let at = |x: f64| {
+                let mut point = centre.clone();
+                point[k] = x;
+                value(&point)
+            };
+            let [low, high] = ends(k);
+            if at(high) >= at(low) { high } else { low }
+        })
+        .collect();
+    let climb = |start: Vec<f64>| -> (f64, Vec<f64>) {
+        let (mut best, mut point) = (value(&start), start);
+        for _ in 0..SWEEPS {
+            let before = best;
+            for k in 0..point.len() {
+                let old = point[k];
+                for end in ends(k).into_iter().filter(|end| *end != old) {
+                    point[k] = end;
+                    let found = value(&point);
+                    if found > best {
+                        best = found;
+                        break;
+                    }
+                    point[k] = old;
+                }
+            }
+            if !(best > before) || best.is_infinite() {
+                break;
+            }
+        }
+        (best, point)
+    };
+    let all: Vec<Vec<f64>> = std::iter::once(sloped).chain(starts.iter().map(|point| nearest(point))).collect();
+    let found: Vec<(f64, Vec<f64>)> = all.into_par_iter().map(climb).collect();
+    found.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, centre))
+}
