@@ -106,7 +106,8 @@ pub struct AnalyzeArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  kardan design\n  kardan design my.toml --control column --report design.html \
                         --controller column.json\n  kardan design my.toml --law decoupling --inputs wg_motor,rk_motor \
-                        --outputs rk.phi,fs.phi\n  kardan design my.toml --json | jq '.gains.K.exact'")]
+                        --outputs rk.phi,fs.phi\n  kardan design my.toml --json | jq '.gains.K.exact'\n  \
+                        kardan design sia-steering-ecu --explore --tolerance 20% --report design.html")]
 pub struct DesignArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.
@@ -143,6 +144,9 @@ pub struct DesignArgs {
     /// Do not measure cross coupling in the nonlinear simulation.
     #[arg(long)]
     pub no_simulation: bool,
+    /// Look at other designs too: interaction against torque, rate, bandwidth and sensors, and which sensor to add first.
+    #[arg(long)]
+    pub explore: bool,
     /// Try the design on plants within the tolerances of the file, or, with a percentage, within that part of every inertia,
     /// damping and stiffness: 1000 samples and a search for the worst corner.
     #[arg(long, value_name = "PERCENT", num_args = 0..=1, default_missing_value = "file")]

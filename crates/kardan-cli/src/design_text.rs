@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use kardan::report::words::{self, design as said};
 use kardan::results::{
-    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Margins, ObserverResult, Robustness, ZeroMode,
+    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Margins, ObserverResult,
+    Robustness, ZeroMode,
 };
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
@@ -53,6 +54,9 @@ pub fn text(design: &Design, origin: &str) -> String {
     }
     proof(&mut out, design);
     cross_coupling(&mut out, &design.cross_coupling);
+    if let Some(found) = &design.exploration {
+        exploration(&mut out, found);
+    }
     if let Some(found) = &design.robustness {
         robustness(&mut out, found);
     }
@@ -265,6 +269,35 @@ fn margins(out: &mut String, found: &Margins) {
     let rows: Vec<Vec<String>> = found.peaks.iter().map(|peak| said::torque_peak(peak, number).to_vec()).collect();
     if !rows.is_empty() {
         table(out, &["step of", "motor", "#asked of it", "#torque limit"], &rows, ROWS);
+    }
+}
+
+fn exploration(out: &mut String, found: &Exploration) {
+    heading(out, "Other designs");
+    sentences(out, &said::exploration(found));
+    let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
+    best.retain(|one| one.bandwidth == 1.0);
+    best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
+    let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
+    let rows: Vec<Vec<String>> = best.iter().map(|one| said::alternative(one, number).to_vec()).collect();
+    if !rows.is_empty() {
+        sentence(
+            out,
+            "With the bandwidth of the file, those that none at no higher rate beats in both interaction and torque:",
+        );
+        table(out, &headers, &rows, 2 * ROWS);
+    }
+    let rows: Vec<Vec<String>> = found
+        .sensors
+        .iter()
+        .map(|(name, with)| {
+            let [_, _, _, _, interaction, _, noise, radius] = said::alternative(with, number);
+            vec![name.clone(), interaction, noise, radius]
+        })
+        .collect();
+    if !rows.is_empty() {
+        sentence(out, "With one more sensor, the best first:");
+        table(out, &["sensor", "#interaction", "#noise", "#spectral radius"], &rows, ROWS);
     }
 }
 

@@ -62,11 +62,12 @@ pub struct Health {
     pub readings_held: usize,
     /// References that were not finite, and were held.
     pub references_held: usize,
-    /// Commands that the bounds changed.
+    /// Commands that are not what was wished: the bounds changed them, or the wish was not finite.
     pub commands_bounded: usize,
     /// Whether the governor held a reference back.
     pub governed: bool,
-    /// Whether the estimate overflowed and was kept as it was.
+    /// Whether the estimate or the reference model was kept as it was: it overflowed, or there was too little memory for
+    /// the work, and the commands were kept as well.
     pub estimate_kept: bool,
 }
 
@@ -80,14 +81,14 @@ impl<T: Real> Regulator<'_, T> {
     /// One sample. `memory.commands` receives the commands, N m.
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>) -> Health {
         let RegulatorMemory { estimate, model, readings: read, references: told, commands, work } = memory;
-        let mut health = Health::default();
+        let kept = Health { estimate_kept: true, ..Health::default() };
         let (n, k, r, p) = (estimate.len(), model.len(), told.len(), read.len());
-        let Some((seen, work)) = work.split_at_mut_checked(n + k + r) else { return health };
-        let Some((next, work)) = work.split_at_mut_checked(n) else { return health };
-        let Some((next_model, work)) = work.split_at_mut_checked(k) else { return health };
-        let Some((wish, work)) = work.split_at_mut_checked(r) else { return health };
-        let Some((error, _)) = work.split_at_mut_checked(p) else { return health };
-        health.readings_held = hold(readings, read);
+        let Some((seen, work)) = work.split_at_mut_checked(n + k + r) else { return kept };
+        let Some((next, work)) = work.split_at_mut_checked(n) else { return kept };
+        let Some((next_model, work)) = work.split_at_mut_checked(k) else { return kept };
+        let Some((wish, work)) = work.split_at_mut_checked(r) else { return kept };
+        let Some((error, _)) = work.split_at_mut_checked(p) else { return kept };
+        let mut health = Health { readings_held: hold(readings, read), ..Health::default() };
         copy(told, wish);
         health.references_held = hold(references, wish);
 
@@ -125,8 +126,8 @@ impl<T: Real> Regulator<'_, T> {
                 Some(bounds) => bounds.nearest(wish, *command),
                 None => Bounds { torque: None, change: None }.nearest(wish, *command),
             };
-            health.commands_bounded += usize::from(bounded != wish);
             *command = if bounded.is_finite() { bounded } else { *command };
+            health.commands_bounded += usize::from(*command != wish);
         }
 
         next.fill(T::ZERO);
@@ -139,6 +140,8 @@ impl<T: Real> Regulator<'_, T> {
         }
         if next_model.iter().all(|x| x.is_finite()) {
             copy(next_model, model);
+        } else {
+            health.estimate_kept = true;
         }
         health
     }

@@ -74,6 +74,7 @@ fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
         force: args.force,
+        explore: args.explore,
         tolerance: args.tolerance.as_deref().map(tolerance).transpose()?,
     })
 }

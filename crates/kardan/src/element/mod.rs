@@ -132,6 +132,11 @@ impl Values {
         self.map.insert(key, value);
     }
 
+    /// Takes a key away.
+    pub fn remove(&mut self, key: &str) {
+        self.map.remove(key);
+    }
+
     /// Whether the key is there.
     pub fn has(&self, key: &str) -> bool {
         self.map.contains_key(key)

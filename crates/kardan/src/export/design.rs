@@ -3,8 +3,9 @@
 use serde_json::{Map, Value, json as object};
 
 use crate::results::{
-    Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness,
-    Interaction, LoopLimit, Margins, ObserverResult, Pole, Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
+    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
+    Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Pole, Robustness, Spread,
+    TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -43,6 +44,7 @@ const VERSION: u32 = 1;
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time), `stable`, `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `failed` (combinations without a stable design), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque` and `noise` (parts of the motors' limits), `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
 /// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners; `null`: unstable), `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
@@ -78,6 +80,7 @@ pub fn design_json(design: &Design) -> String {
         "blocks_decoupled": design.blocks_decoupled,
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "margins": design.margins.as_ref().map(margins),
+        "exploration": design.exploration.as_ref().map(exploration),
         "robustness": design.robustness.as_ref().map(robustness),
         "flatness": design.flatness.as_ref().map(flatness),
         "controller_data": Value::Object(data(&design.controller_data)),
@@ -86,6 +89,24 @@ pub fn design_json(design: &Design) -> String {
         "notes": design.notes,
     })
     .to_string()
+}
+
+fn exploration(found: &Exploration) -> Value {
+    let design = |one: &Alternative| {
+        object!({
+            "sample_time_s": one.sample_time, "delay_s": one.delay, "bandwidth": one.bandwidth, "effort": one.effort,
+            "sensors": one.sensors, "interaction": one.interaction, "torque": one.torque, "noise": one.noise,
+            "spectral_radius": one.spectral_radius, "best": one.best,
+        })
+    };
+    object!({
+        "interaction": found.interaction,
+        "unit": found.unit,
+        "failed": found.failed,
+        "designs": list(&found.designs, design),
+        "sensors": list(&found.sensors, |(name, with)| object!({ "name": name, "design": design(with) })),
+        "advice": found.advice,
+    })
 }
 
 fn robustness(found: &Robustness) -> Value {
@@ -346,7 +367,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 34] = [
+    const KEYS: [&str; 35] = [
         "model",
         "description",
         "variant",
@@ -375,6 +396,7 @@ mod tests {
         "blocks_decoupled",
         "cross_coupling",
         "margins",
+        "exploration",
         "robustness",
         "flatness",
         "controller_data",

@@ -2,14 +2,15 @@
 
 use super::analysis::{codes, items, number, paragraph, rows_of, titled};
 use super::design_pictures as pictures;
+use super::pareto::pareto;
 use super::summary::poles;
 use super::table::{Cell, section as framed, table};
 use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
 use crate::results::{
-    Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Interaction, Margins, ObserverResult, Pole,
-    Robustness, ZeroMode,
+    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Interaction, Margins,
+    ObserverResult, Pole, Robustness, ZeroMode,
 };
 
 /// A matrix with more rows or columns is not shown.
@@ -32,6 +33,7 @@ fn parts(design: &Design) -> Vec<(&'static str, &'static str, String)> {
         ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
         ("proof", "Transfer matrix", proof(design)),
         ("coupling", "Cross coupling", cross_coupling(design)),
+        ("exploration", "Other designs", design.exploration.as_ref().map(exploration).unwrap_or_default()),
         ("box", "Box of plants", design.robustness.as_ref().map(robustness).unwrap_or_default()),
         ("flatness", "Flatness", flatness(design)),
         ("canonical", "Canonical form", design.canonical.as_ref().map(|c| canonical(c, design)).unwrap_or_default()),
@@ -98,6 +100,36 @@ fn decoupling(design: &Design) -> String {
         body += &matrices(std::slice::from_ref(&design.decoupling_matrix));
     }
     body + &titled("Relative degrees", &rows_of(&["output", "#derivatives until an input appears"], rows))
+}
+
+fn exploration(found: &Exploration) -> String {
+    let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
+    best.retain(|one| one.bandwidth == 1.0);
+    best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
+    let row = |one: &&Alternative| {
+        let [rate, bandwidth, effort, sensors, interaction, torque, noise, radius] = said::alternative(one, number);
+        let mut row = vec![Cell::Head(rate, 1)];
+        row.extend([bandwidth, effort, sensors].map(Cell::text));
+        row.extend([interaction, torque, noise, radius].map(Cell::Number));
+        row
+    };
+    let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
+    let designs = rows_of(&headers, best.iter().map(row).collect());
+    let sensor = |(name, with): &(String, Alternative)| {
+        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(with, number);
+        let mut row = vec![Cell::Head(name.clone(), 1)];
+        row.extend([interaction, noise, radius].map(Cell::Number));
+        row
+    };
+    let headers = ["sensor", "#interaction", "#noise", "#spectral radius"];
+    let sensors = rows_of(&headers, found.sensors.iter().map(sensor).collect());
+    items(&said::exploration(found))
+        + &pareto(found)
+        + &titled(
+            "With the bandwidth of the file, designs that none at no higher rate beats in both interaction and torque",
+            &designs,
+        )
+        + &titled("With one more sensor", &sensors)
 }
 
 fn robustness(found: &Robustness) -> String {

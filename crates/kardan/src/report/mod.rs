@@ -18,6 +18,7 @@ mod curves;
 mod design;
 mod design_pictures;
 mod page;
+mod pareto;
 mod summary;
 mod svg;
 mod table;

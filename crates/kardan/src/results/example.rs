@@ -651,6 +651,7 @@ pub fn decoupled_steering() -> Design {
             coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
         ],
         margins: None,
+        exploration: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
@@ -801,6 +802,7 @@ pub fn observed_train() -> Design {
             coupling("ref_torque", "driver.tau", true, 2.0, 1.1),
         ],
         margins: None,
+        exploration: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),

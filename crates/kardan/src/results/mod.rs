@@ -4,11 +4,13 @@ mod analysis;
 mod design;
 #[cfg(test)]
 pub(crate) mod example;
+mod exploration;
 mod margins;
 mod robustness;
 
 pub use analysis::*;
 pub use design::*;
+pub use exploration::*;
 pub use margins::*;
 pub use robustness::*;
 

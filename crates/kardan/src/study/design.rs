@@ -2,6 +2,7 @@
 
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
+use super::explore::explore;
 use super::margins::{survey, verdict};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
@@ -36,6 +37,8 @@ pub struct DesignSettings {
     pub simulate: bool,
     /// Whether a controller that is unstable at its sample time is shown all the same.
     pub force: bool,
+    /// Whether designs beside this one are looked at.
+    pub explore: bool,
     /// The box of plants that the design is tried on, if it is.
     pub tolerance: Option<ToleranceBox>,
 }
@@ -314,6 +317,12 @@ pub(super) fn designed(
         design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
     }
     design.margins = Some(margins);
+    if settings.explore {
+        match explore(variant, number, progress) {
+            Ok(found) => design.exploration = Some(found),
+            Err(why) => design.notes.push(format!("no other designs are looked at: {why}")),
+        }
+    }
     if let Some(range) = settings.tolerance {
         match robustness(variant, number, &variant.running_laws(), range, progress) {
             Ok(found) => {

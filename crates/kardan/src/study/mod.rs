@@ -8,6 +8,7 @@ mod circuit;
 mod coupling;
 mod design;
 mod equations;
+mod explore;
 mod margins;
 mod massless;
 mod prepare;

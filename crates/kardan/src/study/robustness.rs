@@ -46,35 +46,47 @@ enum Watch {
     Acceleration(usize, f64),
 }
 
-struct Watched {
-    name: String,
-    unit: &'static str,
-    reference: String,
+pub(super) struct Watched {
+    pub name: String,
+    pub unit: &'static str,
+    pub reference: String,
     watch: Watch,
+}
+
+/// A step that is tried.
+pub(super) struct Step {
+    /// The reference.
+    pub name: String,
+    /// Its number among the law's references.
+    pub reference: usize,
+    /// SI
+    pub size: f64,
+    pub unit: &'static str,
 }
 
 /// What one plant shows.
 #[derive(Debug, Clone)]
-struct Shown {
-    radius: f64,
-    stable: bool,
+pub(super) struct Shown {
+    pub radius: f64,
+    pub stable: bool,
     /// By step and then by what is watched.
-    sizes: Vec<Vec<f64>>,
+    pub sizes: Vec<Vec<f64>>,
     /// By step and then by input.
-    peaks: Vec<Vec<f64>>,
+    pub peaks: Vec<Vec<f64>>,
 }
 
 /// The loop of a variant, ready to be looked at with any plant.
-struct Subject {
-    plant: VariedPlant,
+pub(super) struct Subject {
+    pub plant: VariedPlant,
     parts: Vec<SampledPart>,
     /// Number of the law among the parts.
     number: usize,
-    watched: Vec<Watched>,
-    /// Reference, number among the law's references, size.
-    steps: Vec<(String, usize, f64, &'static str)>,
-    inputs: Vec<usize>,
-    samples: usize,
+    pub watched: Vec<Watched>,
+    pub steps: Vec<Step>,
+    /// Inputs of the law.
+    pub inputs: Vec<usize>,
+    /// Length of a step, in samples.
+    pub samples: usize,
 }
 
 /// The design of a controller over a box of plants; the reason if there is nothing to vary or nothing to watch.
@@ -99,7 +111,7 @@ pub(super) fn robustness(
     }
     let mut subject = subject(variant, number, laws, plant)?;
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
-    subject.samples = nominal_window(&nominal);
+    subject.samples = window(&nominal);
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
     let mut random = Random::new(SEED);
     let points: Vec<Vec<f64>> = (0..SAMPLES)
@@ -140,16 +152,16 @@ pub(super) fn robustness(
     };
     let mut interactions = Vec::new();
     let mut peaks = Vec::new();
-    for (i, (reference, _, size, unit)) in subject.steps.iter().enumerate() {
+    for (i, step) in subject.steps.iter().enumerate() {
         let about = |signal: &str, signal_unit: &str, size_over_box: Spread| Interaction {
-            reference: reference.clone(),
-            step: *size,
-            step_unit: (*unit).into(),
+            reference: step.name.clone(),
+            step: step.size,
+            step_unit: step.unit.into(),
             signal: signal.into(),
             unit: signal_unit.into(),
             size: size_over_box,
         };
-        for (j, watched) in subject.watched.iter().enumerate().filter(|(_, watched)| watched.reference != *reference) {
+        for (j, watched) in subject.watched.iter().enumerate().filter(|(_, watched)| watched.reference != step.name) {
             interactions.push(about(&watched.name, watched.unit, spread(&|shown: &Shown| shown.sizes[i][j])));
         }
         for (j, &input) in subject.inputs.iter().enumerate() {
@@ -217,7 +229,7 @@ pub(super) fn warnings(found: &Robustness) -> Vec<String> {
 }
 
 /// Samples until the slowest motion has died out.
-fn nominal_window(nominal: &Shown) -> usize {
+pub(super) fn window(nominal: &Shown) -> usize {
     let slowest = if nominal.radius < 1.0 { -1.0 / nominal.radius.ln() } else { WINDOW[1] };
     (SETTLED * slowest).clamp(WINDOW[0], WINDOW[1]).ceil() as usize
 }
@@ -243,7 +255,8 @@ fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (
     }
 }
 
-fn subject(
+/// The loop of a controller with these laws, as they run.
+pub(super) fn subject(
     variant: &PreparedVariant,
     number: usize,
     laws: &[Box<dyn Law>],
@@ -289,7 +302,7 @@ fn subject(
         watched.iter().find(|watched| watched.reference == reference.name)?;
         let size = largest(&reference.name);
         let unit = if reference.physical == Physical::Angle { "rad" } else { "N m" };
-        Some((reference.name.clone(), k, if size > 0.0 { size } else { 1.0 }, unit))
+        Some(Step { name: reference.name.clone(), reference: k, size: if size > 0.0 { size } else { 1.0 }, unit })
     });
     let steps = steps.collect();
     let inputs = parts[number].inputs.clone();
@@ -298,7 +311,7 @@ fn subject(
 
 impl Subject {
     /// What the loop shows with these factors of the coefficients; `None` if it cannot be computed.
-    fn look(&self, factors: &[f64]) -> Option<Shown> {
+    pub fn look(&self, factors: &[f64]) -> Option<Shown> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
         let references: usize = self.parts.iter().map(|part| part.linear.on_references.columns()).sum();
@@ -309,7 +322,7 @@ impl Subject {
         debug_assert!(multipliers.len() >= references);
         let rows = self.rows(&plant, &found);
         let (mut sizes, mut peaks) = (Vec::new(), Vec::new());
-        for (_, reference, size, _) in &self.steps {
+        for Step { reference, size, .. } in &self.steps {
             let mut z = vec![0.0; found.map.rows()];
             z[found.references[self.number] + reference] = *size;
             let mut next = z.clone();
@@ -329,6 +342,20 @@ impl Subject {
             peaks.push(torques.to_vec());
         }
         Some(Shown { radius, stable: radius < 1.0 + 1e-9, sizes, peaks })
+    }
+
+    /// Root mean square of what errors of the law's readings with these variances make of its commands, N m; `None` if the
+    /// loop cannot be computed.
+    pub fn noise(&self, factors: &[f64], variances: &[f64]) -> Option<Vec<f64>> {
+        let plant = self.plant.at(factors);
+        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
+        let covariance = found.covariance(self.number, variances);
+        let rms = |&input: &usize| {
+            let row = found.commands.row(input);
+            let spread = |i: usize| -> f64 { (0..row.len()).map(|j| covariance[(i, j)] * row[j]).sum() };
+            (0..row.len()).filter(|i| row[*i] != 0.0).map(|i| row[i] * spread(i)).sum::<f64>().max(0.0).sqrt()
+        };
+        Some(self.inputs.iter().map(rms).collect())
     }
 
     /// What is watched, then the commands of the law's inputs, as sparse rows over z.

@@ -237,6 +237,8 @@ impl Law for Linear {
             on_disturbances: last(d),
             references: told(b),
             on_references: told(d),
+            errors: Matrix::zeros(a.rows(), 0),
+            on_errors: Matrix::zeros(c.rows(), 0),
         }
     }
 

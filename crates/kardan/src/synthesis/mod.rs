@@ -25,11 +25,11 @@ mod zeros;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
-pub use law::{ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
+pub use law::{BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
 pub use observed::OBSERVER;
 pub use sampled::{
     Block, Change, Clock, Firmware, Limit, LoopPlant, SampledLoop, SampledLoopError, SampledPart, Slowest, Survey,
-    VariedPlant, sampled,
+    VariedPlant, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
 pub use words::in_words;
@@ -90,6 +90,11 @@ pub struct LinearLaw {
     pub references: Matrix<f64>,
     /// Dρ, inputs × references.
     pub on_references: Matrix<f64>,
+    /// How errors of the readings of [`Law::sensors`] act on the states beside what follows from true angles and speeds, states ×
+    /// sensors.
+    pub errors: Matrix<f64>,
+    /// How they act on the commands, inputs × sensors.
+    pub on_errors: Matrix<f64>,
 }
 
 impl LinearLaw {
@@ -108,6 +113,8 @@ impl LinearLaw {
             on_disturbances: Matrix::zeros(inputs, 0),
             references: Matrix::zeros(0, on_references.columns()),
             on_references,
+            errors: Matrix::zeros(0, 0),
+            on_errors: Matrix::zeros(inputs, 0),
         }
     }
 
@@ -317,6 +324,14 @@ impl Plant {
             InputKind::Disturbance => 0.0,
         };
         self.reduced.equations.inputs.iter().map(lag).collect()
+    }
+
+    /// The torque limit of an input's motor, N m; `None` if it has none.
+    pub fn torque_limit(&self, input: usize) -> Option<f64> {
+        match &self.reduced.equations.inputs[input].value {
+            InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
+            InputKind::Disturbance => None,
+        }
     }
 
     /// Whether the equations of motion have constant coefficients.

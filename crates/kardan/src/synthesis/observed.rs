@@ -375,6 +375,16 @@ impl Observed {
         let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
             Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
         };
+        // Measured coordinates pass to the law with their errors.
+        let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
+            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
+            let place = |shaft: &usize| self.seer.coordinates.iter().position(|coordinate| coordinate == shaft);
+            Matrix::from_fn(on_angles.rows(), self.seer.readings.len(), |i, j| match &self.seer.readings[j] {
+                Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
+                Reading::Speed(shaft) => place(shaft).map_or(0.0, |k| over_w[(i, k)]),
+                Reading::Twist(..) => 0.0,
+            })
+        };
         let correct = Matrix::from_fn(n, self.seer.readings.len(), |i, j| b[(i, m + j)]);
         LinearLaw {
             states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
@@ -395,6 +405,8 @@ impl Observed {
             on_disturbances: Matrix::zeros(m, 0),
             references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
             on_references: law.on_references.clone(),
+            errors: below(&correct, &through(&law.angles, &law.speeds)),
+            on_errors: through(&law.on_angles, &law.on_speeds),
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
-    Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Feedback, Flatness, Interaction,
-    Margins, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
+    Alternative, Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Exploration, Feedback,
+    Flatness, Interaction, Margins, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -78,6 +78,35 @@ pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String
             out.push([(*what).to_string(), value, limit.motion.clone()]);
         }
     }
+    out
+}
+
+/// A design beside this one as a row: rate, bandwidth, effort, sensors, interaction, torque, noise, spectral radius.
+pub fn alternative(one: &Alternative, number: impl Fn(f64) -> String) -> [String; 8] {
+    let percent = |x: f64| format!("{} %", number(100.0 * x));
+    [
+        format!("{} Hz", number(1.0 / one.sample_time)),
+        format!("× {}", number(one.bandwidth)),
+        format!("× {}", number(one.effort)),
+        one.sensors.clone(),
+        number(one.interaction),
+        percent(one.torque),
+        percent(one.noise),
+        number(one.spectral_radius),
+    ]
+}
+
+/// What is said of the designs beside this one.
+pub fn exploration(found: &Exploration) -> Vec<String> {
+    let mut out = vec![format!(
+        "{} designs were found, {} combinations have no stable one. Interaction: {}, in {}. Torque and noise are parts of the \
+         motors' limits.",
+        found.designs.len(),
+        found.failed,
+        found.interaction,
+        found.unit
+    )];
+    out.extend(found.advice.iter().cloned());
     out
 }
 

@@ -11,6 +11,8 @@ mod sampled_noninteracting;
 
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
 
+pub use sampled_noninteracting::BANDWIDTH;
+
 use super::LawKind;
 
 /// All laws.

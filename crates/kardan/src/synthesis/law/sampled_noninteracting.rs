@@ -16,7 +16,8 @@ use crate::synthesis::sampled::{
     Firmware, GovernorData, Problem, RegulatorData, Runner, Solution, Target, filter, hold_plant, on_their_way,
 };
 use crate::synthesis::{
-    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, clock, effective_inertia, rounded,
+    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, clock, effective_inertia,
+    reading_variance, rounded,
 };
 use crate::units::Dimension;
 
@@ -29,6 +30,12 @@ pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
               and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
     fields: &[
         Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its motor."),
+        Field::optional(
+            "effort",
+            Kind::Number(Sign::Positive),
+            "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the loop asks of \
+             motors and model. Left out: 1.",
+        ),
         Field::optional(
             "governor",
             Kind::Choice(&["on", "off"]),
@@ -107,7 +114,7 @@ const CHANNEL: &[Field] = &[
 ];
 
 /// Corner of a reference model, rad/s.
-const BANDWIDTH: f64 = 30.0;
+pub const BANDWIDTH: f64 = 30.0;
 /// Acceptable error of an angle, rad.
 const ANGLE: f64 = 0.01;
 /// Acceptable error of a torque, N m.
@@ -192,11 +199,12 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let rate = |input: &String| motor(plant, input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
     let lag = |input: &String| motor(plant, input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
     let lags: Vec<f64> = inputs.iter().map(lag).collect();
+    let effort = values.number("effort").unwrap_or(1.0);
     let changes: Vec<f64> = channels(values)
         .zip(&inputs)
         .map(|(channel, input)| {
             let otherwise = limit(input).map_or(RATE, |limit| RATE_OVER_LIMIT * limit);
-            channel.number("torque_rate").unwrap_or(otherwise) * clock.period
+            effort * channel.number("torque_rate").unwrap_or(otherwise) * clock.period
         })
         .collect();
 
@@ -387,7 +395,10 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         let (plant, rest) = noise.process.split_at(2 * r);
         plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
     };
-    let variances: Vec<f64> = sensors.iter().map(|sensor| variance(plant, keys, sensor, clock)).collect();
+    let variances: Vec<f64> = sensors
+        .iter()
+        .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
+        .collect();
     let found = filter(&held.flow, &output, &intensities, &variances, clock.period)
         .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
@@ -421,30 +432,6 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
 /// The pole in continuous time of a multiplier per sample, 1/s.
 fn as_pole((re, im): (f64, f64), period: f64) -> (f64, f64) {
     (re.hypot(im).ln() / period, im.atan2(re) / period)
-}
-
-/// Variance of a reading: as given, else that of rounding, else that of a nearly ideal sensor.
-fn variance(plant: &Plant, keys: &Values, signal: &OutputSignal, clock: Clock) -> f64 {
-    if let Some(noise) = keys.number("sensor_noise") {
-        return noise * noise / clock.period;
-    }
-    let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
-    let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
-    let Some((sensor, step)) = sensor.and_then(|sensor| Some((sensor, sensor.resolution?))) else {
-        return 1e-10 / clock.period;
-    };
-    let step = match &signal.measured {
-        Measured::SpringTorque(element) => {
-            let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
-            step * springs.map(|spring| spring.value.stiffness.to_f64()).sum::<f64>()
-        }
-        // The difference of two rounded angles.
-        Measured::Speed(_) => {
-            2f64.sqrt() * step / sensor.sample_time.as_ref().map_or(clock.period, |time| time.to_f64())
-        }
-        _ => step,
-    };
-    step * step / 12.0
 }
 
 /// The block's matrices from feedback, observer and reference models.
@@ -763,6 +750,9 @@ impl Law for Sampled {
                 _ => 0.0,
             }),
             on_references: Matrix::from_fn(m, r, |i, j| -feedback[(i, n + k + j)]),
+            // Without sensors of its own the law sees true angles and speeds.
+            errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
+            on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
         }
     }
 

@@ -100,15 +100,15 @@ impl LinearLaw {
         if self.states.rows() == 0 {
             return Some(self.clone());
         }
-        let parts = [&self.angles, &self.speeds, &self.disturbances, &self.torques, &self.references];
+        let parts = [&self.angles, &self.speeds, &self.disturbances, &self.torques, &self.references, &self.errors];
         let found = discretise(&self.states, &side_by_side(&parts), period)?;
         let mut first = 0;
-        let [angles, speeds, disturbances, torques, references] = parts.map(|part| {
+        let [angles, speeds, disturbances, torques, references, errors] = parts.map(|part| {
             let start = first;
             first += part.columns();
             Matrix::from_fn(part.rows(), part.columns(), |i, j| found.b[(i, start + j)])
         });
-        Some(Self { states: found.a, angles, speeds, disturbances, torques, references, ..self.clone() })
+        Some(Self { states: found.a, angles, speeds, disturbances, torques, references, errors, ..self.clone() })
     }
 }
 

@@ -6,6 +6,8 @@ use crate::synthesis::{Law, LinearLaw};
 
 /// Parts of the shortest sample time within which two instants are one.
 const SAME: f64 = 1e-9;
+/// Doublings of the time over which errors of readings add up: 4096 periods.
+const DOUBLINGS: usize = 12;
 /// Samples within the period after which all clocks begin anew.
 const MOST_SAMPLES: usize = 4000;
 
@@ -37,7 +39,7 @@ impl SampledPart {
 /// `z(t + T) = Φ z(t)`.
 ///
 /// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a
-/// clock, and its states; the references of all laws, if they are asked for]`.
+/// clock, and its states; if they are asked for, its references and the errors of its readings]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledLoop {
     /// Φ.
@@ -52,6 +54,8 @@ pub struct SampledLoop {
     pub commands: Matrix<f64>,
     /// Where the references of each law are in z, if they were asked for.
     pub references: Vec<usize>,
+    /// Where the errors of the readings of each law are in z, if they were asked for.
+    pub errors: Vec<usize>,
 }
 
 /// Why there is no map.
@@ -84,6 +88,8 @@ struct LawPlaces {
     states: usize,
     /// Where its references are; `None` if they are left out.
     references: Option<usize>,
+    /// Where the errors of its readings are; `None` if they are left out.
+    errors: Option<usize>,
 }
 
 impl SampledLoop {
@@ -102,7 +108,7 @@ impl SampledLoop {
         Self::with(plant, parts, None)
     }
 
-    /// The same with the references of all laws as constant states, for answers to steps; a loop without sampled laws is looked
+    /// The same with the references of all laws, and the errors of their readings, as constant states, for answers to steps; a loop without sampled laws is looked
     /// at every `otherwise` seconds.
     ///
     /// # Errors
@@ -174,8 +180,9 @@ impl SampledLoop {
         map = pass(period, map)?;
         let finite = map.as_slice().iter().all(|x| x.is_finite());
         let references = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
+        let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
         if finite {
-            Ok(Self { map, period, sample_time: shortest, flow, commands, references })
+            Ok(Self { map, period, sample_time: shortest, flow, commands, references, errors })
         } else {
             Err(SampledLoopError::NotFinite)
         }
@@ -201,6 +208,32 @@ impl SampledLoop {
         }
         found.sort_by(|a, b| b.0.hypot(b.1).total_cmp(&a.0.hypot(a.1)));
         Some(found)
+    }
+
+    /// Covariance of z at the samples, long after all began at rest, if each reading of a law has an error that is new in each
+    /// period, with these variances. What drifts (a wheel that nobody holds) is taken after some thousand periods.
+    ///
+    /// # Panics
+    /// If the loop has no places for errors, or there is not one variance for each of the law's sensors.
+    pub fn covariance(&self, law: usize, variances: &[f64]) -> Matrix<f64> {
+        let n = self.map.rows();
+        let first = self.errors[law];
+        assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
+        // Constant states are no part of it.
+        let constant = |k: usize| {
+            let row = self.map.row(k);
+            row[k] == 1.0 && row.iter().filter(|x| **x != 0.0).count() == 1
+        };
+        let still: Vec<bool> = (0..n).map(constant).collect();
+        let mut power = Matrix::from_fn(n, n, |i, j| if still[i] || still[j] { 0.0 } else { self.map[(i, j)] });
+        let input = Matrix::from_fn(n, variances.len(), |i, j| if still[i] { 0.0 } else { self.map[(i, first + j)] });
+        let weighted = Matrix::from_fn(n, variances.len(), |i, j| input[(i, j)] * variances[j]);
+        let mut sum = weighted.multiply(&input.transpose());
+        for _ in 0..DOUBLINGS {
+            sum = sum.plus(&power.multiply(&sum).multiply(&power.transpose()));
+            power = power.multiply(&power);
+        }
+        sum
     }
 
     /// Spectral radius per shortest sample time; below one the loop is stable.
@@ -271,6 +304,7 @@ impl Places {
                     queue: (0..waiting).map(|_| take(inputs)).collect(),
                     states: take(part.linear.states.rows()),
                     references: driven.then(|| take(part.linear.on_references.columns())),
+                    errors: driven.then(|| take(part.linear.on_errors.columns())),
                 }
             })
             .collect();
@@ -284,14 +318,17 @@ impl Places {
             (part.linear.on_angles.multiply(&plant.basis), part.linear.on_speeds.multiply(&plant.basis));
         let first = self.laws[number].states;
         let states = part.linear.states.rows();
-        let told = |j: usize| self.reference(part, number, j);
+        let told = |i: usize, j: usize| {
+            let reference = self.reference(part, number, j).map(|k| part.linear.on_references[(i, k)]);
+            reference.or_else(|| self.error(part, number, j).map(|k| part.linear.on_errors[(i, k)]))
+        };
         Matrix::from_fn(part.inputs.len(), self.size, |i, j| {
             part.gain
                 * match j {
                     j if j < r => on_angles[(i, j)],
                     j if j < 2 * r => on_speeds[(i, j - r)],
                     j if (first..first + states).contains(&j) => part.linear.on_states[(i, j - first)],
-                    j => told(j).map_or(0.0, |k| part.linear.on_references[(i, k)]),
+                    j => told(i, j).unwrap_or(0.0),
                 }
         })
     }
@@ -314,6 +351,9 @@ impl Places {
                 if let Some(k) = self.reference(part, number, j) {
                     out[(i, j)] += part.linear.references[(i, k)];
                 }
+                if let Some(k) = self.error(part, number, j) {
+                    out[(i, j)] += part.linear.errors[(i, k)];
+                }
             }
         }
         out
@@ -323,6 +363,12 @@ impl Places {
     fn reference(&self, part: &SampledPart, number: usize, place: usize) -> Option<usize> {
         let first = self.laws[number].references?;
         place.checked_sub(first).filter(|k| *k < part.linear.on_references.columns())
+    }
+
+    /// Which reading's error of a law is at a place.
+    fn error(&self, part: &SampledPart, number: usize, place: usize) -> Option<usize> {
+        let first = self.laws[number].errors?;
+        place.checked_sub(first).filter(|k| *k < part.linear.on_errors.columns())
     }
 
     /// The matrix of the loop between two instants, ż = F z, and what each input is told.

@@ -7,6 +7,7 @@ mod hold;
 mod interaction;
 mod loop_map;
 mod margins;
+mod noise;
 mod plant;
 mod runner;
 
@@ -17,5 +18,6 @@ pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use loop_map::{SampledLoop, SampledLoopError, SampledPart};
 pub use margins::{Change, Limit, Slowest, Survey};
+pub use noise::reading_variance;
 pub use plant::{LoopPlant, VariedPlant};
 pub(super) use runner::{GovernorData, RegulatorData, Runner};

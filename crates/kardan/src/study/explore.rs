@@ -1,0 +1,329 @@
+//! Designs beside that of the file: what interaction costs in torque, rate, bandwidth and sensors.
+
+use rayon::prelude::*;
+
+use super::robustness::{Shown, Subject, subject, window};
+use super::{PreparedVariant, Progress};
+use crate::element::{Resolved, Values};
+use crate::equations::Measured;
+use crate::num::{Rational, rational_from_f64};
+use crate::reduce::linearise;
+use crate::results::{Alternative, Exploration};
+use crate::synthesis::{BANDWIDTH, Clock, Law, Plant, VariedPlant, clock, design_law, reading_variance, running};
+use crate::units::Exact;
+
+/// Factors that are tried.
+const EFFORTS: [f64; 5] = [1.0, 0.125, 0.35, 3.0, 8.0];
+const BANDWIDTHS: [f64; 4] = [1.0, 0.5, 1.5, 2.0];
+/// Of the rate: the sample time is divided by them.
+const RATES: [f64; 4] = [1.0, 0.5, 2.0, 4.0];
+
+/// What is changed of the file's design.
+#[derive(Debug, Clone, PartialEq)]
+struct Change {
+    rate: f64,
+    bandwidth: f64,
+    effort: f64,
+    sensors: Sensors,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Sensors {
+    AsInTheFile,
+    AndAlso(String),
+    /// All angles and speeds.
+    All,
+}
+
+/// Designs beside that of a controller; the reason if there is nothing to explore.
+pub(super) fn explore(
+    variant: &PreparedVariant,
+    number: usize,
+    progress: &dyn Progress,
+) -> Result<Exploration, String> {
+    let control = &variant.model.controls[number];
+    if !control.law.samples {
+        return Err(format!(
+            "the law `{}` has one design only; `law = \"sampled_noninteracting\"` trades interaction against torque, rate and \
+             sensors",
+            control.law.keyword
+        ));
+    }
+    let Some(base) = clock(&control.values).ok().flatten() else { return Err("it has no sample time".into()) };
+    let plant = &variant.design_models[number];
+    let observed = control.values.table("observer").is_some();
+    let candidates = if observed { candidates(plant, &control.values) } else { Vec::new() };
+    let mut changes = Vec::new();
+    for &rate in &RATES {
+        for &bandwidth in &BANDWIDTHS {
+            for &effort in &EFFORTS {
+                let change = |sensors| Change { rate, bandwidth, effort, sensors };
+                changes.push(change(Sensors::AsInTheFile));
+                if observed {
+                    changes.push(change(Sensors::All));
+                }
+            }
+        }
+    }
+    let added = changes.len();
+    changes.extend(candidates.iter().map(|name| Change {
+        rate: 1.0,
+        bandwidth: 1.0,
+        effort: 1.0,
+        sensors: Sensors::AndAlso(name.clone()),
+    }));
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let tried: Vec<Option<(Shown, Vec<f64>, String)>> = changes
+        .par_iter()
+        .map(|change| {
+            let found = attempt(variant, number, change, base);
+            let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+            progress.advance(0, "designs", count as f64 / changes.len() as f64);
+            found
+        })
+        .collect();
+    let Some((first, ..)) = &tried[0] else { return Err("the design of the file is not stable".into()) };
+    // The interaction that matters: the largest over what is acceptable.
+    let subject = alternative(variant, number, &changes[0], base).ok_or("the design of the file cannot be computed")?.0;
+    let acceptable = acceptable(&control.values);
+    let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
+    let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
+    let (i, j) = others
+        .max_by(|a, b| {
+            let share = |(i, j): (usize, usize)| first.sizes[i][j] / acceptable[j];
+            share(*a).total_cmp(&share(*b))
+        })
+        .ok_or("no channel could disturb another")?;
+    let limits = limits(plant, &subject.inputs);
+    let alternative = |change: &Change, found: &(Shown, Vec<f64>, String)| {
+        let (shown, noise, sensors) = found;
+        let over = |values: &[f64]| values.iter().zip(&limits).map(|(value, limit)| value / limit).fold(0.0, f64::max);
+        Alternative {
+            sample_time: base.period / change.rate,
+            delay: base.delay / change.rate,
+            bandwidth: change.bandwidth,
+            effort: change.effort,
+            sensors: sensors.clone(),
+            interaction: shown.sizes[i][j],
+            torque: shown.peaks.iter().map(|peaks| over(peaks)).fold(0.0, f64::max),
+            noise: over(noise),
+            spectral_radius: shown.radius,
+            best: false,
+        }
+    };
+    let mut designs: Vec<Alternative> = Vec::new();
+    let mut sensors: Vec<(String, Alternative)> = Vec::new();
+    for (k, (change, found)) in changes.iter().zip(&tried).enumerate() {
+        let Some(found) = found else { continue };
+        let one = alternative(change, found);
+        match &change.sensors {
+            Sensors::AndAlso(name) if k >= added => sensors.push((name.clone(), one)),
+            _ => designs.push(one),
+        }
+    }
+    mark_best(&mut designs);
+    sensors.sort_by(|a, b| a.1.noise.total_cmp(&b.1.noise));
+    let step = &subject.steps[i];
+    let watched = &subject.watched[j];
+    let mut out = Exploration {
+        interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
+        unit: watched.unit.into(),
+        failed: tried.iter().filter(|found| found.is_none()).count(),
+        designs,
+        sensors,
+        advice: Vec::new(),
+    };
+    out.advice = advice(&out);
+    Ok(out)
+}
+
+/// A design is best if none with the same sensors, at no higher rate and no smaller bandwidth, is better in both interaction
+/// and torque.
+fn mark_best(designs: &mut [Alternative]) {
+    let all = designs.to_vec();
+    for one in designs {
+        let better = |other: &Alternative| {
+            other.sensors == one.sensors
+                && other.sample_time >= one.sample_time
+                && other.bandwidth >= one.bandwidth
+                && other.interaction <= one.interaction
+                && other.torque <= one.torque
+                && (other.interaction < one.interaction || other.torque < one.torque)
+        };
+        one.best = !all.iter().any(better);
+    }
+}
+
+/// Torque limits of the motors, N m; one where no motor has any.
+fn limits(plant: &Plant, inputs: &[usize]) -> Vec<f64> {
+    let limit = |input: &usize| plant.torque_limit(*input);
+    let any = inputs.iter().any(|input| limit(input).is_some());
+    inputs.iter().map(|input| limit(input).unwrap_or(if any { f64::INFINITY } else { 1.0 })).collect()
+}
+
+/// What is acceptable of each channel's error.
+fn acceptable(values: &Values) -> Vec<f64> {
+    let of = |channel: &Values| {
+        let torque = channel.word("kind") == Some("torque");
+        let given = channel.number(if torque { "acceptable_torque" } else { "acceptable_angle" });
+        given.unwrap_or(if torque { 0.02 } else { 0.01 })
+    };
+    values.tables("channels").unwrap_or_default().iter().map(of).collect()
+}
+
+/// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts that no sensor
+/// measures.
+fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
+    let used = values.table("observer").and_then(|observer| observer.words("sensors")).unwrap_or_default();
+    let used: Vec<String> = used.iter().filter_map(|name| Some(plant.output(name).ok()?.name)).collect();
+    let equations = &plant.reduced.equations;
+    let mut out = Vec::new();
+    let mut measured: Vec<&String> = Vec::new();
+    for (name, sensor) in &equations.sensors {
+        let full = match &sensor.measured {
+            Measured::Angle(shaft) => {
+                measured.push(shaft);
+                format!("{name}.phi")
+            }
+            Measured::Speed(_) => format!("{name}.w"),
+            Measured::SpringTorque(_) => format!("{name}.tau"),
+            _ => continue,
+        };
+        if !used.contains(&full) {
+            out.push(full);
+        }
+    }
+    let names = plant.shafts().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| format!("{shaft}.phi"));
+    out.extend(names.filter(|name| !used.contains(name)));
+    out
+}
+
+/// The loop with a change, and the law.
+fn alternative(
+    variant: &PreparedVariant,
+    number: usize,
+    change: &Change,
+    base: Clock,
+) -> Option<(Subject, Vec<f64>, String)> {
+    let control = &variant.model.controls[number];
+    let plant = &variant.design_models[number];
+    let mut values = control.values.clone();
+    let exact = |x: f64| Some(Resolved::Exact(Exact::new(rational_from_f64(x)?, 0)));
+    let divided = |key: &str| {
+        let given = control.values.exact(key)?.to_rational();
+        let rate: Rational = rational_from_f64(change.rate)?;
+        Some(Resolved::Exact(Exact::new(given / rate, 0)))
+    };
+    values.insert("sample_time", divided("sample_time")?);
+    if let Some(delay) = divided("delay") {
+        values.insert("delay", delay);
+    }
+    values.insert("effort", exact(change.effort * control.values.number("effort").unwrap_or(1.0))?);
+    let channels = control.values.tables("channels").unwrap_or_default().iter().map(|channel| {
+        let mut channel = channel.clone();
+        channel.insert("bandwidth", exact(change.bandwidth * channel.number("bandwidth").unwrap_or(BANDWIDTH))?);
+        Some(channel)
+    });
+    values.insert("channels", Resolved::Tables(channels.collect::<Option<_>>()?));
+    let sensors = match (&change.sensors, values.table("observer")) {
+        (Sensors::AndAlso(name), Some(observer)) => {
+            let mut observer = observer.clone();
+            let mut all = observer.words("sensors").unwrap_or_default().to_vec();
+            all.push(name.clone());
+            let said = all.join(", ");
+            observer.insert("sensors", Resolved::Words(all));
+            values.insert("observer", Resolved::Tables(vec![observer]));
+            said
+        }
+        (Sensors::AsInTheFile, Some(observer)) => observer.words("sensors").unwrap_or_default().join(", "),
+        _ => {
+            values.remove("observer");
+            "all angles and speeds".into()
+        }
+    };
+    let law = design_law(control.law, &control.name, &values, plant).ok()?;
+    let law = running(law, &values).ok()?;
+    let noise = values.table("observer").and_then(|observer| observer.number("sensor_noise"));
+    let variances =
+        law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
+    let mut laws: Vec<Box<dyn Law>> = variant.running_laws();
+    laws[number] = law;
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());
+    Some((subject(variant, number, &laws, varied).ok()?, variances, sensors))
+}
+
+/// What the loop with a change shows, the noise of its torques (N m), and its sensors; `None` if there is no stable design.
+fn attempt(
+    variant: &PreparedVariant,
+    number: usize,
+    change: &Change,
+    base: Clock,
+) -> Option<(Shown, Vec<f64>, String)> {
+    let (mut subject, variances, sensors) = alternative(variant, number, change, base)?;
+    let nominal = vec![1.0; subject.plant.names().len()];
+    let first = subject.look(&nominal)?;
+    if !first.stable {
+        return None;
+    }
+    subject.samples = window(&first);
+    let shown = subject.look(&nominal)?;
+    let noise = subject.noise(&nominal, &variances)?;
+    Some((shown, noise, sensors))
+}
+
+/// What to take from it.
+fn advice(found: &Exploration) -> Vec<String> {
+    let Some(own) = found.designs.first() else { return Vec::new() };
+    let mut out = vec![format!(
+        "The design of the file: {} {:.3e} {}, {:.0} % of the torque of the most strained motor, noise {:.1} % rms.",
+        found.interaction,
+        own.interaction,
+        found.unit,
+        100.0 * own.torque,
+        100.0 * own.noise
+    )];
+    let same = |one: &&Alternative| one.sample_time == own.sample_time && one.sensors == own.sensors;
+    let least = found
+        .designs
+        .iter()
+        .filter(same)
+        .filter(|one| one.bandwidth == own.bandwidth && one.torque <= 1.0)
+        .min_by(|a, b| a.interaction.total_cmp(&b.interaction));
+    if let Some(least) = least.filter(|least| least.interaction < 0.5 * own.interaction) {
+        out.push(format!(
+            "At this rate and bandwidth `effort = {}` brings the interaction down to {:.3e} {}, at {:.0} % of the torque and a \
+             noise of {:.1} %.",
+            least.effort,
+            least.interaction,
+            found.unit,
+            100.0 * least.torque,
+            100.0 * least.noise
+        ));
+    }
+    let faster = found
+        .designs
+        .iter()
+        .filter(|one| same(one) && one.torque <= 0.9 && one.bandwidth > own.bandwidth)
+        .max_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth).then(b.interaction.total_cmp(&a.interaction)));
+    if let Some(faster) = faster {
+        out.push(format!(
+            "Within 90 % of the torque the bandwidth can be {} times as large, with an interaction of {:.3e} {}.",
+            faster.bandwidth, faster.interaction, found.unit
+        ));
+    }
+    match found.sensors.first() {
+        Some((name, with)) if with.noise < 0.95 * own.noise => out.push(format!(
+            "The sensor to add first is {name}: the noise falls from {:.2} % to {:.2} %, the interaction goes from {:.3e} to \
+             {:.3e} {}.",
+            100.0 * own.noise,
+            100.0 * with.noise,
+            own.interaction,
+            with.interaction,
+            found.unit
+        )),
+        Some(_) => out.push("No further sensor brings the noise of the torques down by 5 %.".into()),
+        None => {}
+    }
+    out
+}
