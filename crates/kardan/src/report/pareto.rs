@@ -99,7 +99,7 @@ pub(super) fn pareto(found: &Exploration) -> String {
             figure(one.noise, 3)
         );
         let fill = if one.best { colour(one) } else { "none".into() };
-        let own = if k == 0 { "<circle r=\"10\" class=\"own\"/>" } else { "" };
+        let own = if k == 0 { "<circle r=\"10\" fill=\"none\" class=\"own\"/>" } else { "" };
         body += &format!(
             "<g transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{own}<circle r=\"4\" fill=\"{fill}\" stroke=\"{}\"/></g>\n",
             escape(&title),

@@ -35,7 +35,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let control = &variant.model.controls[place];
     let rate = 1.0 / found.sample_time;
     let message = format!(
-        "control `{}`: at this sample time the loop is unstable: a motion at {:.4} rad/s grows by the factor {:.4} in each of \
+        "control `{}`: at this sample time the loop is unstable: a motion at {:.4} rad/s grows by the factor {:.6} in each of \
          the {rate:.0} samples a second (exact map of the linear loop, delay and lag included)",
         control.name,
         im.atan2(re).abs() * rate,

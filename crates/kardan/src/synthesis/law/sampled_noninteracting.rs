@@ -110,6 +110,12 @@ const CHANNEL: &[Field] = &[
         "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 N m/s for a \
          motor without a limit.",
     ),
+    Field::optional(
+        "coasting_time",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own damping is \
+         compensated up to that; errors of the model must not overcompensate it. Left out: 1 s.",
+    ),
     Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
 ];
 
@@ -123,8 +129,8 @@ const TORQUE: f64 = 0.02;
 const RATE_OVER_LIMIT: f64 = 80.0;
 /// Acceptable rate of a torque without a limit, N m/s.
 const RATE: f64 = 100.0;
-/// Decay of the ideal free motion of a shaft under a torque channel, 1/s: it coasts for seconds, and does not drift for ever.
-const COASTING: f64 = 0.1;
+/// Time in which a shaft under a torque channel comes to rest, if nobody turns it, s.
+const COASTING: f64 = 1.0;
 /// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
 const GOVERNED: f64 = 0.9;
 /// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
@@ -227,7 +233,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
             // J ÿ + J ẏ/T − what acts on the shaft from outside, for the speed ẏ = c z.
             let inertia = rational_to_f64(&effective_inertia(&plant.linear, *shaft));
             let row = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)]);
-            let acceleration = row.multiply(&a).plus(&row.scale(&COASTING));
+            let coasting = channel.number("coasting_time").unwrap_or(COASTING);
+            let acceleration = row.multiply(&a).plus(&row.scale(&(1.0 / coasting)));
             on_state = acceleration.scale(&inertia).row(0).to_vec();
             on_torque = row.multiply(&b).scale(&inertia).row(0).to_vec();
             on_disturbance = row.multiply(&w).scale(&inertia).row(0).to_vec();
@@ -306,12 +313,13 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
             }
             _ => (Task::Sensor, output),
         };
-        let (idle, kind) = match task {
-            Task::Position => ("acceptable_torque", "an angle"),
-            _ => ("acceptable_angle", "a torque"),
+        let (idle, kind): (&[&'static str], _) = match task {
+            Task::Position => (&["acceptable_torque", "coasting_time"], "an angle"),
+            Task::Torque(_) => (&["acceptable_angle"], "a torque"),
+            Task::Sensor => (&["acceptable_angle", "coasting_time", "kind"], "the torque of a sensor"),
         };
-        if channel.has(idle) {
-            return Err(SynthesisError::IdleChannelKey { output: output.name, kind, key: idle });
+        if let Some(key) = idle.iter().copied().find(|key| channel.has(key)) {
+            return Err(SynthesisError::IdleChannelKey { output: output.name, kind, key });
         }
         tasks.push(task);
         outputs.push(output);
