@@ -31,7 +31,10 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let Ok(found) = SampledLoop::new(&plant, &parts) else { return };
     // Motions that nobody holds stand at one.
     let grows = found.multipliers().unwrap_or_default().into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > 1e-6);
-    let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else { return };
+    let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else {
+        check_limits(variant, &plant, &parts, &laws, out);
+        return;
+    };
     let control = &variant.model.controls[place];
     let rate = 1.0 / found.sample_time;
     let message = format!(
@@ -47,8 +50,61 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     ));
 }
 
-/// Code of the mistake that `--force` overrules.
-pub(super) const UNSTABLE: &str = "control::unstable";
+/// Codes of mistakes that `--force` overrules.
+pub(super) const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
+/// An unstable loop.
+const UNSTABLE: &str = "control::unstable";
+/// A reference that no motor can hold.
+const LIMIT: &str = "control::limit";
+/// Samples until a step has settled, at most.
+const SETTLED: usize = 4000;
+
+/// The mistakes of references that ask at rest for more torque than a motor has.
+fn check_limits(
+    variant: &PreparedVariant,
+    plant: &LoopPlant,
+    parts: &[SampledPart],
+    laws: &[Box<dyn Law>],
+    out: &mut Vec<Diagnostic>,
+) {
+    let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
+    let scenario = &variant.scenario;
+    for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
+        for (k, reference) in law.references().iter().enumerate() {
+            let source = scenario.sources.iter().position(|source| source.name == reference.name);
+            let asked = scenario.events.iter().filter(|event| Some(event.source) == source);
+            let asked = asked.map(|event| event.to).fold(0.0, |max: f64, x| if x.abs() > max.abs() { x } else { max });
+            if asked == 0.0 {
+                continue;
+            }
+            let mut z = vec![0.0; found.map.rows()];
+            z[found.references[number] + k] = asked;
+            for _ in 0..SETTLED {
+                z = (0..z.len()).map(|i| found.map.row(i).iter().zip(&z).map(|(a, b)| a * b).sum()).collect();
+            }
+            for (&input, name) in part.inputs.iter().zip(law.inputs()) {
+                let needed: f64 = found.commands.row(input).iter().zip(&z).map(|(a, b)| a * b).sum();
+                let limit = variant.design_models[number].torque_limit(input);
+                let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
+                let control = &variant.model.controls[number];
+                let unit = reference.physical.unit();
+                let message = format!(
+                    "control `{}`: at `{}` = {asked} {unit} the motor `{name}` would have to hold {:.4} N m, and its limit is \
+                     {limit} N m: the reference can never be reached",
+                    control.name,
+                    reference.name,
+                    needed.abs()
+                );
+                let most = asked.abs() * limit / needed.abs();
+                out.push(
+                    Diagnostic::error(LIMIT, message)
+                        .at(control.span.clone(), "this controller")
+                        .help(format!("ask for {most:.4} {unit} at most, or choose a stronger motor; `--force` runs it")),
+                );
+            }
+        }
+    }
+}
 
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
 pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn Law>], design: &Design) -> Margins {

@@ -130,7 +130,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
 
 /// What stands in the way of a run only for its user's good becomes a warning.
 pub fn overrule(diagnostics: &mut [Diagnostic]) {
-    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| diagnostic.code == margins::UNSTABLE) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| margins::FORCED.contains(&diagnostic.code)) {
         diagnostic.severity = Severity::Warning;
     }
 }
