@@ -97,9 +97,9 @@ fn check_limits(
                 );
                 let most = asked.abs() * limit / needed.abs();
                 out.push(
-                    Diagnostic::error(LIMIT, message)
-                        .at(control.span.clone(), "this controller")
-                        .help(format!("ask for {most:.4} {unit} at most, or choose a stronger motor; `--force` runs it")),
+                    Diagnostic::error(LIMIT, message).at(control.span.clone(), "this controller").help(format!(
+                        "ask for {most:.4} {unit} at most, or choose a stronger motor; `--force` runs it"
+                    )),
                 );
             }
         }
