@@ -193,3 +193,32 @@ fn hands_off_the_wheel() {
     ));
     assert!(largest(&run, "fs.phi") < 5e-3, "{}", largest(&run, "fs.phi"));
 }
+
+/// The other two drives at 1 kHz: all requirements of their files hold, torques stay within the limits.
+#[test]
+fn the_other_drives() {
+    for name in ["harmonic-drive-ecu", "harmonic-drive-spring-ecu"] {
+        let study =
+            study::run(builtin(name).expect("built in").source, &Settings::default(), &Silent).expect("no mistakes");
+        assert_eq!(study.runs.len(), 4);
+        for run in &study.runs {
+            assert!(!run.requirements.is_empty(), "{name}: {}", run.name);
+            for requirement in &run.requirements {
+                assert!(requirement.passed, "{name}, {}: {} {}", run.name, requirement.text, requirement.measured);
+            }
+            assert!(largest(run, "wg_motor.tau") <= 1.3 && largest(run, "wg_motor.tau") > 0.05, "{name}: {}", run.name);
+        }
+    }
+}
+
+/// A torque that no motor can hold is told before the run; forced, the run stays within the limits.
+#[test]
+fn a_reference_that_can_never_be_reached() {
+    let text = source().replace("step_force = \"3 N m\"", "step_force = \"90 N m\"");
+    let mistakes = study::check(&text);
+    let found = mistakes.iter().find(|mistake| mistake.code == "control::limit").expect("told");
+    assert!(found.message.contains("rk_motor") && found.message.contains("60 N m"), "{}", found.message);
+    let settings = Settings { variants: vec!["force".into()], force: true };
+    let run = study::run(&text, &settings, &Silent).expect("forced").runs.remove(0);
+    assert!(largest(&run, "wg_motor.command") <= 1.3 + 1e-12 && largest(&run, "rk_motor.command") <= 60.0 + 1e-12);
+}

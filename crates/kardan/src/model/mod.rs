@@ -45,9 +45,19 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/harmonic-drive.toml"),
     },
     Builtin {
+        name: "harmonic-drive-ecu",
+        summary: "the same with a flexible cup, angle and torque decoupled at 1 kHz with delay, lag, limits and encoders",
+        source: include_str!("../../../../models/harmonic-drive-ecu.toml"),
+    },
+    Builtin {
         name: "harmonic-drive-spring",
         summary: "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
         source: include_str!("../../../../models/harmonic-drive-spring.toml"),
+    },
+    Builtin {
+        name: "harmonic-drive-spring-ecu",
+        summary: "the same at 1 kHz with delay, motor lag, limits and encoders",
+        source: include_str!("../../../../models/harmonic-drive-spring-ecu.toml"),
     },
     Builtin {
         name: "two-bodies",

@@ -59,7 +59,7 @@ const LIMIT: &str = "control::limit";
 /// Samples until a step has settled, at most.
 const SETTLED: usize = 4000;
 
-/// The mistakes of references that ask at rest for more torque than a motor has.
+/// The mistakes of references that ask for more torque than a motor has, when the step has settled or the run ends.
 fn check_limits(
     variant: &PreparedVariant,
     plant: &LoopPlant,
@@ -79,7 +79,8 @@ fn check_limits(
             }
             let mut z = vec![0.0; found.map.rows()];
             z[found.references[number] + k] = asked;
-            for _ in 0..SETTLED {
+            let samples = (scenario.duration / found.period).ceil().min(SETTLED as f64) as usize;
+            for _ in 0..samples {
                 z = (0..z.len()).map(|i| found.map.row(i).iter().zip(&z).map(|(a, b)| a * b).sum()).collect();
             }
             for (&input, name) in part.inputs.iter().zip(law.inputs()) {
@@ -89,8 +90,8 @@ fn check_limits(
                 let control = &variant.model.controls[number];
                 let unit = reference.physical.unit();
                 let message = format!(
-                    "control `{}`: at `{}` = {asked} {unit} the motor `{name}` would have to hold {:.4} N m, and its limit is \
-                     {limit} N m: the reference can never be reached",
+                    "control `{}`: at `{}` = {asked} {unit} the motor `{name}` would have to give {:.4} N m in the end, and its \
+                     limit is {limit} N m: the reference can never be reached",
                     control.name,
                     reference.name,
                     needed.abs()

@@ -142,8 +142,10 @@ const HORIZON: f64 = 4.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     Position,
-    /// A torque along a shaft.
+    /// A torque along a shaft, on top of what others apply there.
     Torque(usize),
+    /// All that accelerates a shaft's own inertia.
+    NetTorque(usize),
     /// What a sensor of a torque reads.
     Sensor,
 }
@@ -229,17 +231,21 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         };
         let (mut on_state, mut on_torque, mut on_disturbance) =
             (c.row(k).to_vec(), d.row(k).to_vec(), f.row(k).to_vec());
-        if let Task::Torque(shaft) = task {
-            // J ÿ + J ẏ/T − what acts on the shaft from outside, for the speed ẏ = c z.
-            let inertia = rational_to_f64(&effective_inertia(&plant.linear, *shaft));
+        if let Task::Torque(shaft) | Task::NetTorque(shaft) = task {
+            // J ÿ + J ẏ/T, less what acts on the shaft from outside, for the speed ẏ = c z.
+            let inertia = rational_to_f64(&match task {
+                Task::NetTorque(_) => plant.reduced.equations.own_inertia(*shaft),
+                _ => effective_inertia(&plant.linear, *shaft),
+            });
             let row = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)]);
             let coasting = channel.number("coasting_time").unwrap_or(COASTING);
             let acceleration = row.multiply(&a).plus(&row.scale(&(1.0 / coasting)));
             on_state = acceleration.scale(&inertia).row(0).to_vec();
             on_torque = row.multiply(&b).scale(&inertia).row(0).to_vec();
             on_disturbance = row.multiply(&w).scale(&inertia).row(0).to_vec();
+            let outside = matches!(task, Task::Torque(_));
             for (share, disturbed) in on_disturbance.iter_mut().zip(request.disturbances) {
-                *share -= f64::from(u8::from(disturbed == shaft));
+                *share -= f64::from(u8::from(outside && disturbed == shaft));
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
@@ -311,11 +317,16 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
                 let example = format!("{}.phi", output.name.trim_end_matches(".w"));
                 return Err(SynthesisError::NotAnAngle { signal: output.name, example });
             }
+            Measured::NetTorque(shaft) => {
+                let number = plant.reduced.shaft(shaft).expect("a sensor names a shaft");
+                (Task::NetTorque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
+            }
             _ => (Task::Sensor, output),
         };
         let (idle, kind): (&[&'static str], _) = match task {
             Task::Position => (&["acceptable_torque", "coasting_time"], "an angle"),
             Task::Torque(_) => (&["acceptable_angle"], "a torque"),
+            Task::NetTorque(_) => (&["acceptable_angle", "kind"], "a net torque"),
             Task::Sensor => (&["acceptable_angle", "coasting_time", "kind"], "the torque of a sensor"),
         };
         if let Some(key) = idle.iter().copied().find(|key| channel.has(key)) {
