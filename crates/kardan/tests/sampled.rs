@@ -337,3 +337,25 @@ fn riccati_and_stein() {
     assert_eq!(sampled_lqr(&one(2.0), &one(1.0), &SampledCost { input: one(-1.0), ..cost }), None);
     assert_eq!(stein(&one(2.0), &one(1.0), &one(1.0)), None);
 }
+
+/// With a second sampled controller in the loop the slowest rate is that of the loop, not of a clash of clocks; without a common
+/// period nothing is claimed.
+#[test]
+fn two_clocks() {
+    let source = builtin("sia-steering").expect("built in").source;
+    let driver = |time: &str| {
+        source
+            .replace("[control.column]\n", "[control.column]\nsample_time = \"100 us\"\n")
+            .replace("[control.driver_model]", "[control.driver_model]\n@")
+            .replace("\n@", &format!("\nsample_time = \"{time}\""))
+    };
+    let quick = study::DesignSettings { variant: Some("beta-0deg".into()), ..study::DesignSettings::default() };
+    for time in ["100 us", "1 ms"] {
+        let design = study::design(&driver(time), &quick, &study::Silent).expect("stable");
+        let margins = design.margins.expect("told");
+        let rate = margins.rates[0].rate.expect("stable when fast");
+        assert!((rate / 2412.7 - 1.0).abs() < 0.02, "driver at {time}: {rate} Hz");
+    }
+    let found = study::check(&driver("3.14159265358979 ms"));
+    assert!(found.iter().any(|one| one.code == "control::no-map"), "{found:?}");
+}

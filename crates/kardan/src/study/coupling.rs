@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::{PreparedVariant, Progress};
-use crate::equations::InputKind;
 use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
 use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance, simulate};
 use crate::synthesis::Reference;
@@ -104,11 +103,8 @@ fn asked(series: &Series, input: &str) -> f64 {
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {
-    let found = variant.reduced.equations.inputs.iter().find(|other| other.element == input)?;
-    match &found.value {
-        InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
-        InputKind::Disturbance => None,
-    }
+    let number = variant.reduced.equations.inputs.iter().position(|other| other.element == input)?;
+    variant.design_models.first()?.torque_limit(number)
 }
 
 /// A run from rest at zero angles in which one reference steps by one, or none.

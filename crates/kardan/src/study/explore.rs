@@ -72,6 +72,7 @@ pub(super) fn explore(
         effort: 1.0,
         sensors: Sensors::AndAlso(name.clone()),
     }));
+    let subject = alternative(variant, number, &changes[0], base)?.0;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let tried: Vec<Option<(Shown, Vec<f64>, String)>> = changes
         .par_iter()
@@ -84,7 +85,6 @@ pub(super) fn explore(
         .collect();
     let Some((first, ..)) = &tried[0] else { return Err("the design of the file is not stable".into()) };
     // The interaction that matters: the largest over what is acceptable.
-    let subject = alternative(variant, number, &changes[0], base).ok_or("the design of the file cannot be computed")?.0;
     let acceptable = acceptable(&control.values);
     let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
     let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
@@ -122,7 +122,10 @@ pub(super) fn explore(
         }
     }
     mark_best(&mut designs);
-    sensors.sort_by(|a, b| a.1.noise.total_cmp(&b.1.noise));
+    // What a sensor brings is not worth more than what it spoils.
+    let own = designs.first().cloned().unwrap_or_default();
+    let worth = |one: &Alternative| (one.noise / own.noise).max(one.interaction / own.interaction);
+    sensors.sort_by(|a, b| worth(&a.1).total_cmp(&worth(&b.1)));
     let step = &subject.steps[i];
     let watched = &subject.watched[j];
     let mut out = Exploration {
@@ -204,9 +207,25 @@ fn alternative(
     number: usize,
     change: &Change,
     base: Clock,
-) -> Option<(Subject, Vec<f64>, String)> {
+) -> Result<(Subject, Vec<f64>, String), String> {
+    let (values, sensors) = changed(variant, number, change).ok_or("a number cannot be held")?;
     let control = &variant.model.controls[number];
     let plant = &variant.design_models[number];
+    let law = design_law(control.law, &control.name, &values, plant).and_then(|law| running(law, &values));
+    let law = law.map_err(|error| error.to_string())?;
+    let noise = values.table("observer").and_then(|observer| observer.number("sensor_noise"));
+    let variances =
+        law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
+    let mut laws: Vec<Box<dyn Law>> = variant.running_laws();
+    laws[number] = law;
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());
+    Ok((subject(variant, number, &laws, varied)?, variances, sensors))
+}
+
+/// The keys of the controller with a change, and its sensors in words; `None` if a number cannot be held.
+fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<(Values, String)> {
+    let control = &variant.model.controls[number];
     let mut values = control.values.clone();
     let exact = |x: f64| Some(Resolved::Exact(Exact::new(rational_from_f64(x)?, 0)));
     let divided = |key: &str| {
@@ -241,16 +260,7 @@ fn alternative(
             "all angles and speeds".into()
         }
     };
-    let law = design_law(control.law, &control.name, &values, plant).ok()?;
-    let law = running(law, &values).ok()?;
-    let noise = values.table("observer").and_then(|observer| observer.number("sensor_noise"));
-    let variances =
-        law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
-    let mut laws: Vec<Box<dyn Law>> = variant.running_laws();
-    laws[number] = law;
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
-    let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());
-    Some((subject(variant, number, &laws, varied).ok()?, variances, sensors))
+    Some((values, sensors))
 }
 
 /// What the loop with a change shows, the noise of its torques (N m), and its sensors; `None` if there is no stable design.
@@ -260,7 +270,7 @@ fn attempt(
     change: &Change,
     base: Clock,
 ) -> Option<(Shown, Vec<f64>, String)> {
-    let (mut subject, variances, sensors) = alternative(variant, number, change, base)?;
+    let (mut subject, variances, sensors) = alternative(variant, number, change, base).ok()?;
     let nominal = vec![1.0; subject.plant.names().len()];
     let first = subject.look(&nominal)?;
     if !first.stable {
@@ -313,7 +323,7 @@ fn advice(found: &Exploration) -> Vec<String> {
         ));
     }
     match found.sensors.first() {
-        Some((name, with)) if with.noise < 0.95 * own.noise => out.push(format!(
+        Some((name, with)) if with.noise < 0.95 * own.noise && with.interaction < 1.05 * own.interaction => out.push(format!(
             "The sensor to add first is {name}: the noise falls from {:.2} % to {:.2} %, the interaction goes from {:.3e} to \
              {:.3e} {}.",
             100.0 * own.noise,
@@ -322,7 +332,7 @@ fn advice(found: &Exploration) -> Vec<String> {
             with.interaction,
             found.unit
         )),
-        Some(_) => out.push("No further sensor brings the noise of the torques down by 5 %.".into()),
+        Some(_) => out.push("No further sensor brings the noise of the torques down by 5 % without more interaction.".into()),
         None => {}
     }
     out

@@ -28,7 +28,17 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let Some(place) = clocks.iter().position(Option::is_some) else { return };
     let (laws, plant) = (variant.running_laws(), linear(variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let Ok(found) = SampledLoop::new(&plant, &parts) else { return };
+    let found = match SampledLoop::new(&plant, &parts) {
+        Ok(found) => found,
+        Err(why) => {
+            let control = &variant.model.controls[place];
+            let message = format!("control `{}`: whether its sampled loop is stable is not known: {why}", control.name);
+            let help = "choose sample times that are multiples of each other";
+            let told = Diagnostic::warning("control::no-map", message).at(control.span.clone(), "this controller");
+            out.push(told.help(help));
+            return;
+        }
+    };
     // Motions that nobody holds stand at one.
     let grows = found.multipliers().unwrap_or_default().into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > 1e-6);
     let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else {
@@ -44,10 +54,13 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         im.atan2(re).abs() * rate,
         re.hypot(im)
     );
-    out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(
+    let help = if control.law.samples {
+        "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
+    } else {
         "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
-         `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is",
-    ));
+         `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+    };
+    out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(help));
 }
 
 /// Codes of mistakes that `--force` overrules.

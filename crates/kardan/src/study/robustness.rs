@@ -129,26 +129,27 @@ pub(super) fn robustness(
     let shown: Vec<Option<Shown>> = points.par_iter().map(look).collect();
     progress.advance(0, "plants", 1.0);
     let good = |shown: &Option<Shown>| shown.as_ref().is_some_and(|shown| shown.stable);
-    let spread = |value: &(dyn Fn(&Shown) -> f64 + Sync)| -> Spread {
-        let of = |shown: Option<&Shown>| match shown {
-            Some(shown) if shown.stable => value(shown),
-            _ => f64::INFINITY,
-        };
+    let spread = |of: &(dyn Fn(Option<&Shown>) -> f64 + Sync)| -> Spread {
         let mut all: Vec<(f64, usize)> = shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
         let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &points[*k]).collect();
         let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).as_ref()));
-        let sampled = all.last().map_or(f64::NAN, |(value, _)| *value);
+        let (sampled, place) = all[all.len() - 1];
         Spread {
-            nominal: value(&nominal),
+            nominal: of(Some(&nominal)),
             median: quantile(0.5),
             q90: quantile(0.9),
             q99: quantile(0.99),
             sampled,
             worst: worst.max(sampled),
-            at: if worst >= sampled { at } else { points[all[all.len() - 1].1].clone() },
+            at: if worst >= sampled { at } else { points[place].clone() },
         }
+    };
+    // What an unstable loop does has no size.
+    let size = |shown: Option<&Shown>, value: &dyn Fn(&Shown) -> f64| match shown {
+        Some(shown) if shown.stable => value(shown),
+        _ => f64::INFINITY,
     };
     let mut interactions = Vec::new();
     let mut peaks = Vec::new();
@@ -162,32 +163,19 @@ pub(super) fn robustness(
             size: size_over_box,
         };
         for (j, watched) in subject.watched.iter().enumerate().filter(|(_, watched)| watched.reference != step.name) {
-            interactions.push(about(&watched.name, watched.unit, spread(&|shown: &Shown| shown.sizes[i][j])));
+            interactions.push(about(
+                &watched.name,
+                watched.unit,
+                spread(&|shown| size(shown, &|shown| shown.sizes[i][j])),
+            ));
         }
         for (j, &input) in subject.inputs.iter().enumerate() {
             let name = &subject.plant.nominal().inputs[input];
-            peaks.push(about(name, "N m", spread(&|shown: &Shown| shown.peaks[i][j])));
+            peaks.push(about(name, "N m", spread(&|shown| size(shown, &|shown| shown.peaks[i][j]))));
         }
     }
-    let radius = {
-        // Of unstable loops the radius counts too.
-        let of = |shown: Option<&Shown>| shown.map_or(f64::INFINITY, |shown| shown.radius);
-        let mut all: Vec<(f64, usize)> = shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
-        let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &points[*k]).collect();
-        let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).as_ref()));
-        let sampled = all.last().map_or(f64::NAN, |(value, _)| *value);
-        Spread {
-            nominal: nominal.radius,
-            median: quantile(0.5),
-            q90: quantile(0.9),
-            q99: quantile(0.99),
-            sampled,
-            worst: worst.max(sampled),
-            at,
-        }
-    };
+    // Of unstable loops the radius counts too.
+    let radius = spread(&|shown| shown.map_or(f64::INFINITY, |shown| shown.radius));
     let range = match range {
         ToleranceBox::Part(part) => format!("{} % of every inertia, damping and stiffness", 100.0 * part),
         ToleranceBox::File => {
@@ -293,6 +281,14 @@ pub(super) fn subject(
     if watched.len() < 2 {
         return Err("interaction needs two channels whose outputs are angles of shafts".into());
     }
+    let mut periods = parts.iter().filter_map(|part| part.clock).map(|clock| clock.period);
+    if let Some(first) = periods.next()
+        && periods.any(|period| period != first)
+    {
+        return Err(
+            "the controllers have different sample times, and steps and noise are only looked at with one".into()
+        );
+    }
     let largest = |name: &str| {
         let source = variant.scenario.sources.iter().position(|source| source.name == name);
         let of = variant.scenario.events.iter().filter(|event| Some(event.source) == source);
@@ -314,12 +310,10 @@ impl Subject {
     pub fn look(&self, factors: &[f64]) -> Option<Shown> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
-        let references: usize = self.parts.iter().map(|part| part.linear.on_references.columns()).sum();
         let multipliers = found.multipliers()?;
         // One for each constant reference; others at one belong to motions that nobody holds.
         let held = multipliers.iter().filter(|(re, im)| (re - 1.0).hypot(*im) > FREE);
         let radius = held.map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
-        debug_assert!(multipliers.len() >= references);
         let rows = self.rows(&plant, &found);
         let (mut sizes, mut peaks) = (Vec::new(), Vec::new());
         for Step { reference, size, .. } in &self.steps {

@@ -451,7 +451,7 @@ impl SynthesisError {
                 if *of == "observer" {
                     "add a sensor, estimate fewer torques, or choose other noises"
                 } else {
-                    "choose a shorter sample time, a smaller bandwidth, or larger acceptable errors"
+                    "choose another sample time, a smaller bandwidth, larger acceptable errors, or a shorter `coasting_time`"
                 },
             ),
             Self::Unreached { output } => {

@@ -266,13 +266,15 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let governed = values.word("governor") != Some("off");
     let data = assemble(&problem, &solution, &lift, &observed, compensation, bounds, governed)
         .ok_or(SynthesisError::TooLarge)?;
-    let design =
+    let mut design =
         describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
     let mut kinematics = Kinematics::new(&plant.reduced);
     let zero = vec![0.0; plant.reduced.freedoms()];
     kinematics.update(&zero, &zero);
     let offsets: Vec<f64> =
         observed.readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
+    let zeros = observed.sensors.iter().zip(&offsets).map(|(sensor, x)| (format!("{} offset", sensor.name), *x));
+    design.controller_data.numbers.extend(zeros.chain([("delay".to_string(), clock.delay)]));
     let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
     states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
     states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
@@ -363,8 +365,8 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
         return Err(SynthesisError::NotAShare { share });
     }
-    if let Some(key) = keys.and_then(|keys| ["poles"].into_iter().find(|key| keys.has(key))) {
-        return Err(SynthesisError::IdleKey { key, method: "kalman".into() });
+    if keys.is_some_and(|keys| keys.has("poles") || keys.word("method") == Some("poles")) {
+        return Err(SynthesisError::IdleKey { key: "poles", method: "kalman".into() });
     }
     let sensors: Vec<OutputSignal> = match keys.and_then(|keys| keys.words("sensors")) {
         Some(names) => names.iter().map(|name| plant.output(name)).collect::<Result<_, _>>()?,

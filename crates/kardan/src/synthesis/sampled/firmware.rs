@@ -28,8 +28,8 @@ pub trait Block: Send {
 pub struct Firmware {
     /// What runs.
     pub block: Box<dyn Block>,
-    /// Its linear part, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ applied on average until the
-    /// next sample.
+    /// Its linear part, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within the
+    /// motors' torque limits, on average until the next sample; lag and rate limit are not in them.
     pub linear: LinearLaw,
 }
 

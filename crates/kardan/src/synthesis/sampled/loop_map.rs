@@ -439,7 +439,6 @@ impl Places {
             if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (on_their_way(clock) as f64 - 1.0) };
         let torques = match queue.len() {
             0 => command.clone(),
-            // After the shift below the first on its way is the oldest one.
             _ => {
                 let before = row(*held).scale(&part_of_sample);
                 let after = if queue.len() == 1 { command.clone() } else { row(queue[0]) };

@@ -1,7 +1,7 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
 use super::{Clock, LoopPlant, SampledLoop, SampledPart};
-use crate::num::{Matrix, eigenvalues};
+use crate::num::eigenvalues;
 use crate::synthesis::Law;
 
 /// What of an eigenvalue of the sampled loop beyond one still counts as rounding.
@@ -34,7 +34,7 @@ pub struct Survey<'a> {
 pub struct Change {
     /// The clock of the controller.
     pub clock: Option<Clock>,
-    /// Lag of all motors of the controller, s; `None`: as they are.
+    /// Least lag of all motors of the controller, s; `None`: as they are.
     pub lag: Option<f64>,
     /// Factor of its torques.
     pub gain: f64,
@@ -71,7 +71,14 @@ impl Survey<'_> {
         let mut plant = self.plant.clone();
         let mut parts = Vec::new();
         for (number, (law, own)) in self.laws.iter().zip(self.clocks).enumerate() {
-            let clock = if number == self.number { change.clock } else { *own };
+            // While the sample time is searched for, others with the same clock keep step, and those with another one have none.
+            let same = self.clocks[self.number] == *own;
+            let moved = change.clock.map(|clock| clock.period) != self.clocks[self.number].map(|clock| clock.period);
+            let clock = match own {
+                _ if number == self.number => change.clock,
+                Some(_) if moved && law.clock().is_none() => change.clock.filter(|_| same),
+                _ => *own,
+            };
             let mut part = SampledPart::of(&**law, self.plant);
             if let Some(clock) = clock {
                 part.linear = law.firmware(clock)?.linear;
@@ -80,7 +87,7 @@ impl Survey<'_> {
             if number == self.number {
                 part.gain = change.gain;
                 if let Some(lag) = change.lag {
-                    part.inputs.iter().for_each(|input| plant.lags[*input] = lag);
+                    part.inputs.iter().for_each(|input| plant.lags[*input] = plant.lags[*input].max(lag));
                 }
             }
             parts.push(part);
@@ -104,12 +111,6 @@ impl Survey<'_> {
         let growth = re.hypot(im);
         let frequency = im.atan2(re).abs() / found.sample_time;
         Some(Slowest { growth, frequency, stable: growth < 1.0 + ROUNDING })
-    }
-
-    /// The state matrix of the loop in continuous time, for its eigenvectors; `None` if a law is sampled.
-    pub fn continuous(&self) -> Option<Matrix<f64>> {
-        let (parts, plant) = self.changed(Change { clock: None, ..self.unchanged() })?;
-        parts.iter().all(|part| part.clock.is_none()).then(|| SampledLoop::flow_of(&plant, &parts))
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable
@@ -154,10 +155,11 @@ impl Survey<'_> {
         self.first(delays, |delay| Change { clock: Some(Clock { delay, ..clock }), ..self.unchanged() })
     }
 
-    /// The longest lag of all motors of the controller, s, that the loop tolerates; `None` if it is unstable as it is.
+    /// The longest lag of all motors of the controller, s, that the loop tolerates (those with more keep theirs); `None` if it is
+    /// unstable as it is.
     pub fn longest_lag(&self) -> Option<Limit> {
         let inputs = SampledPart::of(&*self.laws[self.number], self.plant).inputs;
-        let now = inputs.iter().map(|input| self.plant.lags[*input]).fold(0.0, f64::max);
+        let now = inputs.iter().map(|input| self.plant.lags[*input]).fold(f64::INFINITY, f64::min);
         let more = path(RANGE[0], RANGE[1]).filter(|lag| *lag > now);
         self.first(std::iter::once(now).chain(more), |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
