@@ -10,6 +10,7 @@
 //! | [`ComputedTorque`] | decoupling on the nonlinear model, constraint torques as outputs |
 //! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
 //! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
+//! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
 //!
@@ -46,6 +47,6 @@ pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
 pub use noninteracting::{Measurement, Noninteracting};
 pub use position_loop::PositionLoop;
 pub use real::Real;
-pub use regulator::{Health, Regulator, RegulatorMemory};
+pub use regulator::{Health, Regulator, RegulatorMemory, hold};
 pub use state_space::StateSpace;
 pub use universal_joint::{CurvePoint, UniversalJoint};

@@ -147,8 +147,15 @@ impl<T: Real> Regulator<'_, T> {
     }
 }
 
-/// Takes over what is finite; how many are not, or are missing.
-fn hold<T: Real>(from: &[T], to: &mut [T]) -> usize {
+/// Takes readings (or references) over that are finite. Of those that are not, or are missing, the last good ones stay; returns
+/// how many.
+///
+/// ```
+/// let mut last_good = [1.0, 2.0];
+/// assert_eq!(kardan_rt::hold(&[1.5, f64::NAN], &mut last_good), 1);
+/// assert_eq!(last_good, [1.5, 2.0]);
+/// ```
+pub fn hold<T: Real>(from: &[T], to: &mut [T]) -> usize {
     let mut held = 0;
     for (k, to) in to.iter_mut().enumerate() {
         match from.get(k) {

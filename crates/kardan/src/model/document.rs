@@ -47,6 +47,7 @@ pub const SCENARIO: &[Field] = &[
          { \"rk.phi\" = \"10 deg\" }; left out: zero.",
     ),
     Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
+    Field::optional("fault", Kind::Tables(FAULT), "Sensors that fail: `[[scenario.fault]]`."),
 ];
 
 /// Keys of `[[scenario.event]]`.
@@ -63,6 +64,24 @@ pub const EVENT: &[Field] = &[
         Kind::Quantity(Dimension::TIME, Sign::NonNegative),
         "Length of a ramp to the new value; left out: a step.",
     ),
+];
+
+/// Keys of `[[scenario.fault]]`.
+pub const FAULT: &[Field] = &[
+    Field::required(
+        "sensor",
+        Kind::Text,
+        "A sensor that the observer of a controller with a sample time reads, by its name or as it stands there: \
+         `wg_encoder`, `rk.phi`.",
+    ),
+    Field::optional(
+        "kind",
+        Kind::Choice(&["lost", "stuck"]),
+        "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on giving its last \
+         reading. Left out: lost.",
+    ),
+    Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it begins."),
+    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never."),
 ];
 
 /// Keys of `[[requirement]]`.
@@ -464,6 +483,7 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
+            (None, "fault" | "faults") => "write each as `[[scenario.fault]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
             (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
             (None, "sources" | "source" | "input" | "inputs") => {

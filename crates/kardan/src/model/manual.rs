@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::{ANALYSIS, CONTROL, EVENT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
+use super::document::{ANALYSIS, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis;
@@ -31,6 +31,7 @@ const STUDY: &[(&str, &str)] = &[
     ("[[variant]]", "A run with parameter values and a name of its own."),
     ("[scenario]", "Duration, output step, initial state."),
     ("[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
+    ("[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
@@ -38,7 +39,7 @@ const STUDY: &[(&str, &str)] = &[
 
 /// The names of the manual pages that are neither an element nor a law.
 pub const STUDY_PAGES: &[&str] =
-    &["model", "parameters", "variants", "variant", "scenario", "event", "requirement", "plot", "analysis"];
+    &["model", "parameters", "variants", "variant", "scenario", "event", "fault", "requirement", "plot", "analysis"];
 
 const VARIANTS: &str = "\
 [variants]
@@ -119,6 +120,7 @@ pub fn manual_of(name: &str) -> Option<String> {
             "variant" => ("[[variant]]", VARIANT),
             "scenario" => ("[scenario]", SCENARIO),
             "event" => ("[[scenario.event]]", EVENT),
+            "fault" => ("[[scenario.fault]]", FAULT),
             "requirement" => ("[[requirement]]", REQUIREMENT),
             "plot" => ("[[plot]]", PLOT),
             "analysis" => ("[analysis]", ANALYSIS),
@@ -191,6 +193,7 @@ mod tests {
             ("variant", VARIANT),
             ("scenario", SCENARIO),
             ("event", EVENT),
+            ("fault", FAULT),
             ("requirement", REQUIREMENT),
             ("plot", PLOT),
             ("analysis", ANALYSIS),

@@ -12,8 +12,9 @@ pub struct Margins {
     /// Spectral radius of the exact map of the linear loop over one sample time; `None` in continuous time, or if there is no
     /// such map.
     pub spectral_radius: Option<f64>,
-    /// Whether the loop as it is, with its sample time, delay and lags, is stable.
-    pub stable: bool,
+    /// Whether the loop as it is, with its sample time, delay and lags, is stable; `None` if its sample times have no short
+    /// common period, or the eigenvalue iteration failed.
+    pub stable: Option<bool>,
     /// Slowest stable rates, for delays of no, half a and one sample; empty for a law that is designed for one sample time.
     pub rates: Vec<RateLimit>,
     /// Longest delay that the sampled loop tolerates, s; `None` in continuous time or if it is unstable without.

@@ -2,7 +2,10 @@
 
 use std::collections::VecDeque;
 
+use kardan_rt::Health;
+
 use super::sampler::{Period, Quantity, Sampler, stiffness};
+use super::{FaultKind, SensorFault};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Clock, Law, Seen};
 
@@ -22,10 +25,71 @@ pub(super) struct Clocked {
     spare: Vec<Vec<f64>>,
     states: Vec<f64>,
     new_states: Vec<f64>,
-    sensors: Vec<(Quantity, Sampler)>,
+    sensors: Vec<Source>,
     readings: Vec<f64>,
     /// Torques on average until the next sample.
     average: Vec<f64>,
+    tally: Tally,
+}
+
+/// Where a reading comes from.
+struct Source {
+    quantity: Quantity,
+    sampler: Sampler,
+    faults: Vec<SensorFault>,
+}
+
+impl Source {
+    /// What the controller gets, if it got `before` the last time.
+    fn reading(&self, time: f64, before: f64) -> f64 {
+        match self.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind) {
+            Some(FaultKind::Lost) => f64::NAN,
+            Some(FaultKind::Stuck) => before,
+            None => self.sampler.held,
+        }
+    }
+}
+
+/// How many samples of a run were not as they should be, with the time of the first one.
+#[derive(Default)]
+struct Tally {
+    samples: usize,
+    readings_held: Option<(usize, f64)>,
+    references_held: Option<(usize, f64)>,
+    bounded: Option<(usize, f64)>,
+    governed: Option<(usize, f64)>,
+    kept: Option<(usize, f64)>,
+}
+
+impl Tally {
+    fn add(&mut self, time: f64, health: Health) {
+        self.samples += 1;
+        let count = |so_far: &mut Option<(usize, f64)>, happened: bool| {
+            if happened {
+                *so_far = Some(so_far.map_or((1, time), |(count, first)| (count + 1, first)));
+            }
+        };
+        count(&mut self.readings_held, health.readings_held > 0);
+        count(&mut self.references_held, health.references_held > 0);
+        count(&mut self.bounded, health.commands_bounded > 0);
+        count(&mut self.governed, health.governed);
+        count(&mut self.kept, health.estimate_kept);
+    }
+
+    fn notes(&self, control: &str) -> Vec<String> {
+        let all = [
+            (self.readings_held, "a reading was no number, and the last good one was held"),
+            (self.references_held, "a reference was not finite, and the last good one was held"),
+            (self.governed, "the governor held a reference back, because a motor would have come to its limit"),
+            (self.bounded, "a command was at the limit of its motor"),
+            (self.kept, "the estimate overflowed and was kept as it was"),
+        ];
+        let told = |(found, what): (Option<(usize, f64)>, &str)| {
+            let (count, first) = found?;
+            Some(format!("Control {control}: in {count} of {} samples {what} (first at {first:.6} s).", self.samples))
+        };
+        all.into_iter().filter_map(told).collect()
+    }
 }
 
 impl Clocked {
@@ -33,9 +97,9 @@ impl Clocked {
     ///
     /// # Panics
     /// If a sensor of the law measures what depends on accelerations (its design refuses that).
-    pub fn new(law: &dyn Law, reduced: &Reduced) -> Option<Self> {
+    pub fn new(law: &dyn Law, reduced: &Reduced, faults: &[SensorFault]) -> Option<Self> {
         let clock = law.clock()?;
-        let sensors: Vec<(Quantity, Sampler)> = law
+        let sensors: Vec<Source> = law
             .sensors()
             .iter()
             .map(|signal| {
@@ -46,7 +110,8 @@ impl Clocked {
                 let quantity = quantity.expect("a law measures angles, speeds and twists");
                 let sampler = sensor
                     .map_or_else(Sampler::ideal, |sensor| Sampler::new(sensor, stiffness(reduced, &signal.measured)));
-                (quantity, sampler)
+                let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
+                Source { quantity, sampler, faults }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -62,6 +127,7 @@ impl Clocked {
             readings: vec![0.0; sensors.len()],
             sensors,
             average: vec![0.0; inputs],
+            tally: Tally::default(),
         })
     }
 
@@ -72,7 +138,7 @@ impl Clocked {
 
     /// The next instant at which something happens, s.
     pub fn next_time(&self) -> f64 {
-        let sensors = self.sensors.iter().filter_map(|(_, sampler)| sampler.next_time());
+        let sensors = self.sensors.iter().filter_map(|source| source.sampler.next_time());
         let applied = self.queue.front().map(|(time, _)| *time);
         sensors.chain(applied).fold(self.period.at(self.next), f64::min)
     }
@@ -87,21 +153,20 @@ impl Clocked {
         limits: &[Option<f64>],
     ) {
         let now = time + SAME * self.clock.period;
-        for (reading, (quantity, sampler)) in self.readings.iter_mut().zip(&mut self.sensors) {
+        for Source { quantity, sampler, .. } in &mut self.sensors {
             if sampler.next_time().is_some() {
                 sampler.sample(now, || quantity.read(dynamics, work));
-                *reading = sampler.held;
             }
         }
         self.apply(now);
         if self.period.at(self.next) > now {
             return;
         }
-        for (reading, (quantity, sampler)) in self.readings.iter_mut().zip(&mut self.sensors) {
-            if sampler.next_time().is_none() {
-                sampler.sample(now, || quantity.read(dynamics, work));
+        for (reading, source) in self.readings.iter_mut().zip(&mut self.sensors) {
+            if source.sampler.next_time().is_none() {
+                source.sampler.sample(now, || source.quantity.read(dynamics, work));
             }
-            *reading = sampler.held;
+            *reading = source.reading(now, *reading);
         }
         let Self { readings, states, .. } = self;
         let (readings, states) = (std::mem::take(readings), std::mem::take(states));
@@ -115,6 +180,7 @@ impl Clocked {
         };
         let mut command = self.spare.pop().unwrap_or_else(|| vec![0.0; self.held.len()]);
         law.command(seen, &mut command);
+        self.tally.add(time, law.health());
         self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
         self.apply(now);
         self.next += 1;
@@ -122,6 +188,11 @@ impl Clocked {
         law.rates(seen, &self.average, &mut self.new_states);
         (self.readings, self.states) = (readings, states);
         std::mem::swap(&mut self.states, &mut self.new_states);
+    }
+
+    /// What happened to its controller, in sentences.
+    pub fn notes(&self, control: &str) -> Vec<String> {
+        self.tally.notes(control)
     }
 
     fn apply(&mut self, now: f64) {

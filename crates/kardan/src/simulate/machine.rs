@@ -135,7 +135,7 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-                let clocked = Clocked::new(&*law, setup.reduced);
+                let clocked = Clocked::new(&*law, setup.reduced, &scenario.faults);
                 let first = size;
                 size += if clocked.is_some() { 0 } else { law.states().len() };
                 Wired {
@@ -216,6 +216,12 @@ impl Machine {
     pub(super) fn next_tick(&self) -> f64 {
         let clocks = self.laws.iter().filter_map(|wired| wired.clocked.as_ref());
         clocks.map(Clocked::next_time).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What happened to the sampled laws, in sentences.
+    pub(super) fn notes_of_laws(&self) -> Vec<String> {
+        let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked.as_ref()?)));
+        sampled.flat_map(|(wired, clocked)| clocked.notes(&wired.law.describe().controller)).collect()
     }
 
     /// Lets sampled laws do what is due at a time.

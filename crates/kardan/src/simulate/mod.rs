@@ -13,4 +13,4 @@ mod scenario;
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{RunResult, Tolerance, simulate};
-pub use scenario::{Profile, Scenario, SignalEvent, Source, SourceTarget};
+pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceTarget};

@@ -2,7 +2,7 @@
 
 use super::dop853::{Dop853, StepError};
 use super::outputs::Outputs;
-use super::{Machine, Scenario, Setup};
+use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
 use crate::results::{Effort, Energy, Event, Outcome, Physical, Series};
 
@@ -141,6 +141,7 @@ impl Runner<'_> {
         let duration = self.scenario.duration;
         let mut breaks: Vec<f64> = (0..self.scenario.sources.len())
             .flat_map(|k| self.machine.profile(k).breakpoints().collect::<Vec<_>>())
+            .chain(self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]))
             .filter(|&time| time > 0.0 && time < duration)
             .collect();
         breaks.push(duration);
@@ -366,8 +367,19 @@ impl Runner<'_> {
         }
     }
 
-    /// Notes the steps and ramps of the scenario that begin at a time.
+    /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.
     fn announce(&mut self, time: f64) {
+        for fault in &self.scenario.faults {
+            let happens = match fault.kind {
+                FaultKind::Lost => "gives no number any more",
+                FaultKind::Stuck => "goes on giving its last reading",
+            };
+            for (at, what) in [(fault.at, happens), (fault.until, "works again")] {
+                if at == time {
+                    self.events.push(Event { time, what: format!("{} {what}", fault.sensor) });
+                }
+            }
+        }
         for event in self.scenario.events.iter().filter(|event| event.at == time) {
             let source = &self.scenario.sources[event.source];
             let value = match source.physical {
@@ -417,6 +429,7 @@ impl Runner<'_> {
         let stored = self.machine.energy(&self.state) - self.initial_energy;
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
         let counts = self.solver.counts();
+        self.notes.extend(self.machine.notes_of_laws());
         RunResult {
             series: Series { time: self.time_grid, signals: self.outputs.signals },
             energy: Energy { input, stored, dissipated, residual: input - stored - dissipated },

@@ -37,6 +37,47 @@ pub struct SignalEvent {
     pub over: f64,
 }
 
+/// What a sensor does that fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// It gives no number (NaN).
+    Lost,
+    /// It goes on giving its last reading.
+    Stuck,
+}
+
+/// A sensor of sampled controllers that fails.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorFault {
+    /// Name of the sensor, or the signal that is read: `wg_encoder`, `rk.phi`.
+    pub sensor: String,
+    /// What it does.
+    pub kind: FaultKind,
+    /// Begin, s.
+    pub at: f64,
+    /// End, s; infinite if it does not end.
+    pub until: f64,
+}
+
+impl SensorFault {
+    /// Whether it is a fault of what a controller reads under this name.
+    ///
+    /// ```
+    /// use kardan::simulate::{FaultKind, SensorFault};
+    /// let fault = SensorFault { sensor: "wg_encoder".into(), kind: FaultKind::Lost, at: 0.5, until: 0.6 };
+    /// assert!(fault.concerns("wg_encoder.phi") && !fault.concerns("cs_encoder.phi"));
+    /// ```
+    pub fn concerns(&self, signal: &str) -> bool {
+        let head = signal.rsplit_once('.').map_or(signal, |(head, _)| head);
+        self.sensor == signal || self.sensor == head
+    }
+
+    /// Whether it is there at a time.
+    pub fn holds(&self, time: f64) -> bool {
+        (self.at..self.until).contains(&time)
+    }
+}
+
 /// A scenario for one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
@@ -48,6 +89,8 @@ pub struct Scenario {
     pub sources: Vec<Source>,
     /// What they do.
     pub events: Vec<SignalEvent>,
+    /// Sensors that fail.
+    pub faults: Vec<SensorFault>,
     /// Initial reduced coordinates, rad.
     pub position: Vec<f64>,
     /// Initial reduced speeds, rad/s.

@@ -13,23 +13,31 @@ const ROWS: usize = 2000;
 const SHORTEST: f64 = 0.2;
 /// See [`SHORTEST`].
 const LONGEST: f64 = 10.0;
-/// Steps of the integrator after which a run is given up.
+/// Steps of the integrator after which a run is given up; of a sampled loop so many more for each sample.
 const MOST_STEPS: usize = 200_000;
+/// Samples of all controllers in a window, at most.
+const MOST_SAMPLES: f64 = 1e6;
+/// See [`MOST_STEPS`].
+const STEPS_PER_SAMPLE: f64 = 20.0;
 /// Part of the run before the step.
 const BEFORE: f64 = 0.02;
 
 /// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. What moves
-/// without a step (springs that are not relaxed) is taken off. With the couplings come the torques that the steps ask of the
+/// without a step (springs that are not relaxed) is taken off. `decay` is that of the slowest motion of a sampled loop, 1/s. With the couplings come the torques that the steps ask of the
 /// motors, and warnings.
 pub(super) fn cross_coupling(
     variant: &PreparedVariant,
     references: &[Reference],
     design: &Design,
+    decay: Option<f64>,
     progress: &dyn Progress,
 ) -> (Vec<CrossCoupling>, Vec<TorquePeak>, Vec<String>) {
-    let slowest =
-        design.closed_loop_poles.iter().map(|(re, _)| -re).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
-    let window = (8.0 / slowest).clamp(SHORTEST, LONGEST);
+    let poles = design.closed_loop_poles.iter().map(|(re, _)| -re);
+    let slowest = poles.chain(decay).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
+    let running = variant.running_laws();
+    let samples: f64 = running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
+    let longest = if samples > 0.0 { LONGEST.min(MOST_SAMPLES / samples) } else { LONGEST };
+    let window = (8.0 / slowest).max(SHORTEST).min(longest);
     let stepped: Vec<(&Reference, &str)> = design
         .channels
         .iter()
@@ -40,7 +48,8 @@ pub(super) fn cross_coupling(
         progress.advance(number, &name, 0.0);
         let scenario = step(&variant.scenario, reference, window);
         let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &scenario };
-        let tolerance = Tolerance { most_steps: MOST_STEPS, ..Tolerance::default() };
+        let most_steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
+        let tolerance = Tolerance { most_steps, ..Tolerance::default() };
         let run = simulate(setup, tolerance, &mut |part| progress.advance(number, &name, part));
         progress.advance(number, &name, 1.0);
         run
@@ -124,6 +133,7 @@ fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
         times,
         sources: scenario.sources.clone(),
         events: source.map(|source| SignalEvent { source, at, to: 1.0, over: 0.0 }).into_iter().collect(),
+        faults: Vec::new(),
         position: vec![0.0; scenario.position.len()],
         speed: vec![0.0; scenario.speed.len()],
     }

@@ -3,7 +3,7 @@
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::explore::explore;
-use super::margins::{survey, verdict};
+use super::margins::{decay, survey, verdict};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
@@ -307,13 +307,14 @@ pub(super) fn designed(
     let mut margins = survey(variant, number, &laws, &design);
     if settings.simulate {
         let references = laws[number].references().to_vec();
-        let (found, peaks, warnings) = cross_coupling(variant, &references, &design, progress);
+        let (found, peaks, warnings) =
+            cross_coupling(variant, &references, &design, decay(variant, &margins), progress);
         design.cross_coupling = found;
         margins.peaks = peaks;
         design.warnings.extend(warnings);
     }
     margins.verdict = verdict(&margins);
-    if !margins.stable && margins.sample_time.is_some() {
+    if margins.stable == Some(false) && margins.sample_time.is_some() {
         design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
     }
     design.margins = Some(margins);

@@ -85,12 +85,11 @@ pub(super) fn explore(
         .collect();
     let Some((first, ..)) = &tried[0] else { return Err("the design of the file is not stable".into()) };
     // The interaction that matters: the largest over what is acceptable.
-    let acceptable = acceptable(&control.values);
     let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
     let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
     let (i, j) = others
         .max_by(|a, b| {
-            let share = |(i, j): (usize, usize)| first.sizes[i][j] / acceptable[j];
+            let share = |(i, j): (usize, usize)| first.sizes[i][j] / subject.watched[j].acceptable;
             share(*a).total_cmp(&share(*b))
         })
         .ok_or("no channel could disturb another")?;
@@ -162,16 +161,6 @@ fn limits(plant: &Plant, inputs: &[usize]) -> Vec<f64> {
     let limit = |input: &usize| plant.torque_limit(*input);
     let any = inputs.iter().any(|input| limit(input).is_some());
     inputs.iter().map(|input| limit(input).unwrap_or(if any { f64::INFINITY } else { 1.0 })).collect()
-}
-
-/// What is acceptable of each channel's error.
-fn acceptable(values: &Values) -> Vec<f64> {
-    let of = |channel: &Values| {
-        let torque = channel.word("kind") == Some("torque");
-        let given = channel.number(if torque { "acceptable_torque" } else { "acceptable_angle" });
-        given.unwrap_or(if torque { 0.02 } else { 0.01 })
-    };
-    values.tables("channels").unwrap_or_default().iter().map(of).collect()
 }
 
 /// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts that no sensor
@@ -276,7 +265,7 @@ fn attempt(
     if !first.stable {
         return None;
     }
-    subject.samples = window(&first);
+    subject.window = window(&first);
     let shown = subject.look(&nominal)?;
     let noise = subject.noise(&nominal, &variances)?;
     Some((shown, noise, sensors))

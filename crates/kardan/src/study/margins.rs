@@ -1,6 +1,7 @@
 //! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
 
 use super::PreparedVariant;
+use super::robustness::times;
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::reduce::linearise;
@@ -19,7 +20,8 @@ fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
 /// The linear plant of a variant at zero angles, with its motors.
 fn linear(variant: &PreparedVariant) -> LoopPlant {
     let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
-    LoopPlant::new(&model, &variant.design_models.first().map(Plant::lags).unwrap_or_default())
+    let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
+    LoopPlant::new(&model, &lags).with_sensors(&variant.reduced)
 }
 
 /// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
@@ -39,13 +41,19 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
             return;
         }
     };
-    // Motions that nobody holds stand at one.
-    let grows = found.multipliers().unwrap_or_default().into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > 1e-6);
-    let Some((re, im)) = grows.filter(|(re, im)| re.hypot(*im) > MARGINAL) else {
-        check_limits(variant, &plant, &parts, &laws, out);
+    let control = &variant.model.controls[place];
+    let Some((re, im)) = found.slowest() else {
+        let message = format!(
+            "control `{}`: whether its sampled loop is stable is not known: the eigenvalue iteration failed",
+            control.name
+        );
+        out.push(Diagnostic::warning("control::no-map", message).at(control.span.clone(), "this controller"));
         return;
     };
-    let control = &variant.model.controls[place];
+    if re.hypot(im) <= MARGINAL {
+        check_limits(variant, &plant, &parts, &laws, out);
+        return;
+    }
     let rate = 1.0 / found.sample_time;
     let message = format!(
         "control `{}`: at this sample time the loop is unstable: a motion at {:.4} rad/s grows by the factor {:.6} in each of \
@@ -69,10 +77,10 @@ pub(super) const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
 const UNSTABLE: &str = "control::unstable";
 /// A reference that no motor can hold.
 const LIMIT: &str = "control::limit";
-/// Samples until a step has settled, at most.
-const SETTLED: usize = 4000;
+/// Largest relative change of a torque in the last tenth of the run if it has settled.
+const SETTLED: f64 = 0.01;
 
-/// The mistakes of references that ask for more torque than a motor has, when the step has settled or the run ends.
+/// The mistakes of references that ask for more torque than a motor has, once their step has settled within the run.
 fn check_limits(
     variant: &PreparedVariant,
     plant: &LoopPlant,
@@ -82,6 +90,8 @@ fn check_limits(
 ) {
     let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
     let scenario = &variant.scenario;
+    let periods = scenario.duration / found.period;
+    let [nearly, end] = [0.9, 1.0].map(|part| found.after((part * periods).ceil() as usize));
     for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
         for (k, reference) in law.references().iter().enumerate() {
             let source = scenario.sources.iter().position(|source| source.name == reference.name);
@@ -92,12 +102,13 @@ fn check_limits(
             }
             let mut z = vec![0.0; found.map.rows()];
             z[found.references[number] + k] = asked;
-            let samples = (scenario.duration / found.period).ceil().min(SETTLED as f64) as usize;
-            for _ in 0..samples {
-                z = (0..z.len()).map(|i| found.map.row(i).iter().zip(&z).map(|(a, b)| a * b).sum()).collect();
-            }
+            let [before, z] = [&nearly, &end].map(|map| times(map, &z));
             for (&input, name) in part.inputs.iter().zip(law.inputs()) {
-                let needed: f64 = found.commands.row(input).iter().zip(&z).map(|(a, b)| a * b).sum();
+                let command = |z: &[f64]| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
+                let needed = command(&z);
+                if (needed - command(&before)).abs() > SETTLED * needed.abs() {
+                    continue;
+                }
                 let limit = variant.design_models[number].torque_limit(input);
                 let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
                 let control = &variant.model.controls[number];
@@ -120,6 +131,14 @@ fn check_limits(
     }
 }
 
+/// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
+pub(super) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
+    let periods = clocks(&variant.model.controls).into_iter().flatten().map(|clock| clock.period);
+    let shortest = periods.fold(f64::INFINITY, f64::min);
+    let rate = -margins.spectral_radius?.ln() / shortest;
+    (rate > 0.0).then_some(rate)
+}
+
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
 pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn Law>], design: &Design) -> Margins {
     let plant = linear(variant);
@@ -138,7 +157,7 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
         }
     };
     let for_one_time = laws[number].clock().is_some();
-    let stable = as_it_is.is_some_and(|found| found.stable);
+    let stable = as_it_is.map(|found| found.stable);
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
@@ -188,11 +207,17 @@ pub(super) fn verdict(margins: &Margins) -> String {
             "Sampled every {} with a delay of {} the loop is {}{}.",
             time(period),
             time(margins.delay),
-            if stable { "stable" } else { "UNSTABLE" },
+            match stable {
+                Some(true) => "stable",
+                Some(false) => "UNSTABLE",
+                None =>
+                    "not judged: the sample times of all controllers and sensors have no short common period, \
+                         simulate it",
+            },
             margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
         )),
-        (None, false) => out.push("The loop in continuous time is not stable.".into()),
-        (None, true) => {}
+        (None, Some(false)) => out.push("The loop in continuous time is not stable.".into()),
+        (None, _) => {}
     }
     let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
     if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {

@@ -9,6 +9,7 @@ mod coupling;
 mod design;
 mod equations;
 mod explore;
+mod faults;
 mod margins;
 mod massless;
 mod prepare;

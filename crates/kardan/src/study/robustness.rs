@@ -5,10 +5,13 @@ use rayon::prelude::*;
 use super::{PreparedVariant, Progress};
 use crate::equations::Measured;
 use crate::model::ControlSpec;
-use crate::num::{Random, rational_to_f64};
+use crate::num::{Matrix, Random, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{Interaction, Physical, Robustness, Spread};
-use crate::synthesis::{Law, LoopPlant, Plant, SampledLoop, SampledPart, VariedPlant, effective_inertia};
+use crate::synthesis::{
+    ACCEPTABLE_ANGLE, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart, VariedPlant,
+    effective_inertia,
+};
 
 /// Which box of plants.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,12 +28,12 @@ const SAMPLES: usize = 1000;
 const SEED: u64 = 1;
 /// Time between two looks at a loop in continuous time, s.
 const LOOK: f64 = 1e-4;
-/// Shortest and longest window, in samples.
-const WINDOW: [f64; 2] = [200.0, 4000.0];
+/// Shortest window, in samples, and longest one, s.
+const WINDOW: (f64, f64) = (200.0, 1000.0);
 /// Time constants of the slowest motion in a window.
 const SETTLED: f64 = 10.0;
-/// Multipliers that close to one belong to motions that nobody holds.
-const FREE: f64 = 1e-6;
+/// Periods at the beginning of a window that are looked at one by one, and looks at the rest of it.
+const LOOKS: [usize; 2] = [2000, 1000];
 /// Random points from which the search begins, besides the corner that the slopes point to.
 const STARTS: usize = 4;
 /// Sweeps over all coefficients after which a search ends.
@@ -44,12 +47,16 @@ enum Watch {
     Felt(Vec<usize>),
     /// Inertia (kg m²) times acceleration of a shaft.
     Acceleration(usize, f64),
+    /// The torque of springs, N m: of each its number among the coefficients, and its nominal torque over the angles of shafts.
+    Springs(Vec<(usize, Vec<(usize, f64)>)>),
 }
 
 pub(super) struct Watched {
     pub name: String,
     pub unit: &'static str,
     pub reference: String,
+    /// What is acceptable of it.
+    pub acceptable: f64,
     watch: Watch,
 }
 
@@ -67,6 +74,9 @@ pub(super) struct Step {
 /// What one plant shows.
 #[derive(Debug, Clone)]
 pub(super) struct Shown {
+    /// The shortest one, s.
+    pub sample_time: f64,
+    /// Of one such sample.
     pub radius: f64,
     pub stable: bool,
     /// By step and then by what is watched.
@@ -85,8 +95,8 @@ pub(super) struct Subject {
     pub steps: Vec<Step>,
     /// Inputs of the law.
     pub inputs: Vec<usize>,
-    /// Length of a step, in samples.
-    pub samples: usize,
+    /// Time after a step that is looked at, s.
+    pub window: f64,
 }
 
 /// The design of a controller over a box of plants; the reason if there is nothing to vary or nothing to watch.
@@ -111,7 +121,7 @@ pub(super) fn robustness(
     }
     let mut subject = subject(variant, number, laws, plant)?;
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
-    subject.samples = window(&nominal);
+    subject.window = window(&nominal);
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
     let mut random = Random::new(SEED);
     let points: Vec<Vec<f64>> = (0..SAMPLES)
@@ -216,10 +226,11 @@ pub(super) fn warnings(found: &Robustness) -> Vec<String> {
     out
 }
 
-/// Samples until the slowest motion has died out.
-pub(super) fn window(nominal: &Shown) -> usize {
-    let slowest = if nominal.radius < 1.0 { -1.0 / nominal.radius.ln() } else { WINDOW[1] };
-    (SETTLED * slowest).clamp(WINDOW[0], WINDOW[1]).ceil() as usize
+/// Time until the slowest motion has died out, s.
+pub(super) fn window(nominal: &Shown) -> f64 {
+    let time = nominal.sample_time;
+    let slowest = if nominal.radius < 1.0 { -time / nominal.radius.ln() } else { WINDOW.1 };
+    (SETTLED * slowest).min(WINDOW.1).max(WINDOW.0 * time)
 }
 
 /// Smallest and largest factor of each coefficient, and tolerances of the file that are not those of coefficients.
@@ -255,39 +266,55 @@ pub(super) fn subject(
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
     let equations = &variant.reduced.equations;
     let mut watched = Vec::new();
+    let names = plant.names();
     for channel in control.values.tables("channels").unwrap_or_default() {
         let (Some(output), Some(reference)) = (channel.word("output"), channel.word("reference")) else { continue };
         let Ok(signal) = model.output(output) else { continue };
-        let Measured::Angle(name) = &signal.measured else { continue };
-        let Some(shaft) = variant.reduced.shaft(name) else { continue };
-        let (name, unit, watch) = if channel.word("kind") == Some("torque") {
-            let others: Vec<usize> = (0..laws.len())
-                .filter(|&k| k != number)
-                .flat_map(|k| parts[k].inputs.iter().copied())
-                .filter(|&input| equations.inputs[input].row.iter().any(|(other, _)| *other == shaft))
-                .collect();
-            if others.is_empty() {
-                let inertia = rational_to_f64(&effective_inertia(&model.linear, shaft));
-                (format!("torque along {output}"), "N m", Watch::Acceleration(shaft, inertia))
-            } else {
-                let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
-                (format!("{}.tau", names.join(" + ")), "N m", Watch::Felt(others))
+        let torque = channel.word("kind") == Some("torque") || !matches!(signal.measured, Measured::Angle(_));
+        let key = if torque { "acceptable_torque" } else { "acceptable_angle" };
+        let otherwise = if torque { ACCEPTABLE_TORQUE } else { ACCEPTABLE_ANGLE };
+        let acceptable = channel.number(key).unwrap_or(otherwise);
+        let (name, unit, watch) = match &signal.measured {
+            Measured::Angle(name) if torque => {
+                let Some(shaft) = variant.reduced.shaft(name) else { continue };
+                let others: Vec<usize> = (0..laws.len())
+                    .filter(|&k| k != number)
+                    .flat_map(|k| parts[k].inputs.iter().copied())
+                    .filter(|&input| equations.inputs[input].row.iter().any(|(other, _)| *other == shaft))
+                    .collect();
+                if others.is_empty() {
+                    let inertia = rational_to_f64(&effective_inertia(&model.linear, shaft));
+                    (format!("torque along {output}"), "N m", Watch::Acceleration(shaft, inertia))
+                } else {
+                    let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
+                    (format!("{}.tau", names.join(" + ")), "N m", Watch::Felt(others))
+                }
             }
-        } else {
-            (output.to_string(), "rad", Watch::Angle(shaft))
+            Measured::Angle(name) => {
+                let Some(shaft) = variant.reduced.shaft(name) else { continue };
+                (output.to_string(), "rad", Watch::Angle(shaft))
+            }
+            Measured::NetTorque(name) => {
+                let Some(shaft) = variant.reduced.shaft(name) else { continue };
+                let inertia = rational_to_f64(&equations.own_inertia(shaft));
+                (signal.name.clone(), "N m", Watch::Acceleration(shaft, inertia))
+            }
+            Measured::SpringTorque(element) => {
+                let stiffness = format!("{element}.stiffness");
+                let terms = (0..names.len()).filter(|&k| names[k] == stiffness);
+                let springs = equations.springs.iter().filter(|spring| spring.element == *element);
+                let rows = terms.zip(springs).map(|(term, spring)| {
+                    let stiffness = spring.value.stiffness.to_f64();
+                    (term, spring.row_f64().into_iter().map(|(shaft, x)| (shaft, stiffness * x)).collect())
+                });
+                (signal.name.clone(), "N m", Watch::Springs(rows.collect()))
+            }
+            Measured::Speed(_) | Measured::ConstraintTorque(..) => continue,
         };
-        watched.push(Watched { name, unit, reference: reference.into(), watch });
+        watched.push(Watched { name, unit, reference: reference.into(), acceptable, watch });
     }
     if watched.len() < 2 {
-        return Err("interaction needs two channels whose outputs are angles of shafts".into());
-    }
-    let mut periods = parts.iter().filter_map(|part| part.clock).map(|clock| clock.period);
-    if let Some(first) = periods.next()
-        && periods.any(|period| period != first)
-    {
-        return Err(
-            "the controllers have different sample times, and steps and noise are only looked at with one".into()
-        );
+        return Err("interaction needs two channels whose outputs are angles of shafts or torques of springs".into());
     }
     let largest = |name: &str| {
         let source = variant.scenario.sources.iter().position(|source| source.name == name);
@@ -302,40 +329,46 @@ pub(super) fn subject(
     });
     let steps = steps.collect();
     let inputs = parts[number].inputs.clone();
-    Ok(Subject { plant, parts, number, watched, steps, inputs, samples: WINDOW[0] as usize })
+    Ok(Subject { plant, parts, number, watched, steps, inputs, window: 0.0 })
 }
 
 impl Subject {
-    /// What the loop shows with these factors of the coefficients; `None` if it cannot be computed.
+    /// What the loop shows with these factors of the coefficients; `None` if it cannot be computed. Steps of an unstable loop
+    /// have no size.
     pub fn look(&self, factors: &[f64]) -> Option<Shown> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
-        let multipliers = found.multipliers()?;
-        // One for each constant reference; others at one belong to motions that nobody holds.
-        let held = multipliers.iter().filter(|(re, im)| (re - 1.0).hypot(*im) > FREE);
-        let radius = held.map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
-        let rows = self.rows(&plant, &found);
+        let (re, im) = found.slowest()?;
+        let radius = re.hypot(im);
+        let stable = radius < 1.0 + 1e-9;
+        let rows = self.rows(&plant, &found, factors);
+        let periods = if stable { (self.window / found.period).ceil() as usize } else { 0 };
+        let fine = periods.min(LOOKS[0]);
+        let stride = (periods - fine).div_ceil(LOOKS[1]);
+        let far = (stride > 0).then(|| found.after(stride));
         let (mut sizes, mut peaks) = (Vec::new(), Vec::new());
         for Step { reference, size, .. } in &self.steps {
             let mut z = vec![0.0; found.map.rows()];
             z[found.references[self.number] + reference] = *size;
-            let mut next = z.clone();
-            let mut largest = vec![0.0f64; rows.len()];
-            for _ in 0..self.samples {
-                for (i, value) in next.iter_mut().enumerate() {
-                    *value = found.map.row(i).iter().zip(&z).map(|(a, b)| a * b).sum();
-                }
-                std::mem::swap(&mut z, &mut next);
+            let mut largest = vec![if stable { 0.0f64 } else { f64::INFINITY }; rows.len()];
+            let mut see = |z: &[f64]| {
                 for (largest, row) in largest.iter_mut().zip(&rows) {
                     let value: f64 = row.iter().map(|(j, x)| x * z[*j]).sum();
                     *largest = largest.max(value.abs());
+                }
+            };
+            (0..fine).for_each(|_| found.pass(&mut z, &mut see));
+            if let Some(far) = &far {
+                for _ in 0..(periods - fine).div_ceil(stride) {
+                    z = times(far, &z);
+                    see(&z);
                 }
             }
             let (watched, torques) = largest.split_at(self.watched.len());
             sizes.push(watched.to_vec());
             peaks.push(torques.to_vec());
         }
-        Some(Shown { radius, stable: radius < 1.0 + 1e-9, sizes, peaks })
+        Some(Shown { sample_time: found.sample_time, radius, stable, sizes, peaks })
     }
 
     /// Root mean square of what errors of the law's readings with these variances make of its commands, N m; `None` if the
@@ -343,17 +376,12 @@ impl Subject {
     pub fn noise(&self, factors: &[f64], variances: &[f64]) -> Option<Vec<f64>> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
-        let covariance = found.covariance(self.number, variances);
-        let rms = |&input: &usize| {
-            let row = found.commands.row(input);
-            let spread = |i: usize| -> f64 { (0..row.len()).map(|j| covariance[(i, j)] * row[j]).sum() };
-            (0..row.len()).filter(|i| row[*i] != 0.0).map(|i| row[i] * spread(i)).sum::<f64>().max(0.0).sqrt()
-        };
-        Some(self.inputs.iter().map(rms).collect())
+        let commands: Vec<Vec<f64>> = self.inputs.iter().map(|&input| found.commands.row(input).to_vec()).collect();
+        Some(found.noise(self.number, variances, &commands))
     }
 
     /// What is watched, then the commands of the law's inputs, as sparse rows over z.
-    fn rows(&self, plant: &LoopPlant, found: &SampledLoop) -> Vec<Vec<(usize, f64)>> {
+    fn rows(&self, plant: &LoopPlant, found: &SampledLoop, factors: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let r = plant.inertia.rows();
         let sparse = |row: &[f64]| row.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
         let size = found.map.rows();
@@ -375,9 +403,23 @@ impl Subject {
                 }
                 sparse(&sum)
             }
+            Watch::Springs(springs) => {
+                let mut sum = vec![0.0; r];
+                for (term, row) in springs {
+                    for (shaft, torque) in row {
+                        (0..r).for_each(|j| sum[j] += factors[*term] * torque * plant.basis[(*shaft, j)]);
+                    }
+                }
+                sparse(&sum)
+            }
         });
         watched.chain(self.inputs.iter().map(|&input| sparse(&command(input)))).collect()
     }
+}
+
+/// A matrix times a vector.
+pub(super) fn times(matrix: &Matrix<f64>, z: &[f64]) -> Vec<f64> {
+    (0..matrix.rows()).map(|i| matrix.row(i).iter().zip(z).map(|(a, b)| a * b).sum()).collect()
 }
 
 /// The largest value over the corners of the box that a search finds: coefficient by coefficient to its better end, until

@@ -2,6 +2,7 @@
 
 use super::asked::Known;
 use super::checks::places_in_control;
+use super::faults::faults;
 use super::read::{of_dimension, physical_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -187,6 +188,7 @@ pub(super) fn scenario(
         }
         events.push(SignalEvent { source, at: at.to_f64(), to: to.to_f64(), over: over.map_or(0.0, |x| x.to_f64()) });
     }
+    let faults = faults(&reader, document, model, duration.as_ref(), out);
     let times = match (&duration, &step) {
         (Some(duration), Some(step)) if check_rows(document, duration, step, times.len(), out) => {
             output_times(duration, step, &times)
@@ -195,7 +197,7 @@ pub(super) fn scenario(
     };
     let (position, speed) = initial_state(&reader, document, coordinates, out);
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
-    Scenario { duration, times, sources, events, position, speed }
+    Scenario { duration, times, sources, events, faults, position, speed }
 }
 
 /// Whether the results fit into memory.

@@ -25,17 +25,22 @@ mod zeros;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
-pub use law::{BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY, design_noninteracting, find};
+pub use law::{
+    ACCEPTABLE_ANGLE, ACCEPTABLE_TORQUE, BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY,
+    design_noninteracting, find,
+};
 pub use observed::OBSERVER;
 pub use sampled::{
-    Block, Change, Clock, Firmware, Limit, LoopPlant, SampledLoop, SampledLoopError, SampledPart, Slowest, Survey,
-    VariedPlant, reading_variance, sampled,
+    Block, Change, Clock, Firmware, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor,
+    Slowest, Survey, VariedPlant, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
 pub use words::in_words;
 pub use zeros::roots;
 
 use std::collections::BTreeSet;
+
+use kardan_rt::Health;
 
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::Along;
@@ -143,6 +148,10 @@ pub trait Law: Send {
     }
     /// Commands in N m.
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
+    /// What went wrong at the last sample of a law with a clock, and was dealt with.
+    fn health(&self) -> Health {
+        Health::default()
+    }
     /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
     fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
     /// Whether it cancels forces that the linear design model does not know; an observer would report them once more.

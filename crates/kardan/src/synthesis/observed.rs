@@ -1,4 +1,4 @@
-use kardan_rt::StateSpace;
+use kardan_rt::{Health, StateSpace, hold};
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
 use super::sampled::{Block, Clock, Firmware, entries};
@@ -110,7 +110,9 @@ struct Seer {
     /// What the sensors read at zero coordinates, which the linear model does not know.
     offsets: Vec<f64>,
     kinematics: Kinematics,
-    // Memory of one evaluation.
+    /// Readings that were not finite.
+    held: usize,
+    // Memory of one evaluation; of the values those that were finite last.
     values: Vec<f64>,
     position: Vec<f64>,
     speed: Vec<f64>,
@@ -118,20 +120,21 @@ struct Seer {
 }
 
 impl Seer {
-    /// Takes the readings: those of the sensors, or ideal ones where there are none.
-    fn read(&mut self, seen: &Seen<'_>) {
+    /// Takes the readings: those of the sensors, or ideal ones where there are none. Where one is not finite, the last good one
+    /// stays; returns how many are not.
+    fn read(&mut self, seen: &Seen<'_>) -> usize {
         if seen.readings.is_empty() {
             for (value, reading) in self.values.iter_mut().zip(&self.readings) {
                 *value = reading.read(seen.angles, seen.speeds);
             }
-        } else {
-            self.values.copy_from_slice(seen.readings);
+            return 0;
         }
+        hold(seen.readings, &mut self.values)
     }
 
     /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
     fn estimate<'a>(&'a mut self, seen: &Seen<'a>) -> Seen<'a> {
-        self.read(seen);
+        self.held = self.read(seen);
         let r = self.coordinates.len();
         let own = 2 * r + self.told.len();
         self.position.copy_from_slice(&seen.states[..r]);
@@ -216,6 +219,11 @@ impl<T: Float> Block for Sampled<T> {
         self.runner.rates(seen.states, torques, &self.seer, own);
         self.law.next(self.seer.estimate(&seen), torques, rest);
     }
+
+    fn health(&self) -> Health {
+        let Health { readings_held, .. } = self.law.health();
+        Health { readings_held: readings_held + self.seer.held, ..self.law.health() }
+    }
 }
 
 impl Observed {
@@ -269,7 +277,8 @@ impl Observed {
         let rows = rows(&readings, plant.shafts().len());
         let seer = Seer {
             offsets: readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect(),
-            values: vec![0.0; p],
+            values: readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect(),
+            held: 0,
             readings,
             coordinates: plant.reduced.coordinates.clone(),
             compensation,

@@ -37,12 +37,13 @@ pub fn verdict(design: &Design) -> (bool, String) {
     let stable = !design.cancels_zeros || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
     let sampled = design.margins.as_ref().filter(|margins| margins.sample_time.is_some());
     let loop_ = match sampled {
-        Some(margins) if !margins.stable => "; at its sample time the loop is unstable",
+        Some(margins) if margins.stable == Some(false) => "; at its sample time the loop is unstable",
         _ if grows => "; the closed loop is unstable",
+        Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
         Some(_) => "; stable at its sample time",
         None => "",
     };
-    let grows = grows || sampled.is_some_and(|margins| !margins.stable);
+    let grows = grows || sampled.is_some_and(|margins| margins.stable == Some(false));
     let warnings = match design.warnings.len() {
         0 => String::new(),
         1 => "; 1 warning".into(),

@@ -1,4 +1,4 @@
-use kardan_rt::Bounds;
+use kardan_rt::{Bounds, Health};
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
@@ -122,9 +122,9 @@ const CHANNEL: &[Field] = &[
 /// Corner of a reference model, rad/s.
 pub const BANDWIDTH: f64 = 30.0;
 /// Acceptable error of an angle, rad.
-const ANGLE: f64 = 0.01;
+pub const ACCEPTABLE_ANGLE: f64 = 0.01;
 /// Acceptable error of a torque, N m.
-const TORQUE: f64 = 0.02;
+pub const ACCEPTABLE_TORQUE: f64 = 0.02;
 /// Acceptable rate of a torque over its limit, 1/s.
 const RATE_OVER_LIMIT: f64 = 80.0;
 /// Acceptable rate of a torque without a limit, N m/s.
@@ -226,8 +226,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     for (k, (channel, task)) in channels(values).zip(&tasks).enumerate() {
         let bandwidth = channel.number("bandwidth").unwrap_or(BANDWIDTH);
         let acceptable = match task {
-            Task::Position => channel.number("acceptable_angle").unwrap_or(ANGLE),
-            _ => channel.number("acceptable_torque").unwrap_or(TORQUE),
+            Task::Position => channel.number("acceptable_angle").unwrap_or(ACCEPTABLE_ANGLE),
+            _ => channel.number("acceptable_torque").unwrap_or(ACCEPTABLE_TORQUE),
         };
         let (mut on_state, mut on_torque, mut on_disturbance) =
             (c.row(k).to_vec(), d.row(k).to_vec(), f.row(k).to_vec());
@@ -263,9 +263,12 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         .iter()
         .map(|input| Bounds { torque: limit(input), change: rate(input).map(|rate| rate * clock.period) })
         .collect();
-    let governed = values.word("governor") != Some("off");
-    let data = assemble(&problem, &solution, &lift, &observed, compensation, bounds, governed)
-        .ok_or(SynthesisError::TooLarge)?;
+    let mut data =
+        assemble(&problem, &solution, &lift, &observed, compensation, bounds).ok_or(SynthesisError::TooLarge)?;
+    if values.word("governor") != Some("off") {
+        let held = held_shafts(request, &tasks, &inputs, &lags, clock)?;
+        data.governor = governor(&data, &problem, &held);
+    }
     let mut design =
         describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
     let mut kinematics = Kinematics::new(&plant.reduced);
@@ -463,7 +466,6 @@ fn assemble(
     observed: &Observer,
     compensation: f64,
     bounds: Vec<Bounds<f64>>,
-    governed: bool,
 ) -> Option<RegulatorData> {
     let (m, c) = (problem.b.columns(), problem.targets.len());
     let states = lift.columns();
@@ -498,16 +500,39 @@ fn assemble(
         j if j < n + 2 * c => solution.on_model[(i, j - n)],
         j => solution.on_reference[(i, j - n - 2 * c)],
     });
-    let mut data =
-        RegulatorData { prediction, input, output, correction, model, model_input, feedback, bounds, governor: None };
-    if governed {
-        data.governor = governor(&data, problem);
-    }
-    Some(data)
+    Some(RegulatorData { prediction, input, output, correction, model, model_input, feedback, bounds, governor: None })
+}
+
+/// Channels of torques whose shaft carries no estimated disturbance, each with what a torque of 1 N m along it makes of the
+/// plant's states in one sample.
+fn held_shafts(
+    request: &Request<'_>,
+    tasks: &[Task],
+    inputs: &[String],
+    lags: &[f64],
+    clock: Clock,
+) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
+    let plant = request.plant;
+    let system = plant.system(inputs, &[]);
+    let column = |shaft: usize| {
+        let (torque, _) = plant.torques(&[shaft], &[]);
+        let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torque.to_f64(), lags, clock)
+            .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+        let place = held.flow.rows() - 1;
+        Ok::<Vec<f64>, SynthesisError>((0..place).map(|i| held.state[(i, place)]).collect())
+    };
+    let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
+        Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
+        _ => None,
+    });
+    unknown.map(|(k, shaft)| Ok((k, column(shaft)?))).collect()
 }
 
 /// Predicted commands for constant references, at instants that lie the closer the sooner; `None` without limits.
-fn governor(data: &RegulatorData, problem: &Problem) -> Option<GovernorData> {
+///
+/// A shaft under a torque channel is held by somebody (the driver's hands): where the law has no estimate of them, what it gives
+/// to the shaft is taken as balanced. A shaft that ran away freely would seem to need ever more torque.
+fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)]) -> Option<GovernorData> {
     let [n, k, r, _, m] = data.sizes();
     let limited: Vec<(usize, f64)> =
         data.bounds.iter().enumerate().filter_map(|(i, bounds)| Some((i, bounds.torque?))).collect();
@@ -533,15 +558,26 @@ fn governor(data: &RegulatorData, problem: &Problem) -> Option<GovernorData> {
         (0..r).for_each(|j| closed[(n + i, n + k + j)] = data.model_input[(i, j)]);
     }
     (0..r).for_each(|i| closed[(n + k + i, n + k + i)] = 1.0);
+    for (channel, torque) in held {
+        torque.iter().enumerate().for_each(|(i, x)| closed[(i, n + 2 * channel)] -= x);
+    }
+    // Squares of it, as far as they are needed: a slow reference model looks at millions of samples.
+    let mut squares = vec![closed];
     let mut rows: Vec<Vec<f64>> = Vec::new();
     let mut bounds = Vec::new();
     let mut now = data.feedback.scale(&-1.0);
     let mut instant = 0;
     for &at in &instants {
-        while instant < at {
-            now = now.multiply(&closed);
-            instant += 1;
+        let samples = at - instant;
+        for bit in (0..usize::BITS as usize).take_while(|bit| samples >> bit > 0) {
+            if bit == squares.len() {
+                squares.push(squares[bit - 1].multiply(&squares[bit - 1]));
+            }
+            if samples >> bit & 1 == 1 {
+                now = now.multiply(&squares[bit]);
+            }
         }
+        instant = at;
         for &(motor, limit) in &limited {
             rows.push(now.row(motor).to_vec());
             bounds.push(GOVERNED * limit);
@@ -698,6 +734,11 @@ impl Law for Sampled {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         use crate::synthesis::Block;
         self.runner.command(seen, out);
+    }
+
+    fn health(&self) -> Health {
+        use crate::synthesis::Block;
+        self.runner.health()
     }
 
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {

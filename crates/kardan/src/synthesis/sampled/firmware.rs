@@ -1,5 +1,7 @@
 //! Laws as firmware runs them: once every sample time, on readings of sensors, in single or double precision.
 
+use kardan_rt::Health;
+
 use crate::analysis::OutputSignal;
 use crate::num::{Float, Matrix, discretise};
 use crate::results::Design;
@@ -22,6 +24,10 @@ pub trait Block: Send {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
     /// Its own states at the next sample, if its inputs apply these torques (N m) in between.
     fn next(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// What went wrong at the last sample, and was dealt with.
+    fn health(&self) -> Health {
+        Health::default()
+    }
 }
 
 /// A law at a sample time.
@@ -75,6 +81,10 @@ impl Law for Sampled {
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.block.command(seen, out);
+    }
+
+    fn health(&self) -> Health {
+        self.block.health()
     }
 
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {

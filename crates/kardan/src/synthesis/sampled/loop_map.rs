@@ -1,45 +1,78 @@
 //! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
 
-use super::{Clock, LoopPlant, on_their_way};
+use super::places::Places;
+use super::{Clock, LoopPlant, SampledPart};
 use crate::num::{Matrix, discretise, eigenvalues};
-use crate::synthesis::{Law, LinearLaw};
 
 /// Parts of the shortest sample time within which two instants are one.
 const SAME: f64 = 1e-9;
 /// Doublings of the time over which errors of readings add up: 4096 periods.
 const DOUBLINGS: usize = 12;
-/// Samples within the period after which all clocks begin anew.
-const MOST_SAMPLES: usize = 4000;
+/// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
+const MOST_SAMPLES: usize = 1000;
+/// Slowest motion that counts as held by something, rad/s, and what rounding leaves of a double multiplier at one.
+const FREE: [f64; 2] = [1e-3, 1e-6];
+/// Time over which slow motions show, s.
+const SLOW: f64 = 1e-3;
 
-/// A law in a sampled loop.
-pub struct SampledPart {
-    /// Its linear part: of [`Firmware`](super::Firmware) if it has a clock.
-    pub linear: LinearLaw,
-    /// When it runs; `None`: in continuous time.
-    pub clock: Option<Clock>,
-    /// Numbers of the inputs that it commands, among those of the plant.
-    pub inputs: Vec<usize>,
-    /// Factor of its commands, 1 for the loop as it is.
-    pub gain: f64,
+/// Rows of z that change at once, over z as it was before.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Jump {
+    rows: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
-impl SampledPart {
-    /// A law as it runs, in the loop of that plant.
-    ///
-    /// # Panics
-    /// If it names an input that is not there.
-    pub fn of(law: &dyn Law, plant: &LoopPlant) -> Self {
-        let number =
-            |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
-        Self { linear: law.linear(), clock: law.clock(), inputs: law.inputs().iter().map(number).collect(), gain: 1.0 }
+impl Jump {
+    pub fn push(&mut self, place: usize, row: Vec<(usize, f64)>) {
+        self.rows.push((place, row));
     }
+
+    /// Rows of a matrix from a place on.
+    pub fn set(&mut self, first: usize, rows: &Matrix<f64>) {
+        for i in 0..rows.rows() {
+            let entries = rows.row(i).iter().copied().enumerate().filter(|(_, x)| *x != 0.0);
+            self.push(first + i, entries.collect());
+        }
+    }
+
+    /// `z ← J z`
+    fn change(&self, z: &mut [f64], memory: &mut Vec<f64>) {
+        memory.clear();
+        memory.extend(self.rows.iter().map(|(_, row)| row.iter().map(|(j, x)| x * z[*j]).sum::<f64>()));
+        self.rows.iter().zip(memory).for_each(|((place, _), value)| z[*place] = *value);
+    }
+
+    /// `M ← J M`
+    fn change_rows(&self, matrix: &mut Matrix<f64>) {
+        let columns = matrix.columns();
+        let mut new = vec![0.0; self.rows.len() * columns];
+        for (out, (_, row)) in new.chunks_exact_mut(columns.max(1)).zip(&self.rows) {
+            for (j, x) in row {
+                out.iter_mut().zip(matrix.row(*j)).for_each(|(out, entry)| *out += x * entry);
+            }
+        }
+        for (out, (place, _)) in new.chunks_exact(columns.max(1)).zip(&self.rows) {
+            (0..columns).for_each(|j| matrix[(*place, j)] = out[j]);
+        }
+    }
+}
+
+/// What happens in a period, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Happening {
+    /// The end of an interval: somebody computes next.
+    Look,
+    /// The error at a place of z is another one from here on.
+    Fresh(usize),
+    /// z changes.
+    Jump(usize),
 }
 
 /// The exact map of a linear loop over the period after which all clocks begin anew, without limits, friction and rounding:
 /// `z(t + T) = Φ z(t)`.
 ///
-/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a
-/// clock, and its states; if they are asked for, its references and the errors of its readings]`.
+/// `z = [q_r; q̇_r; torques of motors with a lag; for each law the commands in force and those on their way, if it has a clock,
+/// its states, and what sensors with a sample time of their own hold for it; if they are asked for, references and the errors
+/// of readings]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledLoop {
     /// Φ.
@@ -56,6 +89,10 @@ pub struct SampledLoop {
     pub references: Vec<usize>,
     /// Where the errors of the readings of each law are in z, if they were asked for.
     pub errors: Vec<usize>,
+    /// Where constants begin in z: references and errors.
+    constants: usize,
+    jumps: Vec<Jump>,
+    course: Vec<Happening>,
 }
 
 /// Why there is no map.
@@ -65,39 +102,27 @@ pub enum SampledLoopError {
     #[error("no controller is sampled")]
     Continuous,
     /// The sample times have no short common period.
-    #[error("the sample times of the controllers have no common period within {MOST_SAMPLES} samples")]
+    #[error("the sample times of controllers and sensors have no common period within {MOST_SAMPLES} samples")]
     NoCommonPeriod,
     /// A number overflows.
     #[error("a number of the sampled loop is not finite")]
     NotFinite,
 }
 
-/// Where the parts of z are.
-struct Places {
-    /// Torque of each motor with a lag.
-    lagged: Vec<Option<usize>>,
-    laws: Vec<LawPlaces>,
-    size: usize,
-}
-
-struct LawPlaces {
-    /// Commands in force; of a law in continuous time nowhere.
-    held: usize,
-    /// Commands on their way, the next first.
-    queue: Vec<usize>,
-    states: usize,
-    /// Where its references are; `None` if they are left out.
-    references: Option<usize>,
-    /// Where the errors of its readings are; `None` if they are left out.
-    errors: Option<usize>,
+/// What is due at an instant, in the order in which it happens there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Due {
+    Apply(usize),
+    Read(usize, usize),
+    Compute(usize),
 }
 
 impl SampledLoop {
     /// The map of a loop.
     ///
     /// Method: between two instants at which something happens the loop is linear with constant coefficients, whose
-    /// exponential is exact; what happens (a law computes, a command takes effect) is a matrix. Cost: one exponential for each
-    /// different interval.
+    /// exponential is exact; what happens (a law computes, a command takes effect, a sensor reads) changes some rows. Cost: one
+    /// exponential for each different interval.
     ///
     /// # Errors
     /// [`SampledLoopError`]
@@ -108,8 +133,8 @@ impl SampledLoop {
         Self::with(plant, parts, None)
     }
 
-    /// The same with the references of all laws, and the errors of their readings, as constant states, for answers to steps; a loop without sampled laws is looked
-    /// at every `otherwise` seconds.
+    /// The same with the references of all laws, and the errors of their readings, as constant states, for answers to steps;
+    /// a loop without sampled laws is looked at every `otherwise` seconds.
     ///
     /// # Errors
     /// [`SampledLoopError`]
@@ -122,70 +147,81 @@ impl SampledLoop {
 
     fn with(plant: &LoopPlant, parts: &[SampledPart], driven: Option<f64>) -> Result<Self, SampledLoopError> {
         let clocks: Vec<Clock> = parts.iter().filter_map(|part| part.clock).collect();
+        let slow = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor.period);
+        let periods: Vec<f64> = clocks.iter().map(|clock| clock.period).chain(slow).collect();
         let (shortest, period) = if clocks.is_empty() {
             let looked = driven.ok_or(SampledLoopError::Continuous)?;
             (looked, looked)
         } else {
             let shortest = clocks.iter().map(|clock| clock.period).fold(f64::INFINITY, f64::min);
-            (shortest, common_period(&clocks, shortest).ok_or(SampledLoopError::NoCommonPeriod)?)
+            (shortest, common_period(&periods, shortest).ok_or(SampledLoopError::NoCommonPeriod)?)
         };
         let places = Places::new(plant, parts, driven.is_some());
-        let (flow, commands) = places.flow(plant, parts);
+        let (flow, commands) = places.flow();
         let moving = Moving::of(&flow);
-        // In the steady state: commands of the period before are on their way.
-        let mut happenings: Vec<(f64, usize, bool)> = Vec::new();
-        for (number, part) in parts.iter().enumerate() {
-            let Some(clock) = part.clock else { continue };
-            let samples = (period / clock.period).round() as usize;
-            for k in 0..samples {
-                let at = k as f64 * clock.period;
-                happenings.push((at, number, true));
-                if clock.delay > 0.0 {
-                    let applied = (at + clock.delay) % period;
-                    let same = (period - applied).min(applied) < SAME * shortest;
-                    happenings.push((if same { 0.0 } else { applied }, number, false));
-                }
-            }
-        }
-        // At one instant commands take effect before the laws compute.
-        happenings.sort_by(|a, b| {
-            let near = (a.0 - b.0).abs() < SAME * shortest;
-            if near { (a.2, a.1).cmp(&(b.2, b.1)) } else { a.0.total_cmp(&b.0) }
-        });
-        let mut map = Matrix::identity(places.size);
-        let mut known: Vec<(f64, Matrix<f64>)> = Vec::new();
+        let mut jumps: Vec<Jump> = Vec::new();
+        let mut intervals: Vec<(f64, usize)> = Vec::new();
+        let mut course = Vec::new();
+        let mut dues: Vec<(Due, usize)> = Vec::new();
         let mut time = 0.0;
-        let mut pass = |until: f64, map: Matrix<f64>| -> Result<Matrix<f64>, SampledLoopError> {
-            let step = until - time;
-            if step < SAME * shortest {
-                return Ok(map);
-            }
-            time = until;
-            let found = known.iter().find(|(other, _)| (other - step).abs() < SAME * shortest);
-            let exponential = match found {
-                Some((_, exponential)) => exponential.clone(),
-                None => {
-                    let found = moving.exponential(&flow, step).ok_or(SampledLoopError::NotFinite)?;
-                    known.push((step, found.clone()));
-                    found
+        for (at, together) in due(parts, period, shortest) {
+            if at - time > SAME * shortest {
+                course.push(Happening::Jump(interval(
+                    at - time,
+                    shortest,
+                    &moving,
+                    &flow,
+                    &mut intervals,
+                    &mut jumps,
+                )?));
+                time = at;
+                if together.iter().any(|what| matches!(what, Due::Compute(_))) {
+                    course.push(Happening::Look);
                 }
-            };
-            Ok(exponential.multiply(&map))
-        };
-        for (at, number, computes) in happenings {
-            map = pass(at, map)?;
-            let jump = if computes { places.sample(plant, parts, number) } else { places.apply(parts, number) };
-            map = jump.multiply(&map);
+            }
+            for what in together {
+                match what {
+                    Due::Compute(law) => course.extend(places.laws[law].fresh().map(Happening::Fresh)),
+                    Due::Read(law, slow) => course.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
+                    Due::Apply(_) => {}
+                }
+                let known = dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
+                let jump = known.unwrap_or_else(|| {
+                    jumps.push(match what {
+                        Due::Compute(law) => places.compute(law),
+                        Due::Read(law, slow) => places.read(law, slow),
+                        Due::Apply(law) => places.apply(law),
+                    });
+                    dues.push((what, jumps.len() - 1));
+                    jumps.len() - 1
+                });
+                course.push(Happening::Jump(jump));
+            }
         }
-        map = pass(period, map)?;
-        let finite = map.as_slice().iter().all(|x| x.is_finite());
-        let references = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
+        if period - time > SAME * shortest {
+            course.push(Happening::Jump(interval(
+                period - time,
+                shortest,
+                &moving,
+                &flow,
+                &mut intervals,
+                &mut jumps,
+            )?));
+        }
+        course.push(Happening::Look);
+        let mut map = Matrix::identity(places.size);
+        for happening in &course {
+            if let Happening::Jump(jump) = happening {
+                jumps[*jump].change_rows(&mut map);
+            }
+        }
+        if !map.as_slice().iter().all(|x| x.is_finite()) {
+            return Err(SampledLoopError::NotFinite);
+        }
+        let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
         let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
-        if finite {
-            Ok(Self { map, period, sample_time: shortest, flow, commands, references, errors })
-        } else {
-            Err(SampledLoopError::NotFinite)
-        }
+        let constants = references.first().copied().unwrap_or(places.size);
+        Ok(Self { map, period, sample_time: shortest, flow, commands, references, errors, constants, jumps, course })
     }
 
     /// The matrix of the loop between two instants, `ż = F z`; without sampled laws that of the whole loop.
@@ -193,54 +229,184 @@ impl SampledLoop {
     /// # Panics
     /// As [`Self::new`].
     pub fn flow_of(plant: &LoopPlant, parts: &[SampledPart]) -> Matrix<f64> {
-        Places::new(plant, parts, false).flow(plant, parts).0
+        Places::new(plant, parts, false).flow().0
     }
 
-    /// Eigenvalues of the map, as growth per shortest sample time, largest first; `None` if the iteration fails.
-    pub fn multipliers(&self) -> Option<Vec<(f64, f64)>> {
-        let mut found = eigenvalues(&self.map)?;
-        let part = self.sample_time / self.period;
-        if (part - 1.0).abs() > SAME {
-            for (re, im) in &mut found {
-                let (size, angle) = (re.hypot(*im).powf(part), im.atan2(*re) * part);
-                (*re, *im) = (size * angle.cos(), size * angle.sin());
+    /// Lets one period pass. `look` is shown z at the end of each interval after which a law computes, and at the end.
+    pub fn pass(&self, z: &mut [f64], look: &mut dyn FnMut(&[f64])) {
+        let mut memory = Vec::new();
+        for happening in &self.course {
+            match happening {
+                Happening::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
+                Happening::Look => look(z),
+                Happening::Fresh(_) => {}
             }
         }
-        found.sort_by(|a, b| b.0.hypot(b.1).total_cmp(&a.0.hypot(a.1)));
+    }
+
+    /// The map over some periods, Φᵏ.
+    pub fn after(&self, periods: usize) -> Matrix<f64> {
+        let (mut out, mut square) = (Matrix::identity(self.map.rows()), self.map.clone());
+        for bit in (0..usize::BITS).take_while(|bit| periods >> bit > 0) {
+            if periods >> bit & 1 == 1 {
+                out = out.multiply(&square);
+            }
+            square = square.multiply(&square);
+        }
+        out
+    }
+
+    /// Eigenvalues of the map, as growth per shortest sample time, largest first, without those of constant references and
+    /// errors; `None` if the iteration fails.
+    pub fn multipliers(&self) -> Option<Vec<(f64, f64)>> {
+        let mut found = self.eigenvalues_over(1)?;
+        found.iter_mut().for_each(|multiplier| *multiplier = power(*multiplier, self.sample_time / self.period));
         Some(found)
     }
 
-    /// Covariance of z at the samples, long after all began at rest, if each reading of a law has an error that is new in each
-    /// period, with these variances. What drifts (a wheel that nobody holds) is taken after some thousand periods.
-    ///
-    /// # Panics
-    /// If the loop has no places for errors, or there is not one variance for each of the law's sensors.
-    pub fn covariance(&self, law: usize, variances: &[f64]) -> Matrix<f64> {
-        let n = self.map.rows();
-        let first = self.errors[law];
-        assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
-        // Constant states are no part of it.
-        let constant = |k: usize| {
-            let row = self.map.row(k);
-            row[k] == 1.0 && row.iter().filter(|x| **x != 0.0).count() == 1
+    /// Eigenvalues of the map over some periods, largest first. Nothing acts on constants: Φ is block triangular.
+    fn eigenvalues_over(&self, periods: usize) -> Option<Vec<(f64, f64)>> {
+        let n = self.constants;
+        let map = self.after(periods);
+        let mut found = eigenvalues(&Matrix::from_fn(n, n, |i, j| map[(i, j)]))?;
+        found.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+        Some(found)
+    }
+
+    /// The largest multiplier per shortest sample time, but for motions that nobody holds (a wheel that turns freely); zero if
+    /// there is no other, `None` if the iteration fails.
+    pub fn slowest(&self) -> Option<(f64, f64)> {
+        let held = |found: Vec<(f64, f64)>, periods: usize| {
+            let time = periods as f64 * self.period;
+            let free = FREE[0] * time + FREE[1];
+            let held = found.into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > free).unwrap_or_default();
+            power(held, self.sample_time / time)
         };
-        let still: Vec<bool> = (0..n).map(constant).collect();
-        let mut power = Matrix::from_fn(n, n, |i, j| if still[i] || still[j] { 0.0 } else { self.map[(i, j)] });
-        let input = Matrix::from_fn(n, variances.len(), |i, j| if still[i] { 0.0 } else { self.map[(i, first + j)] });
-        let weighted = Matrix::from_fn(n, variances.len(), |i, j| input[(i, j)] * variances[j]);
-        let mut sum = weighted.multiply(&input.transpose());
-        for _ in 0..DOUBLINGS {
-            sum = sum.plus(&power.multiply(&sum).multiply(&power.transpose()));
-            power = power.multiply(&power);
+        let own = held(self.eigenvalues_over(1)?, 1);
+        let periods = (SLOW / self.period) as usize;
+        if periods < 2 {
+            return Some(own);
         }
-        sum
+        // At short sample times slow motions are as close to one as rounding. Over a longer time they are not, but fast ones
+        // lose their frequency there.
+        let slow = held(self.eigenvalues_over(periods)?, periods);
+        Some(if size(slow) > size(own) * (1.0 + SAME) { slow } else { own })
     }
 
     /// Spectral radius per shortest sample time; below one the loop is stable.
     pub fn spectral_radius(&self) -> Option<f64> {
-        let found = self.multipliers()?;
-        Some(found.first().map_or(0.0, |(re, im)| re.hypot(*im)))
+        Some(self.multipliers()?.first().map_or(0.0, |found| size(*found)))
     }
+
+    /// What errors of the readings of one law make of rows over z: root mean squares long after all began at rest, at the worst
+    /// instant. Each error is new whenever its sensor reads, with these variances. What drifts (a wheel that nobody holds)
+    /// is taken after some thousand periods.
+    ///
+    /// # Panics
+    /// If the loop has no places for errors, or there is not one variance for each of the law's sensors.
+    pub fn noise(&self, law: usize, variances: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
+        let n = self.map.rows();
+        let first = self.errors[law];
+        assert!(first + variances.len() <= n, "variances of readings that the loop does not have");
+        let variance = |place: usize| place.checked_sub(first).and_then(|k| variances.get(k)).copied().unwrap_or(0.0);
+        let pass = |sum: &mut Matrix<f64>, look: &mut dyn FnMut(&Matrix<f64>)| {
+            for happening in &self.course {
+                match happening {
+                    Happening::Jump(jump) => {
+                        self.jumps[*jump].change_rows(sum);
+                        *sum = sum.transpose();
+                        self.jumps[*jump].change_rows(sum);
+                    }
+                    Happening::Fresh(place) => {
+                        (0..n).for_each(|k| (sum[(*place, k)], sum[(k, *place)]) = (0.0, 0.0));
+                        sum[(*place, *place)] = variance(*place);
+                    }
+                    Happening::Look => look(sum),
+                }
+            }
+        };
+        let still = |k: usize| k >= self.constants;
+        let states = |matrix: &Matrix<f64>| {
+            Matrix::from_fn(n, n, |i, j| if still(i) || still(j) { 0.0 } else { matrix[(i, j)] })
+        };
+        let mut once = Matrix::zeros(n, n);
+        pass(&mut once, &mut |_| {});
+        let mut sum = states(&once);
+        let mut power = states(&self.map);
+        for _ in 0..DOUBLINGS {
+            sum = sum.plus(&power.multiply(&sum).multiply(&power.transpose()));
+            power = power.multiply(&power);
+        }
+        let mut out = vec![0.0f64; rows.len()];
+        pass(&mut sum, &mut |sum| {
+            for (out, row) in out.iter_mut().zip(rows) {
+                let spread = |i: usize| -> f64 { (0..n).map(|j| sum[(i, j)] * row[j]).sum() };
+                let square: f64 = (0..n).filter(|i| row[*i] != 0.0).map(|i| row[i] * spread(i)).sum();
+                *out = out.max(square.max(0.0).sqrt());
+            }
+        });
+        out
+    }
+}
+
+fn size((re, im): (f64, f64)) -> f64 {
+    re.hypot(im)
+}
+
+/// A power of a complex number.
+fn power((re, im): (f64, f64), exponent: f64) -> (f64, f64) {
+    if exponent == 1.0 {
+        return (re, im);
+    }
+    let (size, angle) = (re.hypot(im).powf(exponent), im.atan2(re) * exponent);
+    (size * angle.cos(), size * angle.sin())
+}
+
+/// What happens within a period, instant by instant, in the steady state: commands of the period before are on their way.
+fn due(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Due>)> {
+    let mut all: Vec<(f64, Due)> = Vec::new();
+    for (number, part) in parts.iter().enumerate() {
+        let Some(clock) = part.clock else { continue };
+        let samples = |time: f64| (0..(period / time).round() as usize).map(move |k| k as f64 * time);
+        for at in samples(clock.period) {
+            all.push((at, Due::Compute(number)));
+            if clock.delay > 0.0 {
+                let applied = (at + clock.delay) % period;
+                let same = (period - applied).min(applied) < SAME * shortest;
+                all.push((if same { 0.0 } else { applied }, Due::Apply(number)));
+            }
+        }
+        for (slow, (_, sensor)) in part.slow.iter().enumerate() {
+            all.extend(samples(sensor.period).map(|at| (at, Due::Read(number, slow))));
+        }
+    }
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out: Vec<(f64, Vec<Due>)> = Vec::new();
+    for (at, what) in all {
+        match out.last_mut() {
+            Some((time, together)) if at - *time < SAME * shortest => together.push(what),
+            _ => out.push((at, vec![what])),
+        }
+    }
+    out.iter_mut().for_each(|(_, together)| together.sort_unstable());
+    out
+}
+
+/// The jump over an interval in which nothing happens.
+fn interval(
+    length: f64,
+    shortest: f64,
+    moving: &Moving,
+    flow: &Matrix<f64>,
+    known: &mut Vec<(f64, usize)>,
+    jumps: &mut Vec<Jump>,
+) -> Result<usize, SampledLoopError> {
+    if let Some((_, jump)) = known.iter().find(|(other, _)| (other - length).abs() < SAME * shortest) {
+        return Ok(*jump);
+    }
+    jumps.push(moving.exponential(flow, length).ok_or(SampledLoopError::NotFinite)?);
+    known.push((length, jumps.len() - 1));
+    Ok(jumps.len() - 1)
 }
 
 /// Which entries of z move between two instants, and which constant ones drive them.
@@ -258,222 +424,31 @@ impl Moving {
     }
 
     /// `e^{Ft}`; `None` if it overflows.
-    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Matrix<f64>> {
+    fn exponential(&self, flow: &Matrix<f64>, time: f64) -> Option<Jump> {
         let Self { moving, driving } = self;
         let part =
             |columns: &[usize]| Matrix::from_fn(moving.len(), columns.len(), |i, j| flow[(moving[i], columns[j])]);
         let found = discretise(&part(moving), &part(driving), time)?;
-        let mut out = Matrix::identity(flow.rows());
+        let mut out = Jump::default();
         for (i, &row) in moving.iter().enumerate() {
-            moving.iter().enumerate().for_each(|(j, &column)| out[(row, column)] = found.a[(i, j)]);
-            driving.iter().enumerate().for_each(|(j, &column)| out[(row, column)] = found.b[(i, j)]);
+            let own = moving.iter().copied().zip(found.a.row(i).iter().copied());
+            let driven = driving.iter().copied().zip(found.b.row(i).iter().copied());
+            out.push(row, own.chain(driven).filter(|(_, x)| *x != 0.0).collect());
         }
         Some(out)
     }
 }
 
 /// The period after which all clocks begin anew, s.
-fn common_period(clocks: &[Clock], shortest: f64) -> Option<f64> {
-    let longest = clocks.iter().map(|clock| clock.period).fold(0.0, f64::max);
+fn common_period(periods: &[f64], shortest: f64) -> Option<f64> {
+    let longest = periods.iter().copied().fold(0.0, f64::max);
     let fits = |period: &f64| {
-        clocks.iter().all(|clock| {
-            let samples = period / clock.period;
-            (samples - samples.round()).abs() * clock.period < SAME * shortest
+        periods.iter().all(|time| {
+            let samples = period / time;
+            (samples - samples.round()).abs() * time < SAME * shortest
         })
     };
-    let most = MOST_SAMPLES as f64 * shortest;
-    (1..=MOST_SAMPLES).map(|k| k as f64 * longest).take_while(|period| *period <= most).find(fits)
-}
-
-impl Places {
-    fn new(plant: &LoopPlant, parts: &[SampledPart], driven: bool) -> Self {
-        assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
-        let mut size = 2 * plant.inertia.rows();
-        let mut take = |count: usize| {
-            size += count;
-            size - count
-        };
-        let lagged = plant.lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
-        let laws = parts
-            .iter()
-            .map(|part| {
-                let inputs = part.inputs.len();
-                let waiting = part.clock.map_or(0, on_their_way);
-                LawPlaces {
-                    held: take(if part.clock.is_some() { inputs } else { 0 }),
-                    queue: (0..waiting).map(|_| take(inputs)).collect(),
-                    states: take(part.linear.states.rows()),
-                    references: driven.then(|| take(part.linear.on_references.columns())),
-                    errors: driven.then(|| take(part.linear.on_errors.columns())),
-                }
-            })
-            .collect();
-        Self { lagged, laws, size }
-    }
-
-    /// The command of a law over z: what it says now, whether sampled or not.
-    fn command(&self, plant: &LoopPlant, part: &SampledPart, number: usize) -> Matrix<f64> {
-        let r = plant.inertia.rows();
-        let (on_angles, on_speeds) =
-            (part.linear.on_angles.multiply(&plant.basis), part.linear.on_speeds.multiply(&plant.basis));
-        let first = self.laws[number].states;
-        let states = part.linear.states.rows();
-        let told = |i: usize, j: usize| {
-            let reference = self.reference(part, number, j).map(|k| part.linear.on_references[(i, k)]);
-            reference.or_else(|| self.error(part, number, j).map(|k| part.linear.on_errors[(i, k)]))
-        };
-        Matrix::from_fn(part.inputs.len(), self.size, |i, j| {
-            part.gain
-                * match j {
-                    j if j < r => on_angles[(i, j)],
-                    j if j < 2 * r => on_speeds[(i, j - r)],
-                    j if (first..first + states).contains(&j) => part.linear.on_states[(i, j - first)],
-                    j => told(i, j).unwrap_or(0.0),
-                }
-        })
-    }
-
-    /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
-    fn rates(&self, plant: &LoopPlant, part: &SampledPart, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
-        let r = plant.inertia.rows();
-        let (angles, speeds) = (part.linear.angles.multiply(&plant.basis), part.linear.speeds.multiply(&plant.basis));
-        let mut out = part.linear.torques.multiply(torques);
-        let first = self.laws[number].states;
-        for i in 0..out.rows() {
-            for j in 0..r {
-                out[(i, j)] += angles[(i, j)];
-                out[(i, r + j)] += speeds[(i, j)];
-            }
-            for j in 0..part.linear.states.rows() {
-                out[(i, first + j)] += part.linear.states[(i, j)];
-            }
-            for j in 0..self.size {
-                if let Some(k) = self.reference(part, number, j) {
-                    out[(i, j)] += part.linear.references[(i, k)];
-                }
-                if let Some(k) = self.error(part, number, j) {
-                    out[(i, j)] += part.linear.errors[(i, k)];
-                }
-            }
-        }
-        out
-    }
-
-    /// Which reference of a law is at a place.
-    fn reference(&self, part: &SampledPart, number: usize, place: usize) -> Option<usize> {
-        let first = self.laws[number].references?;
-        place.checked_sub(first).filter(|k| *k < part.linear.on_references.columns())
-    }
-
-    /// Which reading's error of a law is at a place.
-    fn error(&self, part: &SampledPart, number: usize, place: usize) -> Option<usize> {
-        let first = self.laws[number].errors?;
-        place.checked_sub(first).filter(|k| *k < part.linear.on_errors.columns())
-    }
-
-    /// The matrix of the loop between two instants, ż = F z, and what each input is told.
-    fn flow(&self, plant: &LoopPlant, parts: &[SampledPart]) -> (Matrix<f64>, Matrix<f64>) {
-        let r = plant.inertia.rows();
-        let solve = |matrix: &Matrix<f64>| plant.inertia.solve(matrix).expect("reduced inertia is positive definite");
-        let (stiffness, damping) = (solve(&plant.stiffness), solve(&plant.damping));
-        let per_torque = solve(&plant.input);
-        let mut flow = Matrix::zeros(self.size, self.size);
-        for i in 0..r {
-            flow[(i, r + i)] = 1.0;
-            for j in 0..r {
-                flow[(r + i, j)] = -stiffness[(i, j)];
-                flow[(r + i, r + j)] = -damping[(i, j)];
-            }
-        }
-        // Commands of all inputs over z.
-        let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
-        for (number, part) in parts.iter().enumerate() {
-            let own = self.command(plant, part, number);
-            for (i, &input) in part.inputs.iter().enumerate() {
-                match part.clock {
-                    Some(_) => commands[(input, self.laws[number].held + i)] += 1.0,
-                    None => (0..self.size).for_each(|j| commands[(input, j)] += own[(i, j)]),
-                }
-            }
-        }
-        for (input, place) in self.lagged.iter().enumerate() {
-            for j in 0..self.size {
-                match place {
-                    Some(place) => {
-                        let own = f64::from(u8::from(j == *place));
-                        flow[(*place, j)] += (commands[(input, j)] - own) / plant.lags[input];
-                        (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * own);
-                    }
-                    None => (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * commands[(input, j)]),
-                }
-            }
-        }
-        for (number, part) in parts.iter().enumerate().filter(|(_, part)| part.clock.is_none()) {
-            let torque = |i: usize, j: usize| match self.lagged[part.inputs[i]] {
-                Some(place) => f64::from(u8::from(j == place)),
-                None => commands[(part.inputs[i], j)],
-            };
-            let torques = Matrix::from_fn(part.inputs.len(), self.size, torque);
-            let rates = self.rates(plant, part, number, &torques);
-            let first = self.laws[number].states;
-            for i in 0..rates.rows() {
-                for j in 0..self.size {
-                    flow[(first + i, j)] += rates[(i, j)];
-                }
-            }
-        }
-        (flow, commands)
-    }
-
-    /// A law computes: its commands go on their way, its states become those of the next sample.
-    fn sample(&self, plant: &LoopPlant, parts: &[SampledPart], number: usize) -> Matrix<f64> {
-        let part = &parts[number];
-        let Some(clock) = part.clock else { unreachable!("only sampled laws compute at an instant") };
-        let LawPlaces { held, queue, states, .. } = &self.laws[number];
-        let m = part.inputs.len();
-        let command = self.command(plant, part, number);
-        // The torques until the next sample: in force now, then those on their way, one after the other.
-        let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
-        // Part of the sample time after which the next command on its way takes effect.
-        let part_of_sample =
-            if queue.is_empty() { 0.0 } else { clock.delay / clock.period - (on_their_way(clock) as f64 - 1.0) };
-        let torques = match queue.len() {
-            0 => command.clone(),
-            _ => {
-                let before = row(*held).scale(&part_of_sample);
-                let after = if queue.len() == 1 { command.clone() } else { row(queue[0]) };
-                before.plus(&after.scale(&(1.0 - part_of_sample)))
-            }
-        };
-        let mut out = Matrix::identity(self.size);
-        let mut set = |place: usize, rows: &Matrix<f64>| {
-            for i in 0..rows.rows() {
-                for j in 0..self.size {
-                    out[(place + i, j)] = rows[(i, j)];
-                }
-            }
-        };
-        set(*states, &self.rates(plant, part, number, &torques));
-        match queue.last() {
-            None => set(*held, &command),
-            // The last place is free: the command that was in it has moved on when the one before took effect.
-            Some(last) => set(*last, &command),
-        }
-        out
-    }
-
-    /// The next command on its way takes effect, those behind it move up.
-    fn apply(&self, parts: &[SampledPart], number: usize) -> Matrix<f64> {
-        let LawPlaces { held, queue, .. } = &self.laws[number];
-        let m = parts[number].inputs.len();
-        let mut out = Matrix::identity(self.size);
-        let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
-        for pair in chain.windows(2) {
-            for i in 0..m {
-                out[(pair[0] + i, pair[0] + i)] = 0.0;
-                out[(pair[0] + i, pair[1] + i)] = 1.0;
-            }
-        }
-        out
-    }
+    let samples = |period: &f64| periods.iter().map(|time| period / time).sum::<f64>();
+    let all = (1..=MOST_SAMPLES).map(|k| k as f64 * longest);
+    all.take_while(|period| samples(period) <= MOST_SAMPLES as f64 * 1.001).find(fits)
 }

@@ -6,7 +6,8 @@ use crate::synthesis::Law;
 
 /// What of an eigenvalue of the sampled loop beyond one still counts as rounding.
 const ROUNDING: f64 = 1e-9;
-/// Eigenvalues that close to one belong to motions that are not held (a wheel that nobody grips), and are left out.
+/// Poles of a loop in continuous time that close to zero, 1/s, belong to motions that are not held (a wheel that nobody grips),
+/// and are left out.
 const FREE: f64 = 1e-6;
 /// Steps of the searches, as a factor.
 const STEP: f64 = 1.04;
@@ -79,11 +80,11 @@ impl Survey<'_> {
                 Some(_) if moved && law.clock().is_none() => change.clock.filter(|_| same),
                 _ => *own,
             };
-            let mut part = SampledPart::of(&**law, self.plant);
-            if let Some(clock) = clock {
-                part.linear = law.firmware(clock)?.linear;
+            let mut part = SampledPart::at(&**law, self.plant, clock)?;
+            if moved {
+                // While the sample time is searched for, sensors keep step too.
+                part.slow.clear();
             }
-            part.clock = clock;
             if number == self.number {
                 part.gain = change.gain;
                 if let Some(lag) = change.lag {
@@ -105,9 +106,7 @@ impl Survey<'_> {
             return Some(Slowest { growth: re.exp(), frequency: im.abs(), stable: re < ROUNDING });
         }
         let found = SampledLoop::new(&plant, &parts).ok()?;
-        let multipliers = found.multipliers()?;
-        let held = multipliers.iter().find(|(re, im)| (re - 1.0).hypot(*im) > FREE);
-        let (re, im) = held.copied().unwrap_or((0.0, 0.0));
+        let (re, im) = found.slowest()?;
         let growth = re.hypot(im);
         let frequency = im.atan2(re).abs() / found.sample_time;
         Some(Slowest { growth, frequency, stable: growth < 1.0 + ROUNDING })

@@ -1,3 +1,4 @@
+use crate::equations::{Measured, Sensor};
 use crate::num::{Matrix, rational_to_f64};
 use crate::reduce::{LinearModel, Reduced};
 
@@ -18,6 +19,59 @@ pub struct LoopPlant {
     pub inputs: Vec<String>,
     /// Time constant of each input's motor, s; zero for an ideal one.
     pub lags: Vec<f64>,
+    /// Sensors with a sample time of their own.
+    pub slow_sensors: Vec<SlowSensor>,
+}
+
+/// A sensor that reads at times of its own, from zero on, and holds its reading in between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlowSensor {
+    /// Name.
+    pub name: String,
+    /// Time between two readings, s.
+    pub period: f64,
+    /// What it reads: shaft and factor.
+    pub row: Vec<(usize, f64)>,
+    /// How it reads them.
+    pub reads: Reads,
+}
+
+/// What a sensor makes of shafts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reads {
+    /// Their angles.
+    Angles,
+    /// Their speeds.
+    Speeds,
+    /// The difference of two angles over the time between.
+    Differences,
+}
+
+impl SlowSensor {
+    /// What it means to read, over angles and speeds.
+    pub(super) fn true_rows(&self) -> [&[(usize, f64)]; 2] {
+        if self.reads == Reads::Angles { [&self.row, &[]] } else { [&[], &self.row] }
+    }
+
+    fn of(name: &str, sensor: &Sensor, reduced: &Reduced) -> Option<Self> {
+        let period = sensor.sample_time.as_ref()?.to_f64();
+        let shaft = |name: &String| Some(vec![(reduced.shaft(name)?, 1.0)]);
+        let (row, reads) = match &sensor.measured {
+            Measured::Angle(name) => (shaft(name)?, Reads::Angles),
+            Measured::Speed(name) if sensor.resolution.is_some() => (shaft(name)?, Reads::Differences),
+            Measured::Speed(name) => (shaft(name)?, Reads::Speeds),
+            Measured::SpringTorque(element) => {
+                let springs = reduced.equations.springs.iter().filter(|spring| spring.element == *element);
+                let torques = springs.flat_map(|spring| {
+                    let stiffness = spring.value.stiffness.to_f64();
+                    spring.row_f64().into_iter().map(move |(shaft, x)| (shaft, stiffness * x))
+                });
+                (torques.collect(), Reads::Angles)
+            }
+            Measured::ConstraintTorque(..) | Measured::NetTorque(_) => return None,
+        };
+        Some(Self { name: name.into(), period, row, reads })
+    }
 }
 
 impl LoopPlant {
@@ -35,7 +89,15 @@ impl LoopPlant {
             basis: model.basis.to_f64(),
             inputs: model.inputs.clone(),
             lags: lags.to_vec(),
+            slow_sensors: Vec::new(),
         }
+    }
+
+    /// The same with the sensors of the file that have a sample time.
+    pub fn with_sensors(mut self, reduced: &Reduced) -> Self {
+        let all = reduced.equations.sensors.iter();
+        self.slow_sensors = all.filter_map(|(name, sensor)| SlowSensor::of(name, sensor, reduced)).collect();
+        self
     }
 }
 
@@ -61,7 +123,7 @@ impl VariedPlant {
     /// # Panics
     /// As [`LoopPlant::new`].
     pub fn new(reduced: &Reduced, model: &LinearModel, lags: &[f64]) -> Self {
-        let nominal = LoopPlant::new(model, lags);
+        let nominal = LoopPlant::new(model, lags).with_sensors(reduced);
         let basis = &nominal.basis;
         let row = |along: &[(usize, f64)]| -> Vec<f64> {
             (0..basis.columns()).map(|j| along.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()

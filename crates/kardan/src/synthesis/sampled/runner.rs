@@ -1,4 +1,4 @@
-use kardan_rt::{Bounds, Gain, Governor, Regulator, RegulatorMemory};
+use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
 use super::{Block, entries};
 use crate::num::{Float, Matrix};
@@ -58,6 +58,7 @@ pub(in crate::synthesis) struct Runner<T> {
     read: Vec<T>,
     told: Vec<T>,
     work: Vec<T>,
+    health: Health,
 }
 
 impl<T: Float> Runner<T> {
@@ -93,6 +94,7 @@ impl<T: Float> Runner<T> {
             read: zeros(p),
             told: zeros(r),
             work: zeros(Regulator::<T>::work(n, k, r, p)),
+            health: Health::default(),
         }
     }
 }
@@ -138,11 +140,15 @@ impl<T: Float> Block for Runner<T> {
         let (readings, rest) = rest.split_at_mut(p);
         let (references, commands) = rest.split_at_mut(r);
         let memory = RegulatorMemory { estimate, model, readings, references, commands, work: &mut self.work };
-        block.step(&self.read, &self.told, memory);
+        self.health = block.step(&self.read, &self.told, memory);
         T::widen(&self.memory[n + k + p + r..], out);
     }
 
     fn next(&mut self, _: Seen<'_>, _: &[f64], out: &mut [f64]) {
         T::widen(&self.memory, out);
+    }
+
+    fn health(&self) -> Health {
+        self.health
     }
 }

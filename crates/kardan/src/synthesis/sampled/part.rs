@@ -1,0 +1,70 @@
+use super::{Clock, LoopPlant, SlowSensor};
+use crate::synthesis::{Law, LinearLaw};
+
+/// A law in a sampled loop.
+#[derive(Debug, Clone)]
+pub struct SampledPart {
+    /// Its linear part: of [`Firmware`](super::Firmware) if it has a clock.
+    pub linear: LinearLaw,
+    /// When it runs; `None`: in continuous time.
+    pub clock: Option<Clock>,
+    /// Numbers of the inputs that it commands, among those of the plant.
+    pub inputs: Vec<usize>,
+    /// Factor of its commands, 1 for the loop as it is.
+    pub gain: f64,
+    /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
+    pub slow: Vec<(usize, SlowSensor)>,
+}
+
+impl SampledPart {
+    /// A law as it runs, in the loop of that plant.
+    ///
+    /// # Panics
+    /// If it names an input that is not there.
+    pub fn of(law: &dyn Law, plant: &LoopPlant) -> Self {
+        Self::with(law, plant, law.clock(), law.linear())
+    }
+
+    /// The same with another clock; `None` if the law cannot have that one.
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn at(law: &dyn Law, plant: &LoopPlant, clock: Option<Clock>) -> Option<Self> {
+        Some(match clock {
+            Some(clock) => Self::with(law, plant, Some(clock), law.firmware(clock)?.linear),
+            None => Self::with(law, plant, None, law.linear()),
+        })
+    }
+
+    fn with(law: &dyn Law, plant: &LoopPlant, clock: Option<Clock>, linear: LinearLaw) -> Self {
+        let number =
+            |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
+        let slow = law.sensors().iter().enumerate().filter_map(|(k, signal)| {
+            let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+            Some((k, plant.slow_sensors.iter().find(|sensor| sensor.name == head)?.clone()))
+        });
+        // In continuous time sensors are ideal.
+        let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
+        Self { linear, clock, inputs: law.inputs().iter().map(number).collect(), gain: 1.0, slow }
+    }
+
+    /// The linear part without what slow sensors tell it: that comes from the readings that they hold.
+    pub(super) fn direct(&self) -> LinearLaw {
+        let mut out = self.linear.clone();
+        for (reading, sensor) in &self.slow {
+            // A speed that is a difference of angles stands in the linear part as the speed.
+            let [angles, speeds] = sensor.true_rows();
+            for (gain, of, row) in [
+                (&self.linear.on_errors, &mut out.on_angles, angles),
+                (&self.linear.on_errors, &mut out.on_speeds, speeds),
+                (&self.linear.errors, &mut out.angles, angles),
+                (&self.linear.errors, &mut out.speeds, speeds),
+            ] {
+                for i in 0..of.rows() {
+                    row.iter().for_each(|(shaft, x)| of[(i, *shaft)] -= gain[(i, *reading)] * x);
+                }
+            }
+        }
+        out
+    }
+}

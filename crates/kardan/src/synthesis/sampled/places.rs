@@ -1,0 +1,261 @@
+use super::loop_map::Jump;
+use super::{LoopPlant, Reads, SampledPart, on_their_way};
+use crate::num::Matrix;
+use crate::synthesis::LinearLaw;
+
+/// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
+pub(super) struct Places<'a> {
+    plant: &'a LoopPlant,
+    /// Torque of each motor with a lag.
+    lagged: Vec<Option<usize>>,
+    pub laws: Vec<LawPlaces<'a>>,
+    pub size: usize,
+}
+
+pub(super) struct LawPlaces<'a> {
+    part: &'a SampledPart,
+    /// Its linear part, without what slow sensors hold.
+    direct: LinearLaw,
+    /// Commands in force; of a law in continuous time nowhere.
+    held: usize,
+    /// Commands on their way, the next first.
+    queue: Vec<usize>,
+    states: usize,
+    /// Of each slow sensor the reading that it holds, and the angle that it read last, if it takes differences.
+    slow: Vec<(usize, Option<usize>)>,
+    /// Where its references are; `None` if they are left out.
+    pub references: Option<usize>,
+    /// Where the errors of its readings are; `None` if they are left out.
+    pub errors: Option<usize>,
+}
+
+impl LawPlaces<'_> {
+    /// Where the errors are that are new when the law computes.
+    pub fn fresh(&self) -> impl Iterator<Item = usize> {
+        let count = if self.errors.is_some() { self.direct.on_errors.columns() } else { 0 };
+        (0..count).filter(|k| !self.is_slow(*k)).filter_map(|k| Some(self.errors? + k))
+    }
+
+    fn is_slow(&self, reading: usize) -> bool {
+        self.part.slow.iter().any(|(other, _)| *other == reading)
+    }
+
+    /// Where the error of a slow sensor is.
+    pub fn fresh_of(&self, slow: usize) -> Option<usize> {
+        Some(self.errors? + self.part.slow[slow].0)
+    }
+
+    /// What the law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
+    /// `errors`) it multiplies its references and readings' errors, and the readings that slow sensors hold.
+    fn told(&self, references: &Matrix<f64>, errors: &Matrix<f64>, out: &mut Matrix<f64>) {
+        for i in 0..out.rows() {
+            if let Some(first) = self.references {
+                (0..references.columns()).for_each(|k| out[(i, first + k)] += references[(i, k)]);
+            }
+            if let Some(first) = self.errors {
+                let direct = (0..errors.columns()).filter(|k| !self.is_slow(*k));
+                direct.for_each(|k| out[(i, first + k)] += errors[(i, k)]);
+            }
+            for ((reading, _), (held, _)) in self.part.slow.iter().zip(&self.slow) {
+                out[(i, *held)] += errors[(i, *reading)];
+            }
+        }
+    }
+}
+
+impl<'a> Places<'a> {
+    pub fn new(plant: &'a LoopPlant, parts: &'a [SampledPart], driven: bool) -> Self {
+        assert_eq!(plant.lags.len(), plant.inputs.len(), "one lag for each input");
+        let mut size = 2 * plant.inertia.rows();
+        let mut take = |count: usize| {
+            size += count;
+            size - count
+        };
+        let lagged = plant.lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
+        let laws = parts
+            .iter()
+            .map(|part| {
+                let inputs = part.inputs.len();
+                let waiting = part.clock.map_or(0, on_their_way);
+                let held = take(if part.clock.is_some() { inputs } else { 0 });
+                let queue = (0..waiting).map(|_| take(inputs)).collect();
+                let states = take(part.linear.states.rows());
+                let slow = part.slow.iter().map(|(_, sensor)| {
+                    let reading = take(1);
+                    (reading, (sensor.reads == Reads::Differences).then(|| take(1)))
+                });
+                LawPlaces {
+                    part,
+                    direct: part.direct(),
+                    held,
+                    queue,
+                    states,
+                    slow: slow.collect(),
+                    references: None,
+                    errors: None,
+                }
+            })
+            .collect::<Vec<_>>();
+        let mut out = Self { plant, lagged, laws, size };
+        if driven {
+            // Behind all others: constants.
+            for law in &mut out.laws {
+                law.references = Some(out.size);
+                law.errors = Some(out.size + law.direct.on_references.columns());
+                out.size += law.direct.on_references.columns() + law.direct.on_errors.columns();
+            }
+        }
+        out
+    }
+
+    /// The command of a law over z: what it says now, whether sampled or not.
+    fn command(&self, number: usize) -> Matrix<f64> {
+        let law = &self.laws[number];
+        let basis = &self.plant.basis;
+        let r = basis.columns();
+        let (on_angles, on_speeds) = (law.direct.on_angles.multiply(basis), law.direct.on_speeds.multiply(basis));
+        let states = law.states..law.states + law.direct.states.rows();
+        let mut out = Matrix::from_fn(law.part.inputs.len(), self.size, |i, j| match j {
+            j if j < r => on_angles[(i, j)],
+            j if j < 2 * r => on_speeds[(i, j - r)],
+            j if states.contains(&j) => law.direct.on_states[(i, j - states.start)],
+            _ => 0.0,
+        });
+        law.told(&law.direct.on_references, &law.direct.on_errors, &mut out);
+        out.scale(&law.part.gain)
+    }
+
+    /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
+    fn rates(&self, number: usize, torques: &Matrix<f64>) -> Matrix<f64> {
+        let law = &self.laws[number];
+        let basis = &self.plant.basis;
+        let r = basis.columns();
+        let (angles, speeds) = (law.direct.angles.multiply(basis), law.direct.speeds.multiply(basis));
+        let mut out = law.direct.torques.multiply(torques);
+        for i in 0..out.rows() {
+            for j in 0..r {
+                out[(i, j)] += angles[(i, j)];
+                out[(i, r + j)] += speeds[(i, j)];
+            }
+            for j in 0..law.direct.states.rows() {
+                out[(i, law.states + j)] += law.direct.states[(i, j)];
+            }
+        }
+        law.told(&law.direct.references, &law.direct.errors, &mut out);
+        out
+    }
+
+    /// The matrix of the loop between two instants, ż = F z, and what each input is told.
+    pub fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
+        let plant = self.plant;
+        let r = plant.inertia.rows();
+        let solve = |matrix: &Matrix<f64>| plant.inertia.solve(matrix).expect("reduced inertia is positive definite");
+        let (stiffness, damping) = (solve(&plant.stiffness), solve(&plant.damping));
+        let per_torque = solve(&plant.input);
+        let mut flow = Matrix::zeros(self.size, self.size);
+        for i in 0..r {
+            flow[(i, r + i)] = 1.0;
+            for j in 0..r {
+                flow[(r + i, j)] = -stiffness[(i, j)];
+                flow[(r + i, r + j)] = -damping[(i, j)];
+            }
+        }
+        // Commands of all inputs over z.
+        let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
+        for (number, law) in self.laws.iter().enumerate() {
+            if law.part.clock.is_some() {
+                law.part.inputs.iter().enumerate().for_each(|(i, &input)| commands[(input, law.held + i)] += 1.0);
+                continue;
+            }
+            let own = self.command(number);
+            for (i, &input) in law.part.inputs.iter().enumerate() {
+                (0..self.size).for_each(|j| commands[(input, j)] += own[(i, j)]);
+            }
+        }
+        for (input, place) in self.lagged.iter().enumerate() {
+            for j in 0..self.size {
+                match place {
+                    Some(place) => {
+                        let own = f64::from(u8::from(j == *place));
+                        flow[(*place, j)] += (commands[(input, j)] - own) / plant.lags[input];
+                        (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * own);
+                    }
+                    None => (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * commands[(input, j)]),
+                }
+            }
+        }
+        for (number, law) in self.laws.iter().enumerate().filter(|(_, law)| law.part.clock.is_none()) {
+            let inputs = &law.part.inputs;
+            let torque = |i: usize, j: usize| match self.lagged[inputs[i]] {
+                Some(place) => f64::from(u8::from(j == place)),
+                None => commands[(inputs[i], j)],
+            };
+            let rates = self.rates(number, &Matrix::from_fn(inputs.len(), self.size, torque));
+            for i in 0..rates.rows() {
+                for j in 0..self.size {
+                    flow[(law.states + i, j)] += rates[(i, j)];
+                }
+            }
+        }
+        (flow, commands)
+    }
+
+    /// A law computes: its commands go on their way, its states become those of the next sample.
+    pub fn compute(&self, number: usize) -> Jump {
+        let law = &self.laws[number];
+        let Some(clock) = law.part.clock else { unreachable!("only sampled laws compute at an instant") };
+        let m = law.part.inputs.len();
+        let command = self.command(number);
+        // The torques until the next sample: in force now, then those on their way, one after the other.
+        let row = |place: usize| Matrix::from_fn(m, self.size, |i, j| f64::from(u8::from(j == place + i)));
+        let torques = match law.queue.len() {
+            0 => command.clone(),
+            waiting => {
+                // Part of the sample time after which the next command on its way takes effect.
+                let before = clock.delay / clock.period - (waiting as f64 - 1.0);
+                let after = if waiting == 1 { command.clone() } else { row(law.queue[0]) };
+                row(law.held).scale(&before).plus(&after.scale(&(1.0 - before)))
+            }
+        };
+        let mut out = Jump::default();
+        out.set(law.states, &self.rates(number, &torques));
+        // The last place is free: the command that was in it has moved on when the one before took effect.
+        out.set(law.queue.last().copied().unwrap_or(law.held), &command);
+        out
+    }
+
+    /// The next command of a law that is on its way takes effect, those behind it move up.
+    pub fn apply(&self, number: usize) -> Jump {
+        let LawPlaces { held, queue, part, .. } = &self.laws[number];
+        let mut out = Jump::default();
+        let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
+        for pair in chain.windows(2) {
+            (0..part.inputs.len()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, 1.0)]));
+        }
+        out
+    }
+
+    /// A slow sensor of a law reads.
+    pub fn read(&self, number: usize, slow: usize) -> Jump {
+        let law = &self.laws[number];
+        let (held, last) = law.slow[slow];
+        let sensor = &law.part.slow[slow].1;
+        let basis = &self.plant.basis;
+        let r = basis.columns();
+        let first = if sensor.reads == Reads::Speeds { r } else { 0 };
+        let seen: Vec<(usize, f64)> = (0..r)
+            .map(|j| (first + j, sensor.row.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum::<f64>()))
+            .filter(|(_, x)| *x != 0.0)
+            .collect();
+        let mut out = Jump::default();
+        let mut reading = seen.clone();
+        if let Some(last) = last {
+            reading.push((last, -1.0));
+            reading.iter_mut().for_each(|(_, x)| *x /= sensor.period);
+            out.push(last, seen);
+        }
+        reading.extend(law.fresh_of(slow).map(|place| (place, 1.0)));
+        out.push(held, reading);
+        out
+    }
+}
