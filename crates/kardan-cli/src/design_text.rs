@@ -279,7 +279,7 @@ fn exploration(out: &mut String, found: &Exploration) {
     best.retain(|one| one.bandwidth == 1.0);
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
     let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
-    let rows: Vec<Vec<String>> = best.iter().map(|one| said::alternative(one, number).to_vec()).collect();
+    let rows: Vec<Vec<String>> = best.iter().map(|one| said::alternative(found, one, number).to_vec()).collect();
     if !rows.is_empty() {
         sentence(
             out,
@@ -291,7 +291,7 @@ fn exploration(out: &mut String, found: &Exploration) {
         .sensors
         .iter()
         .map(|(name, with)| {
-            let [_, _, _, _, interaction, _, noise, radius] = said::alternative(with, number);
+            let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
             vec![name.clone(), interaction, noise, radius]
         })
         .collect();

@@ -462,7 +462,7 @@ impl Document {
             name: control.name.clone(),
             span: control.span.clone(),
             law: control.law,
-            values: reader.values(control.law.fields, &control.table, "", &mut Vec::new()),
+            values: reader.values(&[control.law.fields, COMMON].concat(), &control.table, "", &mut Vec::new()),
             design: Vec::new(),
         });
         let idle = idle.collect();

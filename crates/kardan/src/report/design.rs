@@ -107,7 +107,8 @@ fn exploration(found: &Exploration) -> String {
     best.retain(|one| one.bandwidth == 1.0);
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
     let row = |one: &&Alternative| {
-        let [rate, bandwidth, effort, sensors, interaction, torque, noise, radius] = said::alternative(one, number);
+        let [rate, bandwidth, effort, sensors, interaction, torque, noise, radius] =
+            said::alternative(found, one, number);
         let mut row = vec![Cell::Head(rate, 1)];
         row.extend([bandwidth, effort, sensors].map(Cell::text));
         row.extend([interaction, torque, noise, radius].map(Cell::Number));
@@ -116,7 +117,7 @@ fn exploration(found: &Exploration) -> String {
     let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
     let designs = rows_of(&headers, best.iter().map(row).collect());
     let sensor = |(name, with): &(String, Alternative)| {
-        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(with, number);
+        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
         let mut row = vec![Cell::Head(name.clone(), 1)];
         row.extend([interaction, noise, radius].map(Cell::Number));
         row

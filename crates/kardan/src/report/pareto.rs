@@ -60,7 +60,12 @@ pub(super) fn pareto(found: &Exploration) -> String {
         body += &line((LEFT, y), (LEFT + WIDTH, y), "grid");
         body += &text(LEFT - 8.0, y + 4.0, "end", &figure(tick, 3));
     }
-    body += &text(LEFT + WIDTH / 2.0, TOP + HEIGHT + 38.0, "middle", "largest torque asked, over the motor's limit");
+    body += &text(
+        LEFT + WIDTH / 2.0,
+        TOP + HEIGHT + 38.0,
+        "middle",
+        if found.limited { "largest torque asked, over the motor's limit" } else { "largest torque asked, N m" },
+    );
     let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
     times.sort_by(|a, b| b.total_cmp(a));
     times.dedup();
@@ -88,15 +93,15 @@ pub(super) fn pareto(found: &Exploration) -> String {
     for (k, one) in all.iter().enumerate().rev() {
         let (x, y) = place(one);
         let title = format!(
-            "{} s, bandwidth × {}, effort × {}, {}: interaction {} {}, torque {} of the limit, noise {} of it rms",
+            "{} s, bandwidth × {}, effort × {}, {}: interaction {} {}, torque {}, noise {} rms",
             one.sample_time,
             one.bandwidth,
             one.effort,
             one.sensors,
             figure(one.interaction, 3),
             found.unit,
-            figure(one.torque, 3),
-            figure(one.noise, 3)
+            found.amount(one.torque, 1),
+            found.amount(one.noise, 2)
         );
         let fill = if one.best { colour(one) } else { "none".into() };
         let own = if k == 0 { "<circle r=\"10\" fill=\"none\" class=\"own\"/>" } else { "" };

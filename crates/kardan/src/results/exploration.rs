@@ -7,6 +7,8 @@ pub struct Exploration {
     pub interaction: String,
     /// Its unit.
     pub unit: String,
+    /// Whether torques and noise are parts of the motors' limits; false: N m, because no motor has one.
+    pub limited: bool,
     /// All designs that were found; that of the file first.
     pub designs: Vec<Alternative>,
     /// Combinations for which there is no stable design.
@@ -15,6 +17,21 @@ pub struct Exploration {
     pub sensors: Vec<(String, Alternative)>,
     /// What to take from it, one sentence each.
     pub advice: Vec<String>,
+}
+
+impl Exploration {
+    /// A torque or noise of a design in words, with so many decimals: `52 %`, of no limit `0.52 N m`.
+    ///
+    /// ```
+    /// use kardan::results::Exploration;
+    /// let mut found = Exploration { limited: true, ..Exploration::default() };
+    /// assert_eq!(found.amount(0.523, 1), "52.3 %");
+    /// found.limited = false;
+    /// assert_eq!(found.amount(0.523, 1), "5.23e-1 N m");
+    /// ```
+    pub fn amount(&self, torque: f64, decimals: usize) -> String {
+        if self.limited { format!("{:.decimals$} %", 100.0 * torque) } else { format!("{torque:.2e} N m") }
+    }
 }
 
 /// One design.
@@ -32,9 +49,9 @@ pub struct Alternative {
     pub sensors: String,
     /// Largest size of the interaction of [`Exploration::interaction`] in the linear loop.
     pub interaction: f64,
-    /// Largest torque that steps ask of a motor, over its limit (or N m, where no motor has one).
+    /// Largest torque that steps ask of a motor, over its limit, or N m: [`Exploration::limited`].
     pub torque: f64,
-    /// Root mean square of what the sensors' rounding makes of the torques, over the limits (or N m), the largest.
+    /// Root mean square of what the sensors' rounding makes of the torques, the largest, over the limits, or N m.
     pub noise: f64,
     /// Spectral radius per sample time.
     pub spectral_radius: f64,

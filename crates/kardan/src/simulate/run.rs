@@ -57,7 +57,7 @@ const SMALL: f64 = 1e-6;
 /// Relative difference of two times that are one.
 const SAME: f64 = 1e-14;
 /// A speed that no drivetrain reaches, rad/s.
-const DIVERGED: f64 = 1e9;
+const DIVERGED: f64 = 1e6;
 
 struct Runner<'a> {
     machine: Machine,

@@ -94,6 +94,8 @@ pub(super) fn explore(
         })
         .ok_or("no channel could disturb another")?;
     let limits = limits(plant, &subject.inputs);
+    let limited = limits.is_some();
+    let limits = limits.unwrap_or_else(|| vec![1.0; subject.inputs.len()]);
     let alternative = |change: &Change, found: &(Shown, Vec<f64>, String)| {
         let (shown, noise, sensors) = found;
         let over = |values: &[f64]| values.iter().zip(&limits).map(|(value, limit)| value / limit).fold(0.0, f64::max);
@@ -130,6 +132,7 @@ pub(super) fn explore(
     let mut out = Exploration {
         interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
         unit: watched.unit.into(),
+        limited,
         failed: tried.iter().filter(|found| found.is_none()).count(),
         designs,
         sensors,
@@ -156,11 +159,11 @@ fn mark_best(designs: &mut [Alternative]) {
     }
 }
 
-/// Torque limits of the motors, N m; one where no motor has any.
-fn limits(plant: &Plant, inputs: &[usize]) -> Vec<f64> {
-    let limit = |input: &usize| plant.torque_limit(*input);
-    let any = inputs.iter().any(|input| limit(input).is_some());
-    inputs.iter().map(|input| limit(input).unwrap_or(if any { f64::INFINITY } else { 1.0 })).collect()
+/// Torque limits of the motors, N m; `None` where no motor has any.
+fn limits(plant: &Plant, inputs: &[usize]) -> Option<Vec<f64>> {
+    let limits: Vec<Option<f64>> = inputs.iter().map(|input| plant.torque_limit(*input)).collect();
+    let any = limits.iter().any(Option::is_some);
+    any.then(|| limits.into_iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect())
 }
 
 /// Sensors that the file has or could have: its other sensors that an observer can read, then angles of shafts that no sensor
@@ -265,7 +268,7 @@ fn attempt(
     if !first.stable {
         return None;
     }
-    subject.window = window(&first);
+    subject.window = window(&first, variant.scenario.duration);
     let shown = subject.look(&nominal)?;
     let noise = subject.noise(&nominal, &variances)?;
     Some((shown, noise, sensors))
@@ -274,49 +277,54 @@ fn attempt(
 /// What to take from it.
 fn advice(found: &Exploration) -> Vec<String> {
     let Some(own) = found.designs.first() else { return Vec::new() };
+    let of = if found.limited { "of the torque of the most strained motor" } else { "asked of a motor at most" };
     let mut out = vec![format!(
-        "The design of the file: {} {:.3e} {}, {:.0} % of the torque of the most strained motor, noise {:.1} % rms.",
+        "The design of the file: {} {:.3e} {}, {} {of}, noise {} rms.",
         found.interaction,
         own.interaction,
         found.unit,
-        100.0 * own.torque,
-        100.0 * own.noise
+        found.amount(own.torque, 0),
+        found.amount(own.noise, 1)
     )];
     let same = |one: &&Alternative| one.sample_time == own.sample_time && one.sensors == own.sensors;
+    // Without limits nobody knows how much a motor can do: not much more than it does now.
+    let most = if found.limited { 1.0 } else { own.torque };
     let least = found
         .designs
         .iter()
         .filter(same)
-        .filter(|one| one.bandwidth == own.bandwidth && one.torque <= 1.0)
+        .filter(|one| one.bandwidth == own.bandwidth && one.torque <= 1.0001 * most)
         .min_by(|a, b| a.interaction.total_cmp(&b.interaction));
     if let Some(least) = least.filter(|least| least.interaction < 0.5 * own.interaction) {
         out.push(format!(
-            "At this rate and bandwidth `effort = {}` brings the interaction down to {:.3e} {}, at {:.0} % of the torque and a \
-             noise of {:.1} %.",
+            "At this rate and bandwidth an effort {} times as large brings the interaction to {:.3e} {}, with {} {of} and a noise \
+             of {}.",
             least.effort,
             least.interaction,
             found.unit,
-            100.0 * least.torque,
-            100.0 * least.noise
+            found.amount(least.torque, 0),
+            found.amount(least.noise, 1)
         ));
     }
     let faster = found
         .designs
         .iter()
-        .filter(|one| same(one) && one.torque <= 0.9 && one.bandwidth > own.bandwidth)
+        .filter(|one| same(one) && one.torque <= 0.9 * most && one.bandwidth > own.bandwidth)
         .max_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth).then(b.interaction.total_cmp(&a.interaction)));
     if let Some(faster) = faster {
         out.push(format!(
-            "Within 90 % of the torque the bandwidth can be {} times as large, with an interaction of {:.3e} {}.",
-            faster.bandwidth, faster.interaction, found.unit
+            "Within {} {of} the bandwidth can be {} times as large, with an interaction of {:.3e} {}.",
+            found.amount(0.9 * most, 0),
+            faster.bandwidth,
+            faster.interaction,
+            found.unit
         ));
     }
     match found.sensors.first() {
         Some((name, with)) if with.noise < 0.95 * own.noise && with.interaction < 1.05 * own.interaction => out.push(format!(
-            "The sensor to add first is {name}: the noise falls from {:.2} % to {:.2} %, the interaction goes from {:.3e} to \
-             {:.3e} {}.",
-            100.0 * own.noise,
-            100.0 * with.noise,
+            "The sensor to add first is {name}: the noise falls from {} to {}, the interaction goes from {:.3e} to {:.3e} {}.",
+            found.amount(own.noise, 2),
+            found.amount(with.noise, 2),
             own.interaction,
             with.interaction,
             found.unit

@@ -28,8 +28,8 @@ const SAMPLES: usize = 1000;
 const SEED: u64 = 1;
 /// Time between two looks at a loop in continuous time, s.
 const LOOK: f64 = 1e-4;
-/// Shortest window, in samples, and longest one, s.
-const WINDOW: (f64, f64) = (200.0, 1000.0);
+/// Shortest window, in samples.
+const SHORTEST: f64 = 200.0;
 /// Time constants of the slowest motion in a window.
 const SETTLED: f64 = 10.0;
 /// Periods at the beginning of a window that are looked at one by one, and looks at the rest of it.
@@ -121,7 +121,7 @@ pub(super) fn robustness(
     }
     let mut subject = subject(variant, number, laws, plant)?;
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
-    subject.window = window(&nominal);
+    subject.window = window(&nominal, variant.scenario.duration);
     let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
     let mut random = Random::new(SEED);
     let points: Vec<Vec<f64>> = (0..SAMPLES)
@@ -226,11 +226,11 @@ pub(super) fn warnings(found: &Robustness) -> Vec<String> {
     out
 }
 
-/// Time until the slowest motion has died out, s.
-pub(super) fn window(nominal: &Shown) -> f64 {
+/// Time until the slowest motion has died out, or the run of the file ends, s.
+pub(super) fn window(nominal: &Shown, duration: f64) -> f64 {
     let time = nominal.sample_time;
-    let slowest = if nominal.radius < 1.0 { -time / nominal.radius.ln() } else { WINDOW.1 };
-    (SETTLED * slowest).min(WINDOW.1).max(WINDOW.0 * time)
+    let settled = if nominal.radius < 1.0 { -SETTLED * time / nominal.radius.ln() } else { f64::INFINITY };
+    settled.min(duration).max(SHORTEST * time)
 }
 
 /// Smallest and largest factor of each coefficient, and tolerances of the file that are not those of coefficients.

@@ -1,8 +1,8 @@
-use kardan_rt::StateSpace;
+use kardan_rt::{Bounds, StateSpace};
 
-use super::sampled::{Block, Clock, Firmware, entries};
+use super::sampled::{Block, Clock, Firmware, entries, side_by_side};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
-use crate::num::{Float, Matrix, discretise};
+use crate::num::{Float, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, Design};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
@@ -48,6 +48,8 @@ pub(super) struct Linear {
     disturbances: usize,
     coordinates: Vec<usize>,
     shafts: usize,
+    /// A signal behind the others for each input, if the law's states are kept from winding up: see [`Self::against_windup`].
+    excess: usize,
     block: LinearBlock,
     runner: Runner<f64>,
 }
@@ -75,14 +77,72 @@ impl Linear {
         Self {
             design,
             exact,
-            runner: Runner::new(&block, &coordinates, references.len()),
+            runner: Runner::new(&block, &coordinates, references.len(), &[]),
             references,
             disturbances: disturbances.len(),
             coordinates,
             shafts: plant.shafts().len(),
+            excess: 0,
             block,
         }
     }
+
+    /// Keeps the law's states from winding up while a motor is at its limit: the rates get `L e` more, where e is what the limits
+    /// leave of the command less the command. Within the limits nothing changes; beyond them ξ follows `A − L C`, whose
+    /// eigenvalues all have the real part −β (Bass 1961).
+    ///
+    /// A law without states, without limits, or whose command does not show its states, stays as it is.
+    pub fn against_windup(mut self, limits: &[Option<f64>]) -> Self {
+        if self.block.states.is_empty() || limits.iter().all(Option::is_none) {
+            return self;
+        }
+        let Some(gain) = bass(&self.block.a, &self.block.c) else { return self };
+        let (inputs, signals) = (limits.len(), self.block.b.columns());
+        self.block.b = side_by_side(&[&self.block.b, &gain]);
+        self.block.d = side_by_side(&[&self.block.d, &Matrix::zeros(inputs, inputs)]);
+        assert_eq!(self.block.d.columns(), signals + inputs, "one limit for each input");
+        self.excess = inputs;
+        self.runner = Runner::new(&self.block, &self.coordinates, self.references.len(), limits);
+        let data = &mut self.design.controller_data;
+        for (name, matrix) in [("B", &self.block.b), ("D", &self.block.d)] {
+            let place = data.matrices.iter_mut().find(|(other, _)| other == name);
+            if let Some((_, rows)) = place {
+                *rows = matrix.to_rows();
+            }
+        }
+        let inputs = &self.design.inputs;
+        data.reads.extend(inputs.iter().map(|input| (format!("{input}.excess"), "N m".to_string())));
+        let bounds = inputs.iter().zip(limits);
+        data.numbers.extend(bounds.filter_map(|(input, limit)| Some((format!("{input} torque_limit"), (*limit)?))));
+        self.design.notes.push(
+            "the law's states do not wind up: `<motor>.excess` is what the torque limit leaves of the command, less the \
+             command, and moves them"
+                .into(),
+        );
+        self
+    }
+}
+
+/// Time constants of the fastest motion of A in which A − L C brings everything to rest.
+const BASS: f64 = 2.0;
+
+/// L such that all eigenvalues of A − L C have the real part −β: with `(A + βI)ᵀ Z + Z (A + βI) = 2 Cᵀ C` it is `Z⁻¹ Cᵀ`. `None` if
+/// (A, C) is not observable or a number overflows.
+fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
+    let n = a.rows();
+    let fastest = eigenvalues(a)?.into_iter().map(|(re, im)| re.hypot(im)).fold(0.0, f64::max);
+    let beta = BASS * fastest.max(1.0);
+    let shifted = Matrix::from_fn(n, n, |i, j| a[(i, j)] + if i == j { beta } else { 0.0 });
+    let right = c.transpose().multiply(c).scale(&2.0);
+    // One equation for each entry of Z.
+    let equations = Matrix::from_fn(n * n, n * n, |row, column| {
+        let ((i, j), (k, l)) = ((row / n, row % n), (column / n, column % n));
+        let left = if l == j { shifted[(k, i)] } else { 0.0 };
+        left + if k == i { shifted[(l, j)] } else { 0.0 }
+    });
+    let z = equations.solve(&Matrix::from_fn(n * n, 1, |row, _| right[(row / n, row % n)]))?;
+    let gain = Matrix::from_fn(n, n, |i, j| z[(i * n + j, 0)]).solve(&c.transpose())?;
+    gain.as_slice().iter().all(|x| x.is_finite()).then_some(gain)
 }
 
 /// The block [`StateSpace`] with the memory of one evaluation.
@@ -93,13 +153,15 @@ struct Runner<T> {
     d: Vec<T>,
     coordinates: Vec<usize>,
     references: usize,
+    /// Torque limits of the inputs, if their excess is a signal.
+    limits: Vec<Option<T>>,
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
 }
 
 impl<T: Float> Runner<T> {
-    fn new(block: &LinearBlock, coordinates: &[usize], references: usize) -> Self {
+    fn new(block: &LinearBlock, coordinates: &[usize], references: usize, limits: &[Option<f64>]) -> Self {
         let (states, inputs) = (block.states.len(), block.d.rows());
         Self {
             a: entries(&block.a),
@@ -108,6 +170,7 @@ impl<T: Float> Runner<T> {
             d: entries(&block.d),
             coordinates: coordinates.to_vec(),
             references,
+            limits: limits.iter().map(|limit| limit.map(T::from_f64)).collect(),
             signals: vec![T::ZERO; block.d.columns()],
             state: vec![T::ZERO; states],
             result: vec![T::ZERO; states.max(inputs)],
@@ -118,7 +181,9 @@ impl<T: Float> Runner<T> {
         let r = self.coordinates.len();
         let (position, rest) = self.signals.split_at_mut(r);
         let (speed, rest) = rest.split_at_mut(r);
-        let (references, disturbances) = rest.split_at_mut(self.references);
+        let (references, rest) = rest.split_at_mut(self.references);
+        let (disturbances, excess) = rest.split_at_mut(rest.len() - self.limits.len());
+        excess.fill(T::ZERO);
         for (k, &shaft) in self.coordinates.iter().enumerate() {
             position[k] = T::from_f64(seen.angles[shaft]);
             speed[k] = T::from_f64(seen.speeds[shaft]);
@@ -130,6 +195,14 @@ impl<T: Float> Runner<T> {
         else {
             unreachable!("the matrices fit each other, as `Linear::new` has checked");
         };
+        if rates && !self.limits.is_empty() {
+            let (inputs, first) = (self.limits.len(), self.signals.len() - self.limits.len());
+            block.outputs(&self.state, &self.signals, &mut self.result[..inputs]);
+            for ((k, limit), wish) in self.limits.iter().enumerate().zip(&self.result) {
+                let bounds = Bounds { torque: *limit, change: None };
+                self.signals[first + k] = bounds.nearest(*wish, *wish) - *wish;
+            }
+        }
         let result = &mut self.result[..out.len()];
         if rates {
             block.rates(&self.state, &self.signals, result);
@@ -197,12 +270,13 @@ impl Law for Linear {
             (block.a, block.b) = (held.a, held.b);
         }
         let references = self.references.len();
+        let limits = self.runner.limits.clone();
         Some(Firmware {
             linear: self.linear().held(clock.period)?,
             block: if clock.single {
-                Box::new(Runner::<f32>::new(&block, &self.coordinates, references))
+                Box::new(Runner::<f32>::new(&block, &self.coordinates, references, &limits))
             } else {
-                Box::new(Runner::<f64>::new(&block, &self.coordinates, references))
+                Box::new(Runner::<f64>::new(&block, &self.coordinates, references, &limits))
             },
         })
     }
@@ -219,7 +293,7 @@ impl Law for Linear {
             out
         };
         let last = |matrix: &Matrix<f64>| {
-            let first = matrix.columns() - self.disturbances;
+            let first = matrix.columns() - self.excess - self.disturbances;
             Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
         };
         let told =
@@ -248,5 +322,23 @@ impl Law for Linear {
 
     fn describe(&self) -> Design {
         self.design.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_winds_up_decays_with_one_rate() {
+        let a = Matrix::from_fn(3, 3, |i, j| [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [2.0, 0.0, -4.0]][i][j]);
+        let c = Matrix::from_fn(2, 3, |i, j| [[1.0, 0.0, 0.5], [0.0, 0.0, 1.0]][i][j]);
+        let gain = bass(&a, &c).expect("observable");
+        let closed = a.plus(&gain.multiply(&c).scale(&-1.0));
+        let poles = eigenvalues(&closed).expect("eigenvalues");
+        // Twice the fastest of A, 4 rad/s.
+        assert!(poles.iter().all(|(re, _)| (re + 8.0).abs() < 1e-6), "{poles:?}");
+        // A state that no command shows.
+        assert!(bass(&a, &Matrix::from_fn(1, 3, |_, j| f64::from(u8::from(j == 1)))).is_none());
     }
 }

@@ -83,16 +83,16 @@ pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String
 }
 
 /// A design beside this one as a row: rate, bandwidth, effort, sensors, interaction, torque, noise, spectral radius.
-pub fn alternative(one: &Alternative, number: impl Fn(f64) -> String) -> [String; 8] {
-    let percent = |x: f64| format!("{} %", number(100.0 * x));
+pub fn alternative(found: &Exploration, one: &Alternative, number: impl Fn(f64) -> String) -> [String; 8] {
+    let torque = |x: f64| if found.limited { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) };
     [
         format!("{} Hz", number(1.0 / one.sample_time)),
         format!("× {}", number(one.bandwidth)),
         format!("× {}", number(one.effort)),
         one.sensors.clone(),
         number(one.interaction),
-        percent(one.torque),
-        percent(one.noise),
+        torque(one.torque),
+        torque(one.noise),
         number(one.spectral_radius),
     ]
 }
@@ -100,12 +100,12 @@ pub fn alternative(one: &Alternative, number: impl Fn(f64) -> String) -> [String
 /// What is said of the designs beside this one.
 pub fn exploration(found: &Exploration) -> Vec<String> {
     let mut out = vec![format!(
-        "{} designs were found, {} combinations have no stable one. Interaction: {}, in {}. Torque and noise are parts of the \
-         motors' limits.",
+        "{} designs were found, {} combinations have no stable one. Interaction: {}, in {}. Torque and noise are {}.",
         found.designs.len(),
         found.failed,
         found.interaction,
-        found.unit
+        found.unit,
+        if found.limited { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }
     )];
     out.extend(found.advice.iter().cloned());
     out

@@ -257,7 +257,11 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let block = block(&found, &quotient.projection);
     let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
     exact.behind = found.behind;
-    Ok(Box::new(Linear::new(request, design, Some(exact), task.references, block)))
+    let inputs = &plant.reduced.equations.inputs;
+    let number = |name: &String| inputs.iter().position(|input| input.element == *name);
+    let limits: Vec<Option<f64>> =
+        task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_limit(input))).collect();
+    Ok(Box::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
 }
 
 /// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.

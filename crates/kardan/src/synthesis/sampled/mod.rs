@@ -14,8 +14,8 @@ mod plant;
 mod runner;
 
 pub(super) use filter::filter;
-pub(super) use firmware::entries;
 pub use firmware::{Block, Clock, Firmware, sampled};
+pub(super) use firmware::{entries, side_by_side};
 pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use loop_map::{SampledLoop, SampledLoopError};

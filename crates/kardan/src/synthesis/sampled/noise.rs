@@ -2,8 +2,8 @@ use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::synthesis::Plant;
 
-/// Variance of a reading of an ideal sensor times the sample time: 0.01 mrad at 1 s.
-const IDEAL: f64 = 1e-10;
+/// Variance of a reading of an ideal sensor times the sample time: 3 µrad (or µN m) at 1 ms.
+const IDEAL: f64 = 1e-14;
 
 /// Variance of a reading at a sample time in s: of the noise given (unit of the sensor times √s), else that of rounding to the
 /// sensor's resolution, a twelfth of its square, else that of a nearly ideal sensor.

@@ -1,0 +1,278 @@
+//! What happens to sampled controllers in runs: sensors that fail, limits, sensors and controllers with clocks of their own.
+
+mod common;
+
+use common::{at, signal};
+use kardan::model::builtin;
+use kardan::results::{Outcome, Run};
+use kardan::study::{self, Settings, Silent};
+use kardan::synthesis::{LoopPlant, SampledLoop, SampledPart};
+
+fn ecu() -> &'static str {
+    builtin("sia-steering-ecu").expect("built in").source
+}
+
+fn variant(source: &str, name: &str) -> Run {
+    let settings = Settings { variants: vec![name.into()], ..Settings::default() };
+    study::run(source, &settings, &Silent).expect("a model without mistakes").runs.remove(0)
+}
+
+fn largest(run: &Run, name: &str) -> f64 {
+    signal(run, name).iter().fold(0.0, |max, x| max.max(x.abs()))
+}
+
+fn fault(keys: &str) -> String {
+    format!("{}\n[[scenario.fault]]\n{keys}\n", ecu())
+}
+
+/// An encoder that gives no number for 20 ms: the controller holds its last reading, counts it, and goes on.
+#[test]
+fn a_lost_encoder() {
+    let run = variant(&fault("sensor = \"wg_encoder\"\nat = \"0.2 s\"\nuntil = \"0.22 s\""), "rack");
+    assert_eq!(run.outcome, Outcome::Completed);
+    assert!(run.series.signals.iter().all(|signal| signal.values.iter().all(|x| x.is_finite())));
+    assert!(largest(&run, "wg_motor.tau") <= 1.3 && largest(&run, "rk_motor.tau") <= 60.0);
+    let told = |what: &str| run.events.iter().find(|event| event.what == what).map(|event| event.time);
+    assert_eq!(told("wg_encoder gives no number any more"), Some(0.2));
+    assert_eq!(told("wg_encoder works again"), Some(0.22));
+    let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
+    assert!(note.contains("column") && note.contains("in 20 of 15") && note.contains("first at 0.2"), "{note}");
+    // It is felt, and gone in the end.
+    let whole = variant(ecu(), "rack");
+    let differs = |from: f64, until: f64| {
+        let window = |time: &f64| (from..until).contains(time);
+        let both = whole.series.time.iter().zip(signal(&whole, "wg_motor.command"));
+        let both: Vec<f64> = both.filter(|(time, _)| window(time)).map(|(_, x)| *x).collect();
+        let other = run.series.time.iter().zip(signal(&run, "wg_motor.command"));
+        let other: Vec<f64> = other.filter(|(time, _)| window(time)).map(|(_, x)| *x).collect();
+        both.iter().zip(&other).fold(0.0f64, |max, (a, b)| max.max((a - b).abs()))
+    };
+    assert_eq!(differs(0.0, 0.2), 0.0);
+    assert!(differs(0.2, 0.25) > 0.0);
+    assert!((at(&run, "rk.phi", 1.5) - at(&whole, "rk.phi", 1.5)).abs() < 0.02);
+}
+
+/// Of a sensor that sticks nobody is told: its readings are numbers.
+#[test]
+fn a_stuck_sensor() {
+    let run = variant(&fault("sensor = \"bar.tau\"\nkind = \"stuck\"\nat = \"0.15 s\"\nuntil = \"0.16 s\""), "rack");
+    assert_eq!(run.outcome, Outcome::Completed);
+    assert!(!run.notes.iter().any(|note| note.contains("no number")), "{:?}", run.notes);
+    assert!(run.events.iter().any(|event| event.what == "bar.tau goes on giving its last reading"));
+    assert_ne!(signal(&run, "wg_motor.command"), signal(&variant(ecu(), "rack"), "wg_motor.command"));
+}
+
+/// An observer before a law of continuous time holds the last good reading too.
+#[test]
+fn an_observer_without_a_reading() {
+    let source = "\
+[model]
+name = \"servo\"
+[shaft.a]
+inertia = \"0.01 kg m^2\"
+damping = \"0.01 N m s/rad\"
+[motor.m]
+shaft = \"a\"
+[sensor.s]
+measures = \"angle\"
+shaft = \"a\"
+[control.c]
+law = \"decoupling\"
+sample_time = \"1 ms\"
+inputs = [\"m\"]
+[[control.c.channels]]
+output = \"a.phi\"
+reference = \"r\"
+natural_frequency = \"20 rad/s\"
+damping_ratio = 1
+[control.c.observer]
+sensors = [\"s.phi\"]
+disturbances = []
+poles = [-100, -101]
+[scenario]
+duration = \"2 s\"
+[[scenario.event]]
+at = \"0.1 s\"
+signal = \"r\"
+to = \"1 rad\"
+[[scenario.fault]]
+sensor = \"s\"
+at = \"0.15 s\"
+until = \"0.155 s\"
+";
+    let run = common::run(source);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let note = run.notes.iter().find(|note| note.contains("no number")).expect("told");
+    assert!(note.contains("in 5 of 2000 samples"), "{note}");
+    assert!((at(&run, "a.phi", 2.0) - 1.0).abs() < 1e-6, "it arrives all the same");
+}
+
+/// The steering wheel is held by the driver, whom the controller without observer does not know: 20 N m are well within the
+/// limits of the motors, and the governor lets them through.
+#[test]
+fn the_governor_knows_that_a_shaft_under_a_torque_is_held() {
+    let text = ecu().replacen("step_force = \"0 N m\"", "step_force = \"20 N m\"", 1);
+    let text = text.replacen("step_rack = \"0.4 rad\"", "step_rack = \"0 rad\"", 1);
+    assert_ne!(text, ecu());
+    let run = variant(&text, "full-state");
+    let felt = -at(&run, "driver.tau", 1.5);
+    assert!((felt / 20.0 - 1.0).abs() < 0.05, "{felt}");
+    assert!(largest(&run, "wg_motor.tau") <= 1.3 && !run.notes.iter().any(|note| note.contains("governor")));
+    // Half a turn of the rack at once is too much: held back, and told.
+    let text = ecu().replacen("step_rack = \"0.4 rad\"", "step_rack = \"3 rad\"", 1);
+    let run = variant(&text, "full-state");
+    let note = run.notes.iter().find(|note| note.contains("governor")).expect("told");
+    assert!(note.contains("full_state") && note.contains("first at 0.1"), "{note}");
+    assert!(largest(&run, "wg_motor.tau") <= 1.3 && (at(&run, "rk.phi", 1.5) - 3.0).abs() < 0.01);
+}
+
+const INTEGRATORS: &str = "\
+[model]
+name = \"dynamic decoupling at its limits\"
+[shaft.a]
+inertia = \"0.01 kg m^2\"
+[shaft.b]
+inertia = \"0.01 kg m^2\"
+damping = \"0.02 N m s/rad\"
+[shaft.c]
+inertia = \"0.01 kg m^2\"
+damping = \"0.02 N m s/rad\"
+[spring_damper.bc]
+shaft_1 = \"c\"
+shaft_2 = \"b\"
+stiffness = \"10 N m/rad\"
+damping = \"0.1 N m s/rad\"
+[spring_damper.ac]
+shaft_1 = \"c\"
+shaft_2 = \"a\"
+stiffness = \"10 N m/rad\"
+[motor.on_a]
+shaft = \"a\"
+torque_limit = \"0.2 N m\"
+[motor.on_b]
+shaft = \"b\"
+torque_limit = \"0.2 N m\"
+[control.column]
+law = \"decoupling\"
+feedback = \"dynamic\"
+CLOCK
+inputs = [\"on_a\", \"on_b\"]
+[[control.column.channels]]
+output = \"b.phi\"
+reference = \"rb\"
+natural_frequency = \"15 rad/s\"
+damping_ratio = 1
+[[control.column.channels]]
+output = \"c.phi\"
+reference = \"rc\"
+natural_frequency = \"15 rad/s\"
+damping_ratio = 1
+[scenario]
+duration = \"6 s\"
+[[scenario.event]]
+at = \"0 s\"
+signal = \"rb\"
+to = \"20 rad\"
+[[scenario.event]]
+at = \"2 s\"
+signal = \"rb\"
+to = \"0.01 rad\"
+";
+
+/// Integrators of dynamic decoupling do not wind up while the motors are at their limits: when the reference can be reached again
+/// at 2 s, the commands are back within 0.3 s and `c`, which nobody moves, is at rest soon after. (With integrators that wind up
+/// it is 3 mrad away there, 9 mrad in the sampled loop.)
+#[test]
+fn integrators_do_not_wind_up() {
+    for clock in ["", "sample_time = \"1 ms\"", "sample_time = \"1 ms\"\nprecision = \"single\""] {
+        let settings = Settings { force: true, ..Settings::default() };
+        let run = study::run(&INTEGRATORS.replace("CLOCK", clock), &settings, &Silent).expect("forced").runs.remove(0);
+        assert_eq!(run.outcome, Outcome::Completed, "{clock}");
+        assert!(at(&run, "on_b.command", 1.9) > 1.0 && at(&run, "on_b.tau", 1.9) == 0.2, "{clock}: at the limit");
+        assert!(at(&run, "on_b.command", 2.3) < 0.2, "{clock}: {}", at(&run, "on_b.command", 2.3));
+        assert!(at(&run, "c.phi", 2.6).abs() < 2e-3, "{clock}: {}", at(&run, "c.phi", 2.6));
+        assert!((at(&run, "b.phi", 6.0) - 0.01).abs() < 1e-6, "{clock}");
+    }
+}
+
+/// A loop with slow sensors (one an angle, one a speed as a difference of angles) beside two clocks, against a run.
+#[test]
+fn slow_sensors_in_the_map() {
+    let source = "\
+[model]
+name = \"slow\"
+[shaft.a]
+inertia = \"0.01 kg m^2\"
+damping = \"0.01 N m s/rad\"
+[shaft.b]
+inertia = \"0.02 kg m^2\"
+damping = \"0.05 N m s/rad\"
+[spring_damper.ab]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+stiffness = \"5 N m/rad\"
+damping = \"0.05 N m s/rad\"
+[motor.m]
+shaft = \"a\"
+lag = \"0.7 ms\"
+[motor.n]
+shaft = \"b\"
+[sensor.s]
+measures = \"angle\"
+shaft = \"a\"
+sample_time = \"3 ms\"
+[sensor.v]
+measures = \"speed\"
+shaft = \"b\"
+resolution = \"1e-9 rad\"
+sample_time = \"4 ms\"
+[control.c]
+law = \"pole_placement\"
+sample_time = \"2 ms\"
+delay = \"5 ms\"
+inputs = [\"m\", \"n\"]
+poles = [-5, -6, -7, -8]
+[control.c.observer]
+sensors = [\"s.phi\", \"v.w\", \"b.phi\"]
+disturbances = []
+poles = [-40, -41, -42, -43]
+[scenario]
+duration = \"0.6 s\"
+output_step = \"1 ms\"
+initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
+";
+    let variant = common::first(source);
+    let model = &variant.design_models[0];
+    let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
+    assert_eq!(plant.slow_sensors.len(), 2);
+    let laws = variant.running_laws();
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let found = SampledLoop::new(&plant, &parts).expect("a loop");
+    assert!((found.period - 12e-3).abs() < 1e-12 && (found.sample_time - 2e-3).abs() < 1e-15);
+    let run = common::run(source);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let names = &model.linear.coordinates;
+    // The observer's start: the true angles.
+    let state = |name: &str| laws[0].states().iter().position(|state| *state == format!("estimate of {name}"));
+    let mut z = vec![0.0; found.map.rows()];
+    let states = found.map.rows() - 3 - laws[0].states().len();
+    for (k, name) in names.iter().enumerate() {
+        z[k] = 0.1;
+        z[states + state(&format!("{name}.phi")).expect("estimated")] = 0.1;
+    }
+    // The difference of the first reading has nothing before it: the reading stands there from the start.
+    let last = z.len() - 1;
+    z[last] = 0.1;
+    let mut moved: f64 = 0.0;
+    for period in 0..50 {
+        let time = 12e-3 * f64::from(period);
+        for (k, name) in names.iter().enumerate() {
+            let (angle, speed) = (at(&run, &format!("{name}.phi"), time), at(&run, &format!("{name}.w"), time));
+            assert!((angle - z[k]).abs() < 1e-6, "{name}.phi at {time}: {angle} {}", z[k]);
+            assert!((speed - z[names.len() + k]).abs() < 1e-5, "{name}.w at {time}: {speed}");
+            moved = moved.max(speed.abs());
+        }
+        found.pass(&mut z, &mut |_| {});
+    }
+    assert!(moved > 0.1, "{moved}");
+}
