@@ -11,7 +11,8 @@ use kardan::reduce::MechanismData;
 use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting};
 use kardan_rt::{
-    Channel, ComputedTorque, Gain, Measurement, Noninteracting, PositionLoop, Real, Situation, StateSpace, Task,
+    Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Noninteracting, PositionLoop, Real, Regulator,
+    RegulatorMemory, Situation, StateSpace, Task,
 };
 
 /// Shows allocations beside the times; there must be none.
@@ -96,6 +97,85 @@ fn sia_law_with_observer_f64(bencher: Bencher) {
 #[divan::bench(sample_size = 1000)]
 fn sia_law_with_observer_f32(bencher: Bencher) {
     sia_law_with_observer(bencher, |x| x as f32);
+}
+
+/// The same task by the design for 1 kHz with delay and lag: observer, reference model, governor with predictions of 2 motors at
+/// up to 24 instants, bounds.
+fn sia_regulator<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, governed: bool) {
+    let data = variant("sia-steering-ecu", 0).design_laws()[0].describe().controller_data;
+    let rows = |name: &str| &data.matrices.iter().find(|(other, _)| other == name).expect("a matrix").1;
+    let part = |name: &str, columns: std::ops::Range<usize>| -> Vec<T> {
+        rows(name).iter().flat_map(|row| row[columns.clone()].iter().map(|x| to(*x))).collect()
+    };
+    let all = |name: &str| part(name, 0..rows(name)[0].len());
+    let (n, k, r, p) = (rows("prediction").len(), rows("model").len(), 2, rows("output").len());
+    let number = |name: &str| data.numbers.iter().find(|(other, _)| other == name).map(|(_, x)| to(*x));
+    let bounds: Vec<Bounds<T>> = data
+        .writes
+        .iter()
+        .map(|input| Bounds { torque: number(&format!("{input} torque_limit")), change: None })
+        .collect();
+    let names = ["prediction", "input", "output", "correction", "model", "model_input", "feedback"];
+    let [prediction, input, output, correction, model, model_input, feedback] = names.map(all);
+    let [on_state, on_model, on_references] =
+        [0..n, n..n + k, n + k..n + k + r].map(|columns| part("governor", columns));
+    let limits = all("governor_bounds");
+    let gain = |matrix, columns| Gain::new(matrix, columns).expect("whole rows");
+    let governor = Governor {
+        on_state: gain(&on_state, n),
+        on_model: gain(&on_model, k),
+        on_references: gain(&on_references, r),
+        bounds: &limits,
+    };
+    let block = Regulator {
+        prediction: gain(&prediction, n),
+        input: gain(&input, 2),
+        output: gain(&output, n),
+        correction: gain(&correction, p),
+        model: gain(&model, k),
+        model_input: gain(&model_input, r),
+        feedback: gain(&feedback, n + k + r),
+        bounds: &bounds,
+        governor: governed.then_some(governor),
+    };
+    let zeros = |count: usize| vec![T::ZERO; count];
+    let (mut estimate, mut states, mut readings, mut references) = (zeros(n), zeros(k), zeros(p), zeros(r));
+    let (mut commands, mut work) = (zeros(2), zeros(Regulator::<T>::work(n, k, r, p)));
+    // References that move, so that the governor has something to do.
+    let mut sign = to(1e-3);
+    bencher.bench_local(|| {
+        sign = -sign;
+        let memory = RegulatorMemory {
+            estimate: &mut estimate,
+            model: &mut states,
+            readings: &mut readings,
+            references: &mut references,
+            commands: &mut commands,
+            work: &mut work,
+        };
+        let health = block.step(black_box(&[sign; 3]), black_box(&[sign, sign]), memory);
+        black_box((commands[0], health))
+    });
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_regulator_f64(bencher: Bencher) {
+    sia_regulator(bencher, |x| x, false);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_regulator_f32(bencher: Bencher) {
+    sia_regulator(bencher, |x| x as f32, false);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_regulator_with_governor_f64(bencher: Bencher) {
+    sia_regulator(bencher, |x| x, true);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_regulator_with_governor_f32(bencher: Bencher) {
+    sia_regulator(bencher, |x| x as f32, true);
 }
 
 /// The same task on the nonlinear model with a joint angle of 20 deg, state given.

@@ -6,7 +6,7 @@ use common::{at, signal};
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Settings, Silent};
-use kardan::synthesis::{LoopPlant, SampledLoop, SampledPart};
+use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart};
 
 fn ecu() -> &'static str {
     builtin("sia-steering-ecu").expect("built in").source
@@ -275,4 +275,157 @@ initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
         found.pass(&mut z, &mut |_| {});
     }
     assert!(moved > 0.1, "{moved}");
+}
+
+/// Two bodies on a spring under `sampled_noninteracting`, with motors of different lags and a delay of 2.5 samples: a run equals the
+/// exact map at every sample, its references in it.
+#[test]
+fn unequal_lags_and_a_long_delay() {
+    let source = "\
+[model]
+name = \"late\"
+[shaft.a]
+inertia = \"0.01 kg m^2\"
+damping = \"0.01 N m s/rad\"
+[shaft.b]
+inertia = \"0.02 kg m^2\"
+damping = \"0.05 N m s/rad\"
+[spring_damper.ab]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+stiffness = \"5 N m/rad\"
+damping = \"0.05 N m s/rad\"
+[motor.m]
+shaft = \"a\"
+lag = \"0.7 ms\"
+[motor.n]
+shaft = \"b\"
+lag = \"3 ms\"
+[control.column]
+law = \"sampled_noninteracting\"
+sample_time = \"1 ms\"
+delay = \"2.5 ms\"
+[[control.column.channels]]
+output = \"a.phi\"
+input = \"m\"
+reference = \"ra\"
+[[control.column.channels]]
+output = \"b.phi\"
+input = \"n\"
+reference = \"rb\"
+OBSERVER
+[scenario]
+duration = \"0.3 s\"
+output_step = \"0.5 ms\"
+[[scenario.event]]
+at = \"0 s\"
+signal = \"ra\"
+to = \"1 rad\"
+[[scenario.event]]
+at = \"0 s\"
+signal = \"rb\"
+to = \"-0.5 rad\"
+";
+    let observer = "[control.column.observer]\nsensors = [\"a.phi\", \"b.phi\"]\ndisturbances = [\"a\"]";
+    for observer in ["", observer] {
+        let source = source.replace("OBSERVER", observer);
+        let variant = common::first(&source);
+        let model = &variant.design_models[0];
+        let plant = LoopPlant::new(&model.linear, &model.lags());
+        let laws = variant.running_laws();
+        let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+        let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
+        let (re, im) = found.slowest().expect("eigenvalues");
+        assert!(re.hypot(im) < 1.0 && found.period == 1e-3);
+        let run = common::run(&source);
+        assert_eq!(run.outcome, Outcome::Completed);
+        let names = &model.linear.coordinates;
+        let mut z = vec![0.0; found.map.rows()];
+        for (k, reference) in laws[0].references().iter().enumerate() {
+            z[found.references[0] + k] = if reference.name == "ra" { 1.0 } else { -0.5 };
+        }
+        let mut interaction: f64 = 0.0;
+        for sample in 0..300 {
+            let time = 1e-3 * f64::from(sample);
+            for (k, name) in names.iter().enumerate() {
+                let angle = at(&run, &format!("{name}.phi"), time);
+                assert!((angle - z[k]).abs() < 1e-8, "{observer} {name}.phi at {time}: {angle} {}", z[k]);
+            }
+            // The reference model, 1 − (1 + wt) e^{−wt} with 30 rad/s, as long as it lies behind delay and lags.
+            let late = 30.0 * (time - 0.012).max(0.0);
+            let early = 30.0 * time;
+            let model = |wt: f64| 1.0 - (1.0 + wt) * (-wt).exp();
+            let a = at(&run, "a.phi", time);
+            assert!(a > model(late) - 0.02 && a < model(early) + 0.02, "{observer} a.phi at {time}: {a}");
+            interaction = interaction.max((a + 2.0 * at(&run, "b.phi", time)).abs());
+            found.pass(&mut z, &mut |_| {});
+        }
+        // One reference is minus twice the other, and so are the answers, but for the interaction.
+        assert!(interaction < 0.05, "{observer}: {interaction}");
+    }
+}
+
+/// A second controller with a clock of its own whose commands come to nothing changes neither the answers to steps nor the noise,
+/// though the map is then that of a longer period.
+#[test]
+fn a_second_clock() {
+    let variant = study::prepare(ecu()).0.variants.remove(0);
+    let model = &variant.design_models[0];
+    let plant = LoopPlant::new(&model.linear, &model.lags());
+    let laws = variant.running_laws();
+    let clock = Clock { period: 2.5e-3, delay: 1e-3, single: false };
+    let shown = |count: usize| {
+        let mut other = SampledPart::at(&*laws[1], &plant, Some(clock)).expect("finite");
+        other.gain = 0.0;
+        let mut parts = vec![SampledPart::of(&*laws[0], &plant), other];
+        parts.truncate(count);
+        let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
+        let command = found.commands.row(parts[0].inputs[1]).to_vec();
+        let noise = found.noise(0, &[1e-8, 4e-9, 1e-6], std::slice::from_ref(&command))[0];
+        let mut z = vec![0.0; found.map.rows()];
+        z[found.references[0]] = 1.0;
+        let mut largest: f64 = 0.0;
+        for _ in 0..(0.2 / found.period).round() as usize {
+            found.pass(&mut z, &mut |z| {
+                largest = largest.max(command.iter().zip(z).map(|(a, b)| a * b).sum::<f64>().abs());
+            });
+        }
+        (found.period, noise, largest)
+    };
+    let (alone, both) = (shown(1), shown(2));
+    assert!((alone.0 - 1e-3).abs() < 1e-15 && (both.0 - 5e-3).abs() < 1e-12);
+    assert!(alone.1 > 1e-4 && (both.1 / alone.1 - 1.0).abs() < 1e-6, "{alone:?} {both:?}");
+    assert!(alone.2 > 1e-2 && (both.2 / alone.2 - 1.0).abs() < 1e-9, "{alone:?} {both:?}");
+}
+
+/// The noise that errors of readings make, against a run of the map with drawn errors.
+#[test]
+fn noise_against_drawn_errors() {
+    let variant = study::prepare(ecu()).0.variants.remove(0);
+    let model = &variant.design_models[0];
+    let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
+    let laws = variant.running_laws();
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
+    let command = found.commands.row(parts[0].inputs[1]).to_vec();
+    let variances = [1e-8, 4e-9, 1e-6];
+    let expected = found.noise(0, &variances, std::slice::from_ref(&command))[0];
+    let mut dice = common::Dice(7);
+    let mut z = vec![0.0; found.map.rows()];
+    let (mut sum, mut count) = (0.0, 0);
+    for sample in 0..200_000 {
+        for (k, variance) in variances.iter().enumerate() {
+            // Evenly spread within ± √3 σ.
+            let unit = dice.next() as f64 / u64::MAX as f64;
+            z[found.errors[0] + k] = (2.0 * unit - 1.0) * (3.0 * variance).sqrt();
+        }
+        found.pass(&mut z, &mut |_| {});
+        if sample > 5000 {
+            sum += command.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>().powi(2);
+            count += 1;
+        }
+    }
+    let drawn = (sum / f64::from(count)).sqrt();
+    // Neighbouring samples are alike: some thousand independent ones.
+    assert!((drawn / expected - 1.0).abs() < 0.05, "{drawn} {expected}");
 }

@@ -47,7 +47,7 @@ const VERSION: u32 = 1;
 /// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
 /// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners; `null`: unstable), `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
-/// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `matrices`, `numbers` |
+/// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `precision` (`f64`, `f32`), `matrices`, `numbers` |
 /// | `observer_data` | the same for the observer that runs before it; `null` without one |
 /// | `warnings`, `notes` | sentences |
 pub fn design_json(design: &Design) -> String {
@@ -195,8 +195,9 @@ pub fn controller_json(design: &Design) -> String {
 
 fn how_to_run(data: &ControllerData) -> String {
     let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
+    let precision = if data.single { "f32" } else { "f64" };
     format!(
-        "Make a kardan_rt::{} of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
+        "Make a kardan_rt::{}, computing in {precision}, of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
          in SI {when}, and send what it returns to the inputs of `writes` in their order.",
         data.block
     )
@@ -355,6 +356,7 @@ fn data(data: &ControllerData) -> Map<String, Value> {
         ("reads", object!(list(&data.reads, |(signal, unit)| object!({ "signal": signal, "unit": unit })))),
         ("writes", object!(data.writes)),
         ("sample_time_s", object!(data.sample_time)),
+        ("precision", object!(if data.single { "f32" } else { "f64" })),
         ("matrices", by_name(data.matrices.iter().map(|(name, rows)| (name, object!(rows))))),
         ("numbers", by_name(data.numbers.iter().map(|(name, value)| (name, object!(value))))),
     ]
@@ -477,7 +479,7 @@ mod tests {
         let text = controller_json(&train);
         let all: Value = serde_json::from_str(&text).unwrap();
         let keys = "format version description model variant controller law inputs outputs block reads writes \
-                    sample_time_s matrices numbers observer";
+                    sample_time_s precision matrices numbers observer";
         assert_eq!(all.as_object().unwrap().keys().collect::<Vec<_>>(), keys.split_whitespace().collect::<Vec<_>>());
         assert_eq!(all["version"], 1);
         assert!(all["description"].as_str().unwrap().contains("kardan_rt::Noninteracting"));

@@ -295,6 +295,8 @@ pub struct ControllerData {
     pub writes: Vec<String>,
     /// Sample time, s; `None`: continuous time.
     pub sample_time: Option<f64>,
+    /// Whether it computes in single precision.
+    pub single: bool,
     /// Its matrices, row by row: name and entries.
     pub matrices: Vec<(String, Vec<Vec<f64>>)>,
     /// Its numbers by name.

@@ -280,6 +280,7 @@ pub(super) fn designed(
     }
     if let Some(time) = control.values.number("sample_time") {
         for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
+            data.single = control.values.word("precision") == Some("single");
             if data.sample_time.is_none() && !sample(data, time) {
                 design.notes.push(format!(
                     "the controller cannot be written for a sample time of {time} s: its numbers overflow"

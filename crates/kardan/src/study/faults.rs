@@ -69,7 +69,8 @@ pub(super) fn faults(
                     read.iter().filter(|(_, sampled, _)| *sampled).map(|(n, ..)| n.as_str()).collect();
                 names.sort_unstable();
                 names.dedup();
-                let help = match nearest(sensor, names.iter().copied()) {
+                let heads = names.iter().map(|name| name.rsplit_once('.').map_or(*name, |(head, _)| head));
+                let help = match nearest(sensor, names.iter().copied().chain(heads)) {
                     Some(near) => format!("did you mean `{near}`?"),
                     None if names.is_empty() => {
                         "sensors are read by the observer of a controller with a `sample_time`".to_string()

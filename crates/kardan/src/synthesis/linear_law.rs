@@ -237,6 +237,7 @@ fn data(request: &Request<'_>, design: &Design, references: &[Reference], block:
         reads,
         writes: design.inputs.clone(),
         sample_time: None,
+        single: false,
         matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
         numbers: Vec::new(),
     }

@@ -196,6 +196,7 @@ impl Nonlinear {
             reads,
             writes: self.at_design_point.inputs().to_vec(),
             sample_time: None,
+            single: false,
             matrices: self.runner.data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]).collect(),
             numbers: [
                 ("shafts".to_string(), self.runner.data.shafts.len() as f64),

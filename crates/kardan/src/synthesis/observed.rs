@@ -324,6 +324,7 @@ impl Observed {
             reads: torques.chain(sensors).collect(),
             writes: self.result.states.clone(),
             sample_time: None,
+            single: false,
             matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
             numbers: std::iter::once(("compensation".to_string(), self.seer.compensation))
                 .chain(

@@ -471,6 +471,7 @@ impl Running {
             reads,
             writes: self.inputs.clone(),
             sample_time: None,
+            single: false,
             matrices: vec![
                 ("state_gain".into(), state_gain.to_rows()),
                 ("acceleration_gain".into(), acceleration_gain.to_rows()),

@@ -147,6 +147,7 @@ impl Running {
             reads,
             writes: self.inputs.clone(),
             sample_time: None,
+            single: false,
             matrices: Vec::new(),
             numbers: vec![
                 ("natural_frequency".into(), self.runner.position_loop.natural_frequency),

@@ -635,6 +635,7 @@ fn describe(
         reads: reads.collect(),
         writes: inputs.to_vec(),
         sample_time: Some(clock.period),
+        single: clock.single,
         matrices,
         numbers,
     };
