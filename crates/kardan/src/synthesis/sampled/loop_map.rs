@@ -11,7 +11,7 @@ const DOUBLINGS: usize = 12;
 /// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
 const MOST_SAMPLES: usize = 1000;
 /// Slowest motion that counts as held by something, rad/s, and what rounding leaves of a double multiplier at one.
-const FREE: [f64; 2] = [1e-3, 1e-6];
+const FREE: [f64; 2] = [1e-2, 1e-6];
 /// Time over which slow motions show, s.
 const SLOW: f64 = 1e-3;
 
