@@ -427,7 +427,7 @@ fn rate_limit_is_kept_and_used() {
 fn divergence_keeps_partial_results() {
     let run = run(r#"
         [shaft.a]
-        inertia = "1e-9 kg m^2"
+        inertia = "1e-6 kg m^2"
         [disturbance.T]
         shaft = "a"
         [scenario]
@@ -438,7 +438,7 @@ fn divergence_keeps_partial_results() {
         signal = "T"
         to = "1 N m"
     "#);
-    let Outcome::Failed { time, cause } = &run.outcome else { panic!("it reaches 1e9 rad/s after 1 s") };
+    let Outcome::Failed { time, cause } = &run.outcome else { panic!("it reaches 1e6 rad/s after 1 s") };
     assert!((*time >= 1.5) && *time <= 20.0 && cause.contains("diverges") && cause.contains("a.w"), "{time} {cause}");
     let last = *run.series.time.last().expect("rows");
     assert!(last < *time && last >= 0.5);
