@@ -43,9 +43,9 @@ const VERSION: u32 = 1;
 /// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
-/// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time), `stable`, `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
-/// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
-/// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners; `null`: unstable), `at` (factors there); `null` if it was not asked for |
+/// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `not_judged` (whose sample times have no short common period), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
+/// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners), each `null` if the loop is unstable there, `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `precision` (`f64`, `f32`), `matrices`, `numbers` |
 /// | `observer_data` | the same for the observer that runs before it; `null` without one |
@@ -104,6 +104,7 @@ fn exploration(found: &Exploration) -> Value {
         "unit": found.unit,
         "limited": found.limited,
         "failed": found.failed,
+        "not_judged": found.not_judged,
         "designs": list(&found.designs, design),
         "sensors": list(&found.sensors, |(name, with)| object!({ "name": name, "design": design(with) })),
         "advice": found.advice,
@@ -195,10 +196,16 @@ pub fn controller_json(design: &Design) -> String {
 
 fn how_to_run(data: &ControllerData) -> String {
     let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
+    let excess = if data.reads.iter().any(|(signal, _)| signal.ends_with(".excess")) {
+        " `<motor>.excess`, which moves the block's states, is what the motor's torque limit leaves of the torque just returned, \
+         less that torque: zero within the limit."
+    } else {
+        ""
+    };
     let precision = if data.single { "f32" } else { "f64" };
     format!(
         "Make a kardan_rt::{}, computing in {precision}, of the matrices (row by row) and numbers, give it the signals of `reads` in their order and \
-         in SI {when}, and send what it returns to the inputs of `writes` in their order.",
+         in SI {when}, and send what it returns to the inputs of `writes` in their order.{excess}",
         data.block
     )
 }

@@ -80,7 +80,11 @@ pub const FAULT: &[Field] = &[
         "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on giving its last \
          reading. Left out: lost.",
     ),
-    Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it begins."),
+    Field::required(
+        "at",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "When it begins: after the start, where sensors work.",
+    ),
     Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never."),
 ];
 

@@ -13,6 +13,8 @@ pub struct Exploration {
     pub designs: Vec<Alternative>,
     /// Combinations for which there is no stable design.
     pub failed: usize,
+    /// Combinations that are not judged: their sample times have no short common period.
+    pub not_judged: usize,
     /// What more sensors would bring, the best first: the sensor, and the design with it.
     pub sensors: Vec<(String, Alternative)>,
     /// What to take from it, one sentence each.

@@ -9,7 +9,8 @@ pub struct Margins {
     pub delay: f64,
     /// Whether it computes in single precision.
     pub single: bool,
-    /// Spectral radius of the exact map of the linear loop over one sample time; `None` in continuous time, or if there is no
+    /// Spectral radius of the exact map of the linear loop over one sample time of this controller (of the shortest one, if it has
+    /// none); `None` in continuous time, or if there is no
     /// such map.
     pub spectral_radius: Option<f64>,
     /// Whether the loop as it is, with its sample time, delay and lags, is stable; `None` if its sample times have no short

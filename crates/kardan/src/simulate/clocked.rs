@@ -37,15 +37,20 @@ struct Source {
     quantity: Quantity,
     sampler: Sampler,
     faults: Vec<SensorFault>,
+    /// What it gave last.
+    last: f64,
 }
 
 impl Source {
-    /// What the controller gets, if it got `before` the last time.
-    fn reading(&self, time: f64, before: f64) -> f64 {
+    /// What the controller gets.
+    fn reading(&mut self, time: f64) -> f64 {
         match self.faults.iter().find(|fault| fault.holds(time)).map(|fault| fault.kind) {
             Some(FaultKind::Lost) => f64::NAN,
-            Some(FaultKind::Stuck) => before,
-            None => self.sampler.held,
+            Some(FaultKind::Stuck) => self.last,
+            None => {
+                self.last = self.sampler.held;
+                self.last
+            }
         }
     }
 }
@@ -81,7 +86,7 @@ impl Tally {
             (self.readings_held, "a reading was no number, and the last good one was held"),
             (self.references_held, "a reference was not finite, and the last good one was held"),
             (self.governed, "the governor held a reference back, because a motor would have come to its limit"),
-            (self.bounded, "a command was at the limit of its motor"),
+            (self.bounded, "a command was changed by the limits of its motor"),
             (self.kept, "the estimate overflowed and was kept as it was"),
         ];
         let told = |(found, what): (Option<(usize, f64)>, &str)| {
@@ -111,7 +116,7 @@ impl Clocked {
                 let sampler = sensor
                     .map_or_else(Sampler::ideal, |sensor| Sampler::new(sensor, stiffness(reduced, &signal.measured)));
                 let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
-                Source { quantity, sampler, faults }
+                Source { quantity, sampler, faults, last: 0.0 }
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
@@ -166,7 +171,7 @@ impl Clocked {
             if source.sampler.next_time().is_none() {
                 source.sampler.sample(now, || source.quantity.read(dynamics, work));
             }
-            *reading = source.reading(now, *reading);
+            *reading = source.reading(now);
         }
         let Self { readings, states, .. } = self;
         let (readings, states) = (std::mem::take(readings), std::mem::take(states));
@@ -180,7 +185,10 @@ impl Clocked {
         };
         let mut command = self.spare.pop().unwrap_or_else(|| vec![0.0; self.held.len()]);
         law.command(seen, &mut command);
-        self.tally.add(time, law.health());
+        let beyond = |(command, limit): (&f64, &Option<f64>)| limit.is_some_and(|limit| command.abs() > limit);
+        let mut health = law.health();
+        health.commands_bounded += command.iter().zip(limits).filter(|both| beyond(*both)).count();
+        self.tally.add(time, health);
         self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
         self.apply(now);
         self.next += 1;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::robustness::{Shown, Subject, subject, window};
+use super::robustness::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
@@ -33,6 +33,18 @@ enum Sensors {
     AndAlso(String),
     /// All angles and speeds.
     All,
+}
+
+/// A design that was tried: what its loop shows, the noise of its torques (N m), its sensors.
+type Tried = (Shown, Vec<f64>, String);
+
+/// Why a design is none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Failure {
+    /// There is no stable one.
+    NotStable,
+    /// Its loop has no map.
+    NotJudged,
 }
 
 /// Designs beside that of a controller; the reason if there is nothing to explore.
@@ -74,7 +86,7 @@ pub(super) fn explore(
     }));
     let subject = alternative(variant, number, &changes[0], base)?.0;
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let tried: Vec<Option<(Shown, Vec<f64>, String)>> = changes
+    let tried: Vec<Result<Tried, Failure>> = changes
         .par_iter()
         .map(|change| {
             let found = attempt(variant, number, change, base);
@@ -83,7 +95,11 @@ pub(super) fn explore(
             found
         })
         .collect();
-    let Some((first, ..)) = &tried[0] else { return Err("the design of the file is not stable".into()) };
+    let first = match &tried[0] {
+        Ok((first, ..)) => first,
+        Err(Failure::NotStable) => return Err("the design of the file is not stable".into()),
+        Err(Failure::NotJudged) => return Err(WITHOUT_MAP.into()),
+    };
     // The interaction that matters: the largest over what is acceptable.
     let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
     let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
@@ -96,7 +112,7 @@ pub(super) fn explore(
     let limits = limits(plant, &subject.inputs);
     let limited = limits.is_some();
     let limits = limits.unwrap_or_else(|| vec![1.0; subject.inputs.len()]);
-    let alternative = |change: &Change, found: &(Shown, Vec<f64>, String)| {
+    let alternative = |change: &Change, found: &Tried| {
         let (shown, noise, sensors) = found;
         let over = |values: &[f64]| values.iter().zip(&limits).map(|(value, limit)| value / limit).fold(0.0, f64::max);
         Alternative {
@@ -115,7 +131,7 @@ pub(super) fn explore(
     let mut designs: Vec<Alternative> = Vec::new();
     let mut sensors: Vec<(String, Alternative)> = Vec::new();
     for (k, (change, found)) in changes.iter().zip(&tried).enumerate() {
-        let Some(found) = found else { continue };
+        let Ok(found) = found else { continue };
         let one = alternative(change, found);
         match &change.sensors {
             Sensors::AndAlso(name) if k >= added => sensors.push((name.clone(), one)),
@@ -133,7 +149,8 @@ pub(super) fn explore(
         interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
         unit: watched.unit.into(),
         limited,
-        failed: tried.iter().filter(|found| found.is_none()).count(),
+        failed: tried.iter().filter(|found| matches!(found, Err(Failure::NotStable))).count(),
+        not_judged: tried.iter().filter(|found| matches!(found, Err(Failure::NotJudged))).count(),
         designs,
         sensors,
         advice: Vec::new(),
@@ -255,23 +272,19 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     Some((values, sensors))
 }
 
-/// What the loop with a change shows, the noise of its torques (N m), and its sensors; `None` if there is no stable design.
-fn attempt(
-    variant: &PreparedVariant,
-    number: usize,
-    change: &Change,
-    base: Clock,
-) -> Option<(Shown, Vec<f64>, String)> {
-    let (mut subject, variances, sensors) = alternative(variant, number, change, base).ok()?;
+/// What the loop with a change shows, the noise of its torques (N m), and its sensors.
+fn attempt(variant: &PreparedVariant, number: usize, change: &Change, base: Clock) -> Result<Tried, Failure> {
+    let found = alternative(variant, number, change, base).map_err(|_| Failure::NotStable)?;
+    let (mut subject, variances, sensors) = found;
     let nominal = vec![1.0; subject.plant.names().len()];
-    let first = subject.look(&nominal)?;
+    let first = subject.look(&nominal).map_err(|_| Failure::NotJudged)?;
     if !first.stable {
-        return None;
+        return Err(Failure::NotStable);
     }
     subject.window = window(&first, variant.scenario.duration);
-    let shown = subject.look(&nominal)?;
-    let noise = subject.noise(&nominal, &variances)?;
-    Some((shown, noise, sensors))
+    let shown = subject.look(&nominal).map_err(|_| Failure::NotJudged)?;
+    let noise = subject.noise(&nominal, &variances).ok_or(Failure::NotJudged)?;
+    Ok((shown, noise, sensors))
 }
 
 /// What to take from it.

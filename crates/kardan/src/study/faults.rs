@@ -15,17 +15,18 @@ pub(super) fn faults(
     duration: Option<&Exact>,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<SensorFault> {
-    let mut faults = Vec::new();
+    let mut faults: Vec<SensorFault> = Vec::new();
     let Some(Value::Tables(tables)) = document.scenario.values.get("fault").map(|spanned| &spanned.value) else {
         return faults;
     };
     // What controllers read, and whether they are sampled, so that a reading is an event at all.
-    let all = model.controls.iter().chain(&model.idle);
-    let read: Vec<(&String, bool, &str)> = all
-        .flat_map(|control| {
+    let all = model.controls.iter().map(|control| (control, true));
+    let all = all.chain(model.idle.iter().map(|control| (control, false)));
+    let read: Vec<(&String, bool, &str, bool)> = all
+        .flat_map(|(control, in_loop)| {
             let sensors = control.values.table("observer").and_then(|observer| observer.words("sensors"));
             let sampled = control.values.has("sample_time");
-            sensors.unwrap_or_default().iter().map(move |sensor| (sensor, sampled, control.name.as_str()))
+            sensors.unwrap_or_default().iter().map(move |sensor| (sensor, sampled, control.name.as_str(), in_loop))
         })
         .collect();
     for (i, fault) in tables.iter().enumerate() {
@@ -33,7 +34,7 @@ pub(super) fn faults(
         let mut time = |key: &str, sign: Sign| {
             fault.values.contains_key(key).then(|| quantity(reader, fault, key, (Dimension::TIME, sign), what, out))
         };
-        let (at, until) = (time("at", Sign::NonNegative), time("until", Sign::Positive));
+        let (at, until) = (time("at", Sign::Positive), time("until", Sign::Positive));
         let Some(sensor) = read_word(fault, "sensor") else { continue };
         let kind = if read_word(fault, "kind") == Some("stuck") { FaultKind::Stuck } else { FaultKind::Lost };
         let (at, until) = match (at, until) {
@@ -66,7 +67,7 @@ pub(super) fn faults(
             None if document.doubts.has(sensor) => continue,
             None => {
                 let mut names: Vec<&str> =
-                    read.iter().filter(|(_, sampled, _)| *sampled).map(|(n, ..)| n.as_str()).collect();
+                    read.iter().filter(|(_, sampled, ..)| *sampled).map(|(n, ..)| n.as_str()).collect();
                 names.sort_unstable();
                 names.dedup();
                 let heads = names.iter().map(|name| name.rsplit_once('.').map_or(*name, |(head, _)| head));
@@ -79,7 +80,7 @@ pub(super) fn faults(
                 };
                 Some((format!("no controller reads a sensor `{shown}`"), help))
             }
-            Some((_, _, control)) if readers.iter().all(|(_, sampled, _)| !sampled) => Some((
+            Some((_, _, control, _)) if readers.iter().all(|(_, sampled, ..)| !sampled) => Some((
                 format!("control `{control}` reads `{shown}` in continuous time, where sensors are ideal"),
                 format!("give it a sample time: `sample_time = \"1 ms\"` under `[control.{control}]`"),
             )),
@@ -89,6 +90,26 @@ pub(super) fn faults(
             out.push(
                 Diagnostic::error("name::unknown", format!("{what}: {message}"))
                     .at(TableReader::span(fault, "sensor"), "cannot fail")
+                    .help(help),
+            );
+            continue;
+        }
+        // In a loop in which nobody reads it, nothing happens.
+        if !readers.iter().any(|(.., in_loop)| *in_loop) {
+            continue;
+        }
+        let same = |other: &&SensorFault| other.concerns(sensor) || fault_found.concerns(&other.sensor);
+        let both = |other: &&SensorFault| other.at < until && at < other.until;
+        if let Some(other) = faults.iter().filter(same).find(both) {
+            let message = format!(
+                "{what}: `{shown}` has another fault then, from {} s{}",
+                other.at,
+                if other.until.is_finite() { format!(" to {} s", other.until) } else { " on".into() }
+            );
+            let help = "let one fault end before the other begins";
+            out.push(
+                Diagnostic::error("fault::window", message)
+                    .at(TableReader::span(fault, "at"), "at the same time")
                     .help(help),
             );
             continue;

@@ -6,15 +6,19 @@ use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::reduce::linearise;
 use crate::results::{Design, LoopLimit, Margins, RateLimit};
+use crate::simulate::Profile;
 use crate::synthesis::{Clock, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Survey, clock};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
-/// Spectral radius of a loop that neither grows nor decays, but for rounding.
-const MARGINAL: f64 = 1.0 + 1e-9;
 
 fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
     controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()
+}
+
+/// The shortest sample time, s.
+fn shortest(clocks: &[Option<Clock>]) -> f64 {
+    clocks.iter().flatten().map(|clock| clock.period).fold(f64::INFINITY, f64::min)
 }
 
 /// The linear plant of a variant at zero angles, with its motors.
@@ -24,49 +28,68 @@ fn linear(variant: &PreparedVariant) -> LoopPlant {
     LoopPlant::new(&model, &lags).with_sensors(&variant.reduced)
 }
 
+/// Sampled controllers and slow sensors of a loop with their times, in words.
+fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
+    let controls = variant.model.controls.iter().zip(parts);
+    let sampled = controls.filter_map(|(control, part)| Some((control, part.clock?.period)));
+    let mut out: Vec<String> =
+        sampled.map(|(control, period)| format!("control `{}` ({period} s)", control.name)).collect();
+    let mut slow: Vec<_> = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor).collect();
+    slow.dedup_by(|a, b| a.name == b.name);
+    out.extend(slow.iter().map(|sensor| format!("sensor `{}` ({} s)", sensor.name, sensor.period)));
+    out
+}
+
 /// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
 pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
     let clocks = clocks(&variant.model.controls);
-    let Some(place) = clocks.iter().position(Option::is_some) else { return };
+    let period = |place: &usize| clocks[*place].map_or(0.0, |clock| clock.period);
+    // Of several the slowest one, as it has the most to gain.
+    let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
+    let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
+    let control = &variant.model.controls[place];
     let (laws, plant) = (variant.running_laws(), linear(variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
-    let found = match SampledLoop::new(&plant, &parts) {
-        Ok(found) => found,
+    let all = together(variant, &parts);
+    let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
+    let judged = judged.and_then(|found| {
+        let slowest = found.slowest().ok_or("the eigenvalue iteration failed")?;
+        Ok((slowest, found.sample_time))
+    });
+    let (slowest, sample_time) = match judged {
+        Ok(judged) => judged,
         Err(why) => {
-            let control = &variant.model.controls[place];
-            let message = format!("control `{}`: whether its sampled loop is stable is not known: {why}", control.name);
-            let help = "choose sample times that are multiples of each other";
+            let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
+            let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
             let told = Diagnostic::warning("control::no-map", message).at(control.span.clone(), "this controller");
             out.push(told.help(help));
             return;
         }
     };
-    let control = &variant.model.controls[place];
-    let Some((re, im)) = found.slowest() else {
-        let message = format!(
-            "control `{}`: whether its sampled loop is stable is not known: the eigenvalue iteration failed",
-            control.name
-        );
-        out.push(Diagnostic::warning("control::no-map", message).at(control.span.clone(), "this controller"));
-        return;
-    };
-    if re.hypot(im) <= MARGINAL {
+    if slowest.stable {
         check_limits(variant, &plant, &parts, &laws, out);
         return;
     }
-    let rate = 1.0 / found.sample_time;
+    let who = match all.as_slice() {
+        [_] => format!("control `{}`: at this sample time the loop is unstable", control.name),
+        all => format!("at these sample times the loop is unstable: {} together", all.join(", ")),
+    };
     let message = format!(
-        "control `{}`: at this sample time the loop is unstable: a motion at {:.4} rad/s grows by the factor {:.6} in each of \
-         the {rate:.0} samples a second (exact map of the linear loop, delay and lag included)",
-        control.name,
-        im.atan2(re).abs() * rate,
-        re.hypot(im)
+        "{who}: a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second (exact map of the linear \
+         loop, delay and lag included)",
+        slowest.frequency,
+        slowest.growth,
+        1.0 / sample_time
     );
-    let help = if control.law.samples {
-        "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
-    } else {
-        "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
-         `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+    let help = match all.as_slice() {
+        [_] if control.law.samples => {
+            "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
+        }
+        [_] => {
+            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
+             `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+        }
+        _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
     out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(help));
 }
@@ -77,10 +100,15 @@ pub(super) const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
 const UNSTABLE: &str = "control::unstable";
 /// A reference that no motor can hold.
 const LIMIT: &str = "control::limit";
-/// Largest relative change of a torque in the last tenth of the run if it has settled.
+/// Largest relative change of a torque at the instants at which it is looked at, if it has settled.
 const SETTLED: f64 = 0.01;
+/// Parts of the time from the last change of a reference to the end of the run.
+const LOOKS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
+/// Periods of the map in that time, at least.
+const FEWEST: f64 = 50.0;
 
-/// The mistakes of references that ask for more torque than a motor has, once their step has settled within the run.
+/// The mistakes of references that ask for more torque than a motor has: at their values at the end of the run, once the linear
+/// loop has settled.
 fn check_limits(
     variant: &PreparedVariant,
     plant: &LoopPlant,
@@ -90,52 +118,58 @@ fn check_limits(
 ) {
     let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
     let scenario = &variant.scenario;
-    let periods = scenario.duration / found.period;
-    let [nearly, end] = [0.9, 1.0].map(|part| found.after((part * periods).ceil() as usize));
-    for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
+    let changed = scenario.events.iter().map(|event| event.at + event.over).filter(|end| *end < scenario.duration);
+    let periods = (scenario.duration - changed.fold(0.0, f64::max)) / found.period;
+    if periods < FEWEST {
+        return;
+    }
+    let maps = LOOKS.map(|part| found.after((part * periods) as usize));
+    let end = |name: &str| {
+        let source = scenario.sources.iter().position(|source| source.name == name)?;
+        Some(Profile::new(scenario.events.iter().filter(|event| event.source == source)).value(scenario.duration))
+    };
+    let mut z = vec![0.0; found.map.rows()];
+    let mut asked = Vec::new();
+    for (law, first) in laws.iter().zip(&found.references) {
         for (k, reference) in law.references().iter().enumerate() {
-            let source = scenario.sources.iter().position(|source| source.name == reference.name);
-            let asked = scenario.events.iter().filter(|event| Some(event.source) == source);
-            let asked = asked.map(|event| event.to).fold(0.0, |max: f64, x| if x.abs() > max.abs() { x } else { max });
-            if asked == 0.0 {
+            let value = end(&reference.name).unwrap_or(0.0);
+            z[first + k] = value;
+            if value != 0.0 {
+                asked.push(format!("`{}` = {value} {}", reference.name, reference.physical.unit()));
+            }
+        }
+    }
+    let ends = maps.map(|map| times(&map, &z));
+    for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
+        for (&input, name) in part.inputs.iter().zip(law.inputs()) {
+            let command = |z: &Vec<f64>| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
+            let needed = command(&ends[LOOKS.len() - 1]);
+            let limit = variant.design_models[number].torque_limit(input);
+            let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
+            if ends.iter().any(|z| (command(z) - needed).abs() > SETTLED * needed.abs()) {
                 continue;
             }
-            let mut z = vec![0.0; found.map.rows()];
-            z[found.references[number] + k] = asked;
-            let [before, z] = [&nearly, &end].map(|map| times(map, &z));
-            for (&input, name) in part.inputs.iter().zip(law.inputs()) {
-                let command = |z: &[f64]| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
-                let needed = command(&z);
-                if (needed - command(&before)).abs() > SETTLED * needed.abs() {
-                    continue;
-                }
-                let limit = variant.design_models[number].torque_limit(input);
-                let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
-                let control = &variant.model.controls[number];
-                let unit = reference.physical.unit();
-                let message = format!(
-                    "control `{}`: at `{}` = {asked} {unit} the motor `{name}` would have to give {:.4} N m in the end, and its \
-                     limit is {limit} N m: the reference can never be reached",
-                    control.name,
-                    reference.name,
-                    needed.abs()
-                );
-                let most = asked.abs() * limit / needed.abs();
-                out.push(
-                    Diagnostic::error(LIMIT, message).at(control.span.clone(), "this controller").help(format!(
-                        "ask for {most:.4} {unit} at most, or choose a stronger motor; `--force` runs it"
-                    )),
-                );
-            }
+            let control = &variant.model.controls[number];
+            let message = format!(
+                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in the end, and its limit is {limit} N m: \
+                 this can never be reached",
+                control.name,
+                asked.join(" and "),
+                needed.abs()
+            );
+            let help = format!(
+                "ask for at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
+                limit / needed.abs()
+            );
+            out.push(Diagnostic::error(LIMIT, message).at(control.span.clone(), "this controller").help(help));
         }
     }
 }
 
 /// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
 pub(super) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
-    let periods = clocks(&variant.model.controls).into_iter().flatten().map(|clock| clock.period);
-    let shortest = periods.fold(f64::INFINITY, f64::min);
-    let rate = -margins.spectral_radius?.ln() / shortest;
+    let own = margins.sample_time.unwrap_or_else(|| shortest(&clocks(&variant.model.controls)));
+    let rate = -margins.spectral_radius?.ln() / own;
     (rate > 0.0).then_some(rate)
 }
 
@@ -156,13 +190,15 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
             motion: found.map(|limit| motion(&limit)).unwrap_or_default(),
         }
     };
-    let for_one_time = laws[number].clock().is_some();
+    // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
+    let for_one_time = laws.iter().any(|law| law.clock().is_some());
+    let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
     let stable = as_it_is.map(|found| found.stable);
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
         single: own.is_some_and(|clock| clock.single),
-        spectral_radius: as_it_is.filter(|_| clocks.iter().any(Option::is_some)).map(|found| found.growth),
+        spectral_radius: as_it_is.filter(|_| clocks.iter().any(Option::is_some)).map(|found| radius(found.growth)),
         stable,
         rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
         longest_delay: survey.longest_delay().map(limit),

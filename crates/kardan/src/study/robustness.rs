@@ -22,6 +22,9 @@ pub enum ToleranceBox {
     Part(f64),
 }
 
+/// Why there is nothing to look at.
+pub(super) const WITHOUT_MAP: &str =
+    "the sample times of controllers and sensors have no short common period, or a number overflows";
 /// Samples.
 const SAMPLES: usize = 1000;
 /// Their seed.
@@ -45,8 +48,9 @@ enum Watch {
     Angle(usize),
     /// The torque that other laws apply on a shaft, N m: inputs of the plant.
     Felt(Vec<usize>),
-    /// Inertia (kg m²) times acceleration of a shaft.
-    Acceleration(usize, f64),
+    /// Inertia (kg m²) times acceleration of a shaft. The inertia is a sum: of each part the number among the coefficients, if it
+    /// is one.
+    Acceleration(usize, Vec<(Option<usize>, f64)>),
     /// The torque of springs, N m: of each its number among the coefficients, and its nominal torque over the angles of shafts.
     Springs(Vec<(usize, Vec<(usize, f64)>)>),
 }
@@ -71,12 +75,16 @@ pub(super) struct Step {
     pub unit: &'static str,
 }
 
+/// The loop has no map: its sample times have no short common period, or a number overflows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct NotJudged;
+
 /// What one plant shows.
 #[derive(Debug, Clone)]
 pub(super) struct Shown {
-    /// The shortest one, s.
+    /// That of the law, s; of one in continuous time the shortest one.
     pub sample_time: f64,
-    /// Of one such sample.
+    /// Of such a sample.
     pub radius: f64,
     pub stable: bool,
     /// By step and then by what is watched.
@@ -120,16 +128,16 @@ pub(super) fn robustness(
         ));
     }
     let mut subject = subject(variant, number, laws, plant)?;
-    let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
+    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| WITHOUT_MAP)?;
     subject.window = window(&nominal, variant.scenario.duration);
-    let nominal = subject.look(&vec![1.0; names.len()]).ok_or("the loop of the nominal plant cannot be computed")?;
+    let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| WITHOUT_MAP)?;
     let mut random = Random::new(SEED);
     let points: Vec<Vec<f64>> = (0..SAMPLES)
         .map(|_| parameters.iter().map(|(_, low, high)| low + (high - low) * random.unit()).collect())
         .collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let look = |point: &Vec<f64>| {
-        let shown = subject.look(point);
+        let shown = subject.look(point).ok();
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         if count.is_multiple_of(16) {
             progress.advance(0, "plants", count as f64 / SAMPLES as f64);
@@ -144,7 +152,7 @@ pub(super) fn robustness(
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let quantile = |part: f64| all[((part * all.len() as f64).ceil() as usize).clamp(1, all.len()) - 1].0;
         let starts: Vec<&Vec<f64>> = all.iter().rev().take(STARTS).map(|(_, k)| &points[*k]).collect();
-        let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).as_ref()));
+        let (worst, at) = worst_corner(&parameters, &starts, &|point| of(subject.look(point).ok().as_ref()));
         let (sampled, place) = all[all.len() - 1];
         Spread {
             nominal: of(Some(&nominal)),
@@ -284,7 +292,7 @@ pub(super) fn subject(
                     .collect();
                 if others.is_empty() {
                     let inertia = rational_to_f64(&effective_inertia(&model.linear, shaft));
-                    (format!("torque along {output}"), "N m", Watch::Acceleration(shaft, inertia))
+                    (format!("torque along {output}"), "N m", Watch::Acceleration(shaft, vec![(None, inertia)]))
                 } else {
                     let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
                     (format!("{}.tau", names.join(" + ")), "N m", Watch::Felt(others))
@@ -296,8 +304,13 @@ pub(super) fn subject(
             }
             Measured::NetTorque(name) => {
                 let Some(shaft) = variant.reduced.shaft(name) else { continue };
-                let inertia = rational_to_f64(&equations.own_inertia(shaft));
-                (signal.name.clone(), "N m", Watch::Acceleration(shaft, inertia))
+                // As [`Equations::own_inertia`], part by part; what is zero is no coefficient.
+                let parts = equations.inertias.iter().filter(|term| term.value.to_f64() != 0.0).enumerate();
+                let own = parts.filter_map(|(term, part)| match part.row_f64().as_slice() {
+                    [(k, x)] if *k == shaft => Some((Some(term), x * x * part.value.to_f64())),
+                    _ => None,
+                });
+                (signal.name.clone(), "N m", Watch::Acceleration(shaft, own.collect()))
             }
             Measured::SpringTorque(element) => {
                 let stiffness = format!("{element}.stiffness");
@@ -333,14 +346,12 @@ pub(super) fn subject(
 }
 
 impl Subject {
-    /// What the loop shows with these factors of the coefficients; `None` if it cannot be computed. Steps of an unstable loop
-    /// have no size.
-    pub fn look(&self, factors: &[f64]) -> Option<Shown> {
+    /// What the loop shows with these factors of the coefficients. Steps of an unstable loop have no size.
+    pub fn look(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
         let plant = self.plant.at(factors);
-        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
-        let (re, im) = found.slowest()?;
-        let radius = re.hypot(im);
-        let stable = radius < 1.0 + 1e-9;
+        let found = SampledLoop::driven(&plant, &self.parts, LOOK).map_err(|_| NotJudged)?;
+        let slowest = found.slowest().ok_or(NotJudged)?;
+        let stable = slowest.stable;
         let rows = self.rows(&plant, &found, factors);
         let periods = if stable { (self.window / found.period).ceil() as usize } else { 0 };
         let fine = periods.min(LOOKS[0]);
@@ -368,7 +379,9 @@ impl Subject {
             sizes.push(watched.to_vec());
             peaks.push(torques.to_vec());
         }
-        Some(Shown { sample_time: found.sample_time, radius, stable, sizes, peaks })
+        let sample_time = self.parts[self.number].clock.map_or(found.sample_time, |clock| clock.period);
+        let radius = slowest.growth.powf(sample_time / found.sample_time);
+        Ok(Shown { sample_time, radius, stable, sizes, peaks })
     }
 
     /// Root mean square of what errors of the law's readings with these variances make of its commands, N m; `None` if the
@@ -395,7 +408,9 @@ impl Subject {
                 }
                 sparse(&sum)
             }
-            Watch::Acceleration(shaft, inertia) => {
+            Watch::Acceleration(shaft, parts) => {
+                let factor = |term: &Option<usize>| term.map_or(1.0, |term| factors[term]);
+                let inertia: f64 = parts.iter().map(|(term, part)| factor(term) * part).sum();
                 let mut sum = vec![0.0; size];
                 for j in 0..r {
                     let share = inertia * plant.basis[(*shaft, j)];

@@ -88,15 +88,17 @@ impl Linear {
     }
 
     /// Keeps the law's states from winding up while a motor is at its limit: the rates get `L e` more, where e is what the limits
-    /// leave of the command less the command. Within the limits nothing changes; beyond them ξ follows `A − L C`, whose
-    /// eigenvalues all have the real part −β (Bass 1961).
+    /// leave of the command less the command. Within the limits nothing changes; while all motors are beyond them ξ
+    /// follows `A − L C`, whose eigenvalues all have the real part −β (Bass 1961).
     ///
-    /// A law without states, without limits, or whose command does not show its states, stays as it is.
+    /// A law without states, without limits, or whose command does not show its states, stays as it is; so does one whose states
+    /// would grow while only some of its motors are at their limits.
     pub fn against_windup(mut self, limits: &[Option<f64>]) -> Self {
         if self.block.states.is_empty() || limits.iter().all(Option::is_none) {
             return self;
         }
-        let Some(gain) = bass(&self.block.a, &self.block.c) else { return self };
+        let gain = bass(&self.block.a, &self.block.c);
+        let Some(gain) = gain.filter(|gain| rests(&self.block.a, gain, &self.block.c, limits)) else { return self };
         let (inputs, signals) = (limits.len(), self.block.b.columns());
         self.block.b = side_by_side(&[&self.block.b, &gain]);
         self.block.d = side_by_side(&[&self.block.d, &Matrix::zeros(inputs, inputs)]);
@@ -123,6 +125,22 @@ impl Linear {
     }
 }
 
+/// Whether ξ comes to rest whichever of the motors with a limit are at it, or does at least not grow faster than without L.
+fn rests(a: &Matrix<f64>, gain: &Matrix<f64>, c: &Matrix<f64>, limits: &[Option<f64>]) -> bool {
+    let limited: Vec<usize> = (0..limits.len()).filter(|k| limits[*k].is_some()).collect();
+    let slowest = |matrix: &Matrix<f64>| Some(eigenvalues(matrix)?.iter().fold(f64::MIN, |max, (re, _)| max.max(*re)));
+    let Some(without) = slowest(a) else { return false };
+    (1..1usize << limited.len().min(MOST_SUBSETS)).all(|subset| {
+        let at_limit =
+            |k: usize| limited.iter().position(|other| *other == k).is_some_and(|bit| subset >> bit & 1 == 1);
+        let part = Matrix::from_fn(a.rows(), c.rows(), |i, k| if at_limit(k) { gain[(i, k)] } else { 0.0 });
+        let left = a.plus(&part.multiply(c).scale(&-1.0));
+        slowest(&left).is_some_and(|slowest| slowest < 0.0 || slowest <= without * (1.0 + 1e-9))
+    })
+}
+
+/// Motors of which all subsets are tried.
+const MOST_SUBSETS: usize = 10;
 /// Time constants of the fastest motion of A in which A − L C brings everything to rest.
 const BASS: f64 = 2.0;
 

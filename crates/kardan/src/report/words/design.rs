@@ -100,9 +100,13 @@ pub fn alternative(found: &Exploration, one: &Alternative, number: impl Fn(f64) 
 /// What is said of the designs beside this one.
 pub fn exploration(found: &Exploration) -> Vec<String> {
     let mut out = vec![format!(
-        "{} designs were found, {} combinations have no stable one. Interaction: {}, in {}. Torque and noise are {}.",
+        "{} designs were found, {} combinations have no stable one{}. Interaction: {}, in {}. Torque and noise are {}.",
         found.designs.len(),
         found.failed,
+        match found.not_judged {
+            0 => String::new(),
+            count => format!(", {count} are not judged, as their sample times have no short common period"),
+        },
         found.interaction,
         found.unit,
         if found.limited { "parts of the motors' limits" } else { "in N m, as no motor has a limit" }

@@ -1,5 +1,7 @@
 //! The linear loop of a plant in continuous time and controllers that are sampled, over one period, exactly.
 
+use std::f64::consts::TAU;
+
 use super::places::Places;
 use super::{Clock, LoopPlant, SampledPart};
 use crate::num::{Matrix, discretise, eigenvalues};
@@ -12,6 +14,8 @@ const DOUBLINGS: usize = 12;
 const MOST_SAMPLES: usize = 1000;
 /// Slowest motion that counts as held by something, rad/s, and what rounding leaves of a double multiplier at one.
 const FREE: [f64; 2] = [1e-2, 1e-6];
+/// What of a growth beyond one still counts as rounding.
+const ROUNDING: f64 = 1e-9;
 /// Time over which slow motions show, s.
 const SLOW: f64 = 1e-3;
 
@@ -89,10 +93,23 @@ pub struct SampledLoop {
     pub references: Vec<usize>,
     /// Where the errors of the readings of each law are in z, if they were asked for.
     pub errors: Vec<usize>,
+    /// Reduced coordinates, which stand first in z.
+    freedoms: usize,
     /// Where constants begin in z: references and errors.
     constants: usize,
     jumps: Vec<Jump>,
     course: Vec<Happening>,
+}
+
+/// The motion of a loop that grows most, or decays least.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slowest {
+    /// Growth per shortest sample time; of a loop in continuous time per second, e^σ.
+    pub growth: f64,
+    /// rad/s
+    pub frequency: f64,
+    /// Whether nothing grows.
+    pub stable: bool,
 }
 
 /// Why there is no map.
@@ -221,7 +238,20 @@ impl SampledLoop {
         let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
         let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
         let constants = references.first().copied().unwrap_or(places.size);
-        Ok(Self { map, period, sample_time: shortest, flow, commands, references, errors, constants, jumps, course })
+        let freedoms = plant.inertia.rows();
+        Ok(Self {
+            map,
+            period,
+            sample_time: shortest,
+            flow,
+            commands,
+            references,
+            errors,
+            freedoms,
+            constants,
+            jumps,
+            course,
+        })
     }
 
     /// The matrix of the loop between two instants, `ż = F z`; without sampled laws that of the whole loop.
@@ -273,24 +303,78 @@ impl SampledLoop {
         Some(found)
     }
 
-    /// The largest multiplier per shortest sample time, but for motions that nobody holds (a wheel that turns freely); zero if
-    /// there is no other, `None` if the iteration fails.
-    pub fn slowest(&self) -> Option<(f64, f64)> {
+    /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely); growth
+    /// zero if there is no other. `None` if the iteration fails.
+    pub fn slowest(&self) -> Option<Slowest> {
         let held = |found: Vec<(f64, f64)>, periods: usize| {
-            let time = periods as f64 * self.period;
-            let free = FREE[0] * time + FREE[1];
-            let held = found.into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > free).unwrap_or_default();
-            power(held, self.sample_time / time)
+            let free = FREE[0] * periods as f64 * self.period + FREE[1];
+            found.into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > free).unwrap_or_default()
         };
+        let growth = |found, periods: usize| size(found).powf(self.sample_time / (periods as f64 * self.period));
+        let told = |growth: f64, frequency: f64| Slowest { growth, frequency, stable: growth < 1.0 + ROUNDING };
         let own = held(self.eigenvalues_over(1)?, 1);
         let periods = (SLOW / self.period) as usize;
-        if periods < 2 {
-            return Some(own);
+        if periods >= 2 {
+            // At short sample times slow motions are as close to one as rounding. Over a longer time they are not, but fast ones
+            // lose their frequency there.
+            let slow = held(self.eigenvalues_over(periods)?, periods);
+            if growth(slow, periods) > growth(own, 1) * (1.0 + SAME) {
+                let angle = slow.1.atan2(slow.0).abs();
+                return Some(told(growth(slow, periods), angle / (periods as f64 * self.period)));
+            }
         }
-        // At short sample times slow motions are as close to one as rounding. Over a longer time they are not, but fast ones
-        // lose their frequency there.
-        let slow = held(self.eigenvalues_over(periods)?, periods);
-        Some(if size(slow) > size(own) * (1.0 + SAME) { slow } else { own })
+        Some(told(growth(own, 1), self.turn(own).abs() / self.period))
+    }
+
+    /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
+    /// from sample to sample.
+    fn turn(&self, (re, im): (f64, f64)) -> f64 {
+        let angle = im.atan2(re);
+        if self.period < (1.0 + SAME) * self.sample_time {
+            return angle;
+        }
+        // The eigenvector by one step of inverse iteration: (Φ − λ)(x + iy) = w.
+        let n = self.constants;
+        let near = (re * (1.0 + ROUNDING), im * (1.0 + ROUNDING));
+        let shifted = Matrix::from_fn(2 * n, 2 * n, |i, j| {
+            let (row, column) = (i % n, j % n);
+            match (i < n, j < n) {
+                (true, true) | (false, false) => self.map[(row, column)] - if row == column { near.0 } else { 0.0 },
+                (true, false) => {
+                    if row == column {
+                        near.1
+                    } else {
+                        0.0
+                    }
+                }
+                (false, true) => {
+                    if row == column {
+                        -near.1
+                    } else {
+                        0.0
+                    }
+                }
+            }
+        });
+        let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + (i as f64).sin());
+        let Some(found) = shifted.solve(&start) else { return angle };
+        let largest = found.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let part = |first: usize| {
+            let mut z = vec![0.0; self.map.rows()];
+            (0..n).for_each(|k| z[k] = found[(first + k, 0)] / largest);
+            let mut seen = vec![z[..self.freedoms].to_vec()];
+            self.pass(&mut z, &mut |z| seen.push(z[..self.freedoms].to_vec()));
+            seen
+        };
+        let (x, y) = (part(0), part(n));
+        let turned: f64 = (1..x.len())
+            .map(|k| {
+                let sum = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+                let along = sum(&x[k - 1], &x[k]) + sum(&y[k - 1], &y[k]);
+                (sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k])).atan2(along)
+            })
+            .sum();
+        angle + TAU * ((turned - angle) / TAU).round()
     }
 
     /// Spectral radius per shortest sample time; below one the loop is stable.

@@ -1,10 +1,10 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
-use super::{Clock, LoopPlant, SampledLoop, SampledPart};
+use super::{Clock, LoopPlant, SampledLoop, SampledPart, Slowest};
 use crate::num::eigenvalues;
 use crate::synthesis::Law;
 
-/// What of an eigenvalue of the sampled loop beyond one still counts as rounding.
+/// What of a pole, 1/s, above zero still counts as rounding.
 const ROUNDING: f64 = 1e-9;
 /// Poles of a loop in continuous time that close to zero, 1/s, belong to motions that are not held (a wheel that nobody grips),
 /// and are left out.
@@ -50,17 +50,6 @@ pub struct Limit {
     pub frequency: f64,
 }
 
-/// The motion of a loop that grows most, or decays least.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slowest {
-    /// Growth per sample time; of a loop in continuous time per second, e^σ.
-    pub growth: f64,
-    /// rad/s
-    pub frequency: f64,
-    /// Whether nothing grows.
-    pub stable: bool,
-}
-
 impl Survey<'_> {
     /// The loop as it is.
     pub fn unchanged(&self) -> Change {
@@ -73,11 +62,14 @@ impl Survey<'_> {
         let mut parts = Vec::new();
         for (number, (law, own)) in self.laws.iter().zip(self.clocks).enumerate() {
             // While the sample time is searched for, others with the same clock keep step, and those with another one have none.
-            let same = self.clocks[self.number] == *own;
-            let moved = change.clock.map(|clock| clock.period) != self.clocks[self.number].map(|clock| clock.period);
-            let clock = match own {
+            let period = |clock: &Option<Clock>| clock.map(|clock| clock.period);
+            let same = period(&self.clocks[self.number]) == period(own);
+            let moved = period(&change.clock) != period(&self.clocks[self.number]);
+            let clock = match (own, change.clock) {
                 _ if number == self.number => change.clock,
-                Some(_) if moved && law.clock().is_none() => change.clock.filter(|_| same),
+                (Some(own), Some(Clock { period, .. })) if moved && law.clock().is_none() => {
+                    same.then(|| Clock { period, delay: own.delay / own.period * period, ..*own })
+                }
                 _ => *own,
             };
             let mut part = SampledPart::at(&**law, self.plant, clock)?;
@@ -105,11 +97,7 @@ impl Survey<'_> {
             let (re, im) = held.copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
             return Some(Slowest { growth: re.exp(), frequency: im.abs(), stable: re < ROUNDING });
         }
-        let found = SampledLoop::new(&plant, &parts).ok()?;
-        let (re, im) = found.slowest()?;
-        let growth = re.hypot(im);
-        let frequency = im.atan2(re).abs() / found.sample_time;
-        Some(Slowest { growth, frequency, stable: growth < 1.0 + ROUNDING })
+        SampledLoop::new(&plant, &parts).ok()?.slowest()
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable

@@ -5,24 +5,23 @@ use crate::synthesis::Plant;
 /// Variance of a reading of an ideal sensor times the sample time: 3 µrad (or µN m) at 1 ms.
 const IDEAL: f64 = 1e-14;
 
-/// Variance of a reading at a sample time in s: of the noise given (unit of the sensor times √s), else that of rounding to the
+/// Variance of a reading at a sample time in s (that of the sensor, if it has one): of the noise given (unit of the sensor times √s), else that of rounding to the
 /// sensor's resolution, a twelfth of its square, else that of a nearly ideal sensor.
 pub fn reading_variance(plant: &Plant, noise: Option<f64>, signal: &OutputSignal, period: f64) -> f64 {
+    let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+    let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
+    let period = sensor.and_then(|sensor| sensor.sample_time.as_ref()).map_or(period, |time| time.to_f64());
     if let Some(noise) = noise {
         return noise * noise / period;
     }
-    let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
-    let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
-    let Some((sensor, step)) = sensor.and_then(|sensor| Some((sensor, sensor.resolution?))) else {
-        return IDEAL / period;
-    };
+    let Some(step) = sensor.and_then(|sensor| sensor.resolution) else { return IDEAL / period };
     let step = match &signal.measured {
         Measured::SpringTorque(element) => {
             let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
             step * springs.map(|spring| spring.value.stiffness.to_f64()).sum::<f64>()
         }
         // The difference of two rounded angles.
-        Measured::Speed(_) => 2f64.sqrt() * step / sensor.sample_time.as_ref().map_or(period, |time| time.to_f64()),
+        Measured::Speed(_) => 2f64.sqrt() * step / period,
         _ => step,
     };
     step * step / 12.0
