@@ -110,7 +110,11 @@ fn a_thousand_plants() {
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("it is watched");
     assert_eq!((felt.reference.as_str(), felt.step), ("ref_rk", 0.4));
     let size = &felt.size;
-    assert!(size.nominal <= 0.02 && size.sampled <= 0.05, "{size:?}");
+    assert!(size.nominal <= 0.02 && size.sampled <= 0.05 && size.worst <= 0.05, "{size:?}");
+    for (motor, limit) in [("wg_motor", 1.3), ("rk_motor", 60.0)] {
+        let asked = found.peaks.iter().find(|one| one.signal == motor && one.reference == "ref_rk").expect("told");
+        assert!(asked.size.worst <= limit, "{motor}: {:?}", asked.size);
+    }
     let order = [size.nominal, size.median, size.q90, size.q99, size.sampled, size.worst];
     assert!(order.is_sorted(), "{order:?}");
     // The worst corner is a corner.
