@@ -6,6 +6,7 @@ pub mod diagnostics;
 pub mod element;
 pub mod equations;
 pub mod export;
+pub mod identify;
 pub mod model;
 pub mod num;
 pub mod reduce;

@@ -23,6 +23,7 @@ const LAYERS: &[&str] = &[
     "analysis",    // structure, modes, zeros
     "synthesis",   // control laws, one registry
     "simulate",    // runs of the closed loop
+    "identify",    // coefficients from measured motions
     "model",       // the syntax of the file
     "study",       // what a file asks for → results
     "report",      // results → pages
@@ -32,6 +33,7 @@ const LAYERS: &[&str] = &[
 /// Additional borders: what a layer does not know although it stands above it.
 const UNKNOWN: &[(&str, &[&str])] = &[
     ("simulate", &["element", "schema", "diagnostics", "analysis"]),
+    ("identify", &["element", "schema", "diagnostics", "analysis", "synthesis", "simulate"]),
     ("reduce", &["element", "schema", "diagnostics"]),
     ("assemble", &["element", "schema", "diagnostics"]),
     ("report", &["model", "study", "simulate", "synthesis", "analysis", "reduce", "assemble", "element"]),

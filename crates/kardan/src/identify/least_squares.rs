@@ -1,0 +1,206 @@
+use crate::num::{Matrix, dot};
+
+/// Rows that are collected before they are triangularised.
+const ROWS: usize = 256;
+/// Singular value over the largest one, columns scaled to one, below which a direction is not determined but by rounding.
+const ROUNDING: f64 = 1e-10;
+
+/// A least-squares problem `min ‖W(Xθ − y)‖` in memory that does not grow with its rows: what is kept is the triangular factor of
+/// `[WX Wy]`, brought up to date by Householder reflections (Golub, Van Loan 2013, 5.2 and 6.5), never the normal equations.
+#[derive(Debug, Clone)]
+pub struct LeastSquares {
+    columns: usize,
+    /// The factor, then rows that wait: row by row, columns + 1 entries each.
+    rows: Vec<f64>,
+    waiting: usize,
+    count: usize,
+}
+
+/// What a least-squares problem gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// θ; of what is not determined the values of the smallest length, columns scaled to one.
+    pub values: Vec<f64>,
+    /// Standard errors; infinite for what is not determined.
+    pub standard_errors: Vec<f64>,
+    /// Correlations of the errors.
+    pub correlation: Matrix<f64>,
+    /// Root mean square of what is left, `√(‖W(Xθ − y)‖² / (rows − rank))`.
+    pub residual: f64,
+    /// Rows.
+    pub rows: usize,
+    /// Rank of X but for rounding.
+    pub rank: usize,
+    /// Largest over smallest singular value of X with columns scaled to one.
+    pub condition: f64,
+    /// Combinations of θ that the rows do not determine, of length one in scaled columns: one row for each.
+    pub undetermined: Vec<Vec<f64>>,
+}
+
+impl LeastSquares {
+    /// A problem with so many unknowns.
+    pub fn new(columns: usize) -> Self {
+        Self { columns, rows: vec![0.0; (columns + 1) * (columns + 1)], waiting: 0, count: 0 }
+    }
+
+    /// Adds a row `w x θ = w y`.
+    ///
+    /// # Panics
+    /// If x has not one entry for each unknown.
+    pub fn add(&mut self, x: &[f64], y: f64, weight: f64) {
+        assert_eq!(x.len(), self.columns, "one entry for each unknown");
+        self.rows.extend(x.iter().map(|x| weight * x));
+        self.rows.push(weight * y);
+        self.waiting += 1;
+        self.count += 1;
+        if self.waiting == ROWS {
+            self.triangularise();
+        }
+    }
+
+    /// Adds the rows of another problem with the same unknowns.
+    ///
+    /// # Panics
+    /// If it has others.
+    pub fn merge(&mut self, other: &Self) {
+        assert_eq!(self.columns, other.columns, "the same unknowns");
+        let count = self.count + other.count;
+        for row in other.rows.chunks_exact(self.columns + 1) {
+            self.add(&row[..self.columns], row[self.columns], 1.0);
+        }
+        self.count = count;
+    }
+
+    /// Rows added.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    fn triangularise(&mut self) {
+        let n = self.columns + 1;
+        let m = self.rows.len() / n;
+        // Column by column, so that a reflection runs along memory.
+        let mut columns: Vec<Vec<f64>> = (0..n).map(|j| (0..m).map(|i| self.rows[i * n + j]).collect()).collect();
+        for k in 0..n {
+            let (done, rest) = columns.split_at_mut(k + 1);
+            let own = &mut done[k][k..];
+            let norm = dot(own, own).sqrt();
+            if norm == 0.0 {
+                continue;
+            }
+            let diagonal = if own[0] > 0.0 { -norm } else { norm };
+            own[0] -= diagonal;
+            let square = dot(own, own);
+            for other in rest {
+                let other = &mut other[k..];
+                let share = 2.0 * dot(own, other) / square;
+                other.iter_mut().zip(own.iter()).for_each(|(x, v)| *x -= share * v);
+            }
+            own.fill(0.0);
+            own[0] = diagonal;
+        }
+        self.rows.clear();
+        for i in 0..n {
+            self.rows.extend((0..n).map(|j| if j >= i { columns[j][i] } else { 0.0 }));
+        }
+        self.waiting = 0;
+    }
+
+    /// Solves it. `None` without rows, or if a number is not finite.
+    ///
+    /// Method: singular values of the factor with columns scaled to one, by one-sided Jacobi rotations, which find small ones to
+    /// high relative accuracy.
+    pub fn solve(&self) -> Option<Estimate> {
+        let mut own = self.clone();
+        own.triangularise();
+        let (p, n) = (self.columns, self.columns + 1);
+        if self.count == 0 || !own.rows.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let entry = |i: usize, j: usize| own.rows[i * n + j];
+        let scales: Vec<f64> = (0..p)
+            .map(|j| {
+                let norm = (0..=j).map(|i| entry(i, j).powi(2)).sum::<f64>().sqrt();
+                if norm > 0.0 { norm } else { 1.0 }
+            })
+            .collect();
+        let scaled = Matrix::from_fn(p, p, |i, j| if i <= j { entry(i, j) / scales[j] } else { 0.0 });
+        let (left, singular, right) = jacobi(&scaled);
+        let largest = singular.iter().copied().fold(0.0, f64::max);
+        let told = |k: usize| singular[k] > ROUNDING * largest && singular[k] > 0.0;
+        let rank = (0..p).filter(|&k| told(k)).count();
+        let mut values = vec![0.0; p];
+        // What the factor leaves over, and the part of y that undetermined directions would have taken.
+        let mut square = entry(p, p).powi(2);
+        for k in 0..p {
+            let along: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();
+            if told(k) {
+                (0..p).for_each(|j| values[j] += right[(j, k)] * along / singular[k]);
+            } else {
+                square += along * along;
+            }
+        }
+        let freedom = self.count.saturating_sub(rank);
+        let residual = if freedom > 0 { (square / freedom as f64).sqrt() } else { 0.0 };
+        let covariance = Matrix::from_fn(p, p, |i, j| {
+            let all = (0..p).filter(|&k| told(k));
+            all.map(|k| right[(i, k)] * right[(j, k)] / singular[k].powi(2)).sum::<f64>()
+        });
+        let lost = |j: usize| (0..p).any(|k| !told(k) && right[(j, k)].abs() > ROUNDING.sqrt());
+        let errors: Vec<f64> = (0..p)
+            .map(|j| if lost(j) { f64::INFINITY } else { residual * covariance[(j, j)].sqrt() / scales[j] })
+            .collect();
+        let spread = |i: usize| covariance[(i, i)].sqrt();
+        Some(Estimate {
+            values: values.iter().zip(&scales).map(|(value, scale)| value / scale).collect(),
+            standard_errors: errors,
+            correlation: Matrix::from_fn(p, p, |i, j| {
+                let both = spread(i) * spread(j);
+                if i == j || both == 0.0 { f64::from(u8::from(i == j)) } else { covariance[(i, j)] / both }
+            }),
+            residual,
+            rows: self.count,
+            rank,
+            condition: largest / singular.iter().copied().fold(f64::INFINITY, f64::min),
+            undetermined: (0..p)
+                .filter(|&k| !told(k))
+                .map(|k| (0..p).map(|j| right[(j, k)] / scales[j]).collect())
+                .collect(),
+        })
+    }
+}
+
+/// `A = U diag(σ) Vᵀ` of a square matrix by one-sided Jacobi rotations; columns of U without a singular value are zero.
+fn jacobi(a: &Matrix<f64>) -> (Matrix<f64>, Vec<f64>, Matrix<f64>) {
+    let n = a.rows();
+    let mut u: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| a[(i, j)]).collect()).collect();
+    let mut v: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| f64::from(u8::from(i == j))).collect()).collect();
+    for _ in 0..60 {
+        let mut rotated = false;
+        for i in 0..n {
+            for j in i + 1..n {
+                let (alpha, beta, gamma) = (dot(&u[i], &u[i]), dot(&u[j], &u[j]), dot(&u[i], &u[j]));
+                if gamma == 0.0 || gamma.abs() <= f64::EPSILON * (alpha * beta).sqrt() {
+                    continue;
+                }
+                rotated = true;
+                let zeta = (beta - alpha) / (2.0 * gamma);
+                let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
+                let c = 1.0 / t.hypot(1.0);
+                let s = c * t;
+                for of in [&mut u, &mut v] {
+                    for k in 0..n {
+                        let (x, y) = (of[i][k], of[j][k]);
+                        (of[i][k], of[j][k]) = (c * x - s * y, s * x + c * y);
+                    }
+                }
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+    let singular: Vec<f64> = u.iter().map(|column| dot(column, column).sqrt()).collect();
+    let left = Matrix::from_fn(n, n, |i, k| if singular[k] > 0.0 { u[k][i] / singular[k] } else { 0.0 });
+    (left, singular, Matrix::from_fn(n, n, |j, k| v[k][j]))
+}
