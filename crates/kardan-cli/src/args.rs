@@ -59,7 +59,7 @@ pub struct RunArgs {
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
-    /// Run controllers too that are unstable at their sample time.
+    /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,
 }
