@@ -34,6 +34,56 @@ pub struct SpringLaw {
     pub rest: Exact,
 }
 
+/// The kind of a coefficient.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CoefficientKind {
+    /// kg m²
+    Inertia,
+    /// N m s/rad
+    Damping,
+    /// N m/rad
+    Stiffness,
+    /// Coulomb torque, N m.
+    Friction,
+}
+
+impl CoefficientKind {
+    /// The key under which elements give it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Inertia => "inertia",
+            Self::Damping => "damping",
+            Self::Stiffness => "stiffness",
+            Self::Friction => "friction",
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Inertia => "kg m^2",
+            Self::Damping => "N m s/rad",
+            Self::Stiffness => "N m/rad",
+            Self::Friction => "N m",
+        }
+    }
+}
+
+/// The coefficient of one term.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TermCoefficient {
+    /// `fs.damping`
+    pub name: String,
+    /// What it is.
+    pub kind: CoefficientKind,
+    /// Number of the term among those of its kind.
+    pub term: usize,
+    /// Its direction over the shafts.
+    pub row: Vec<(usize, f64)>,
+    /// SI
+    pub value: f64,
+}
+
 /// A nonlinear transmission between numbered shafts, `q_driven = γ(q_driving)`.
 #[derive(Debug, Clone)]
 pub struct TransmissionRow {
@@ -177,6 +227,35 @@ impl Equations {
             _ => None,
         });
         own.fold(Rational::ZERO, |sum, inertia| sum.plus(&inertia))
+    }
+
+    /// The coefficients of all inertias, dampers, springs and Coulomb frictions, in this order.
+    ///
+    /// ```
+    /// use kardan::{assemble::assemble, model};
+    /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+    /// let (drive, _) = document.model(&[]);
+    /// let found = assemble(&drive.shafts, &drive.terms).coefficients();
+    /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
+    /// ```
+    pub fn coefficients(&self) -> Vec<TermCoefficient> {
+        fn of<T>(terms: &[Along<T>], kind: CoefficientKind, value: impl Fn(&T) -> f64) -> Vec<TermCoefficient> {
+            let one = |(term, along): (usize, &Along<T>)| TermCoefficient {
+                name: format!("{}.{}", along.element, kind.key()),
+                kind,
+                term,
+                row: along.row_f64(),
+                value: value(&along.value),
+            };
+            terms.iter().enumerate().map(one).collect()
+        }
+        [
+            of(&self.inertias, CoefficientKind::Inertia, Exact::to_f64),
+            of(&self.dampers, CoefficientKind::Damping, Exact::to_f64),
+            of(&self.springs, CoefficientKind::Stiffness, |spring| spring.stiffness.to_f64()),
+            of(&self.frictions, CoefficientKind::Friction, Exact::to_f64),
+        ]
+        .concat()
     }
 
     /// What a coordinate is.

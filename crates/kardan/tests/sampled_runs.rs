@@ -195,12 +195,10 @@ fn integrators_do_not_wind_up() {
     }
 }
 
-/// A loop with slow sensors, one an angle, one a speed as a difference of angles, against a run.
-#[test]
-fn slow_sensors_in_the_map() {
-    let source = "\
+/// Two bodies on a spring.
+const TWO_BODIES: &str = "\
 [model]
-name = \"slow\"
+name = \"two bodies\"
 [shaft.a]
 inertia = \"0.01 kg m^2\"
 damping = \"0.01 N m s/rad\"
@@ -212,6 +210,13 @@ shaft_1 = \"a\"
 shaft_2 = \"b\"
 stiffness = \"5 N m/rad\"
 damping = \"0.05 N m s/rad\"
+";
+
+/// A loop with slow sensors, one an angle, one a speed as a difference of angles, against a run.
+#[test]
+fn slow_sensors_in_the_map() {
+    let source = TWO_BODIES.to_owned()
+        + "\
 [motor.m]
 shaft = \"a\"
 lag = \"0.7 ms\"
@@ -241,7 +246,7 @@ duration = \"0.6 s\"
 output_step = \"1 ms\"
 initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
 ";
-    let variant = common::first(source);
+    let variant = common::first(&source);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
     assert_eq!(plant.slow_sensors.len(), 2);
@@ -249,7 +254,7 @@ initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::new(&plant, &parts).expect("a loop");
     assert!((found.period - 12e-3).abs() < 1e-12 && (found.sample_time - 2e-3).abs() < 1e-15);
-    let run = common::run(source);
+    let run = common::run(&source);
     assert_eq!(run.outcome, Outcome::Completed);
     let names = &model.linear.coordinates;
     // The observer's start: the true angles.
@@ -281,20 +286,8 @@ initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
 /// exact map at every sample, its references in it.
 #[test]
 fn unequal_lags_and_a_long_delay() {
-    let source = "\
-[model]
-name = \"late\"
-[shaft.a]
-inertia = \"0.01 kg m^2\"
-damping = \"0.01 N m s/rad\"
-[shaft.b]
-inertia = \"0.02 kg m^2\"
-damping = \"0.05 N m s/rad\"
-[spring_damper.ab]
-shaft_1 = \"a\"
-shaft_2 = \"b\"
-stiffness = \"5 N m/rad\"
-damping = \"0.05 N m s/rad\"
+    let source = TWO_BODIES.to_owned()
+        + "\
 [motor.m]
 shaft = \"a\"
 lag = \"0.7 ms\"

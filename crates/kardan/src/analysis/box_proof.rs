@@ -145,13 +145,7 @@ fn row_degrees(parts: &Parts, columns: &[usize]) -> Vec<isize> {
 /// Columns that span the kernel of a matrix; entries early in `order` are expressed by later ones where possible.
 fn kernel(matrix: &Matrix<Rational>, order: &[usize]) -> (Matrix<Rational>, usize) {
     let e = echelon(matrix, order);
-    let free: Vec<usize> = (0..matrix.columns()).filter(|j| !e.pivots.contains(j)).collect();
-    let basis = Matrix::from_fn(matrix.columns(), free.len(), |i, k| match e.pivots.iter().position(|&p| p == i) {
-        Some(row) => Rational::zero().minus(&e.form[(row, free[k])]),
-        None if free[k] == i => Rational::one(),
-        None => Rational::zero(),
-    });
-    (basis, e.rank())
+    (e.kernel(), e.rank())
 }
 
 /// The family on the kernel of its constant rows: null vectors correspond one to one.

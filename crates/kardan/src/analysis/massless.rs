@@ -284,17 +284,7 @@ fn preimage(matrix: &Matrix<Rational>, image: &Matrix<Rational>) -> Matrix<Ratio
 
 /// A basis of the kernel, one column per free column of the matrix.
 fn null_space(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let n = matrix.columns();
-    let e = echelon(matrix, &(0..n).collect::<Vec<_>>());
-    let free: Vec<usize> = (0..n).filter(|j| !e.pivots.contains(j)).collect();
-    let mut out = Matrix::<Rational>::zeros(n, free.len());
-    for (j, &at) in free.iter().enumerate() {
-        out[(at, j)] = Rational::ONE;
-        for (row, &pivot) in e.pivots.iter().enumerate() {
-            out[(pivot, j)] = Rational::ZERO.minus(&e.form[(row, at)]);
-        }
-    }
-    out
+    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
 }
 
 fn column(matrix: &Matrix<Rational>, j: usize) -> Vec<Rational> {

@@ -1,4 +1,5 @@
-use super::{Coefficient, Kind};
+use super::Coefficient;
+use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, Random, Rational, Scalar, echelon};
 use crate::reduce::{Kinematics, Reduced, linearise};
 
@@ -122,15 +123,5 @@ pub fn undetermined(reduced: &Reduced, wanted: &[Coefficient], excitation: Excit
 
 /// A basis of the null space, a column for each column that is no pivot.
 fn null_space(matrix: &Matrix<Rational>) -> Matrix<Rational> {
-    let p = matrix.columns();
-    let found = echelon(matrix, &(0..p).collect::<Vec<_>>());
-    let free: Vec<usize> = (0..p).filter(|column| !found.pivots.contains(column)).collect();
-    let mut out = Matrix::zeros(p, free.len());
-    for (k, &column) in free.iter().enumerate() {
-        out[(column, k)] = Rational::ONE;
-        for (row, &pivot) in found.pivots.iter().enumerate() {
-            out[(pivot, k)] = Rational::ZERO.minus(&found.form[(row, column)]);
-        }
-    }
-    out
+    echelon(matrix, &(0..matrix.columns()).collect::<Vec<_>>()).kernel()
 }

@@ -1,4 +1,6 @@
-use crate::num::{Matrix, dot};
+use faer::{Mat, MatRef};
+
+use crate::num::Matrix;
 
 /// Rows that are collected before they are triangularised.
 const ROWS: usize = 256;
@@ -6,7 +8,7 @@ const ROWS: usize = 256;
 const ROUNDING: f64 = 1e-10;
 
 /// A least-squares problem `min ‖W(Xθ − y)‖` in memory that does not grow with its rows: what is kept is the triangular factor of
-/// `[WX Wy]`, brought up to date by Householder reflections (Golub, Van Loan 2013, 5.2 and 6.5), never the normal equations.
+/// `[WX Wy]`, brought up to date by QR decompositions (`faer`; Golub, Van Loan 2013, 5.2 and 6.5), never the normal equations.
 #[derive(Debug, Clone)]
 pub struct LeastSquares {
     columns: usize,
@@ -78,45 +80,23 @@ impl LeastSquares {
 
     fn triangularise(&mut self) {
         let n = self.columns + 1;
-        let m = self.rows.len() / n;
-        // Column by column, so that a reflection runs along memory.
-        let mut columns: Vec<Vec<f64>> = (0..n).map(|j| (0..m).map(|i| self.rows[i * n + j]).collect()).collect();
-        for k in 0..n {
-            let (done, rest) = columns.split_at_mut(k + 1);
-            let own = &mut done[k][k..];
-            let norm = dot(own, own).sqrt();
-            if norm == 0.0 {
-                continue;
-            }
-            let diagonal = if own[0] > 0.0 { -norm } else { norm };
-            own[0] -= diagonal;
-            let square = dot(own, own);
-            for other in rest {
-                let other = &mut other[k..];
-                let share = 2.0 * dot(own, other) / square;
-                other.iter_mut().zip(own.iter()).for_each(|(x, v)| *x -= share * v);
-            }
-            own.fill(0.0);
-            own[0] = diagonal;
-        }
-        self.rows.clear();
-        for i in 0..n {
-            self.rows.extend((0..n).map(|j| if j >= i { columns[j][i] } else { 0.0 }));
-        }
+        let all = MatRef::from_row_major_slice(&self.rows, self.rows.len() / n, n);
+        let found = all.qr();
+        let factor = found.thin_R();
+        self.rows = (0..n * n).map(|k| if k % n >= k / n { factor[(k / n, k % n)] } else { 0.0 }).collect();
         self.waiting = 0;
     }
 
     /// Solves it. `None` without rows, or if a number is not finite.
     ///
-    /// Method: singular values of the factor with columns scaled to one, by one-sided Jacobi rotations, which find small ones to
-    /// high relative accuracy.
+    /// Method: singular values (`faer`) of the factor with columns scaled to one.
     pub fn solve(&self) -> Option<Estimate> {
-        let mut own = self.clone();
-        own.triangularise();
         let (p, n) = (self.columns, self.columns + 1);
-        if self.count == 0 || !own.rows.iter().all(|x| x.is_finite()) {
+        if self.count == 0 || !self.rows.iter().all(|x| x.is_finite()) {
             return None;
         }
+        let mut own = self.clone();
+        own.triangularise();
         let entry = |i: usize, j: usize| own.rows[i * n + j];
         let scales: Vec<f64> = (0..p)
             .map(|j| {
@@ -124,8 +104,10 @@ impl LeastSquares {
                 if norm > 0.0 { norm } else { 1.0 }
             })
             .collect();
-        let scaled = Matrix::from_fn(p, p, |i, j| if i <= j { entry(i, j) / scales[j] } else { 0.0 });
-        let (left, singular, right) = jacobi(&scaled);
+        let scaled = Mat::from_fn(p, p, |i, j| if i <= j { entry(i, j) / scales[j] } else { 0.0 });
+        let svd = scaled.svd().ok()?;
+        let (left, right) = (svd.U(), svd.V());
+        let singular: Vec<f64> = (0..p).map(|k| svd.S()[k]).collect();
         let largest = singular.iter().copied().fold(0.0, f64::max);
         let told = |k: usize| singular[k] > ROUNDING * largest && singular[k] > 0.0;
         let rank = (0..p).filter(|&k| told(k)).count();
@@ -168,39 +150,4 @@ impl LeastSquares {
                 .collect(),
         })
     }
-}
-
-/// `A = U diag(σ) Vᵀ` of a square matrix by one-sided Jacobi rotations; columns of U without a singular value are zero.
-fn jacobi(a: &Matrix<f64>) -> (Matrix<f64>, Vec<f64>, Matrix<f64>) {
-    let n = a.rows();
-    let mut u: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| a[(i, j)]).collect()).collect();
-    let mut v: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| f64::from(u8::from(i == j))).collect()).collect();
-    for _ in 0..60 {
-        let mut rotated = false;
-        for i in 0..n {
-            for j in i + 1..n {
-                let (alpha, beta, gamma) = (dot(&u[i], &u[i]), dot(&u[j], &u[j]), dot(&u[i], &u[j]));
-                if gamma == 0.0 || gamma.abs() <= f64::EPSILON * (alpha * beta).sqrt() {
-                    continue;
-                }
-                rotated = true;
-                let zeta = (beta - alpha) / (2.0 * gamma);
-                let t = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-                let c = 1.0 / t.hypot(1.0);
-                let s = c * t;
-                for of in [&mut u, &mut v] {
-                    for k in 0..n {
-                        let (x, y) = (of[i][k], of[j][k]);
-                        (of[i][k], of[j][k]) = (c * x - s * y, s * x + c * y);
-                    }
-                }
-            }
-        }
-        if !rotated {
-            break;
-        }
-    }
-    let singular: Vec<f64> = u.iter().map(|column| dot(column, column).sqrt()).collect();
-    let left = Matrix::from_fn(n, n, |i, k| if singular[k] > 0.0 { u[k][i] / singular[k] } else { 0.0 });
-    (left, singular, Matrix::from_fn(n, n, |j, k| v[k][j]))
 }

@@ -9,42 +9,8 @@ pub use determined::{Excitation, undetermined};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Motion, Regressor};
 
+use crate::assemble::{CoefficientKind, TermCoefficient};
 use crate::reduce::Reduced;
-
-/// The kind of a coefficient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// kg m²
-    Inertia,
-    /// N m s/rad
-    Damping,
-    /// N m/rad
-    Stiffness,
-    /// Coulomb torque, N m.
-    Friction,
-}
-
-impl Kind {
-    /// The key under which elements give it.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Inertia => "inertia",
-            Self::Damping => "damping",
-            Self::Stiffness => "stiffness",
-            Self::Friction => "friction",
-        }
-    }
-
-    /// Its SI unit.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Inertia => "kg m^2",
-            Self::Damping => "N m s/rad",
-            Self::Stiffness => "N m/rad",
-            Self::Friction => "N m",
-        }
-    }
-}
 
 /// A coefficient of a model.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +18,7 @@ pub struct Coefficient {
     /// `fs.damping`
     pub name: String,
     /// What it is.
-    pub kind: Kind,
+    pub kind: CoefficientKind,
     /// Numbers of its terms among those of its kind in the equations: an element with several has one coefficient for all.
     pub terms: Vec<usize>,
     /// Its value in the model, SI.
@@ -71,26 +37,12 @@ pub struct Coefficient {
 /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
 /// ```
 pub fn coefficients(reduced: &Reduced) -> Vec<Coefficient> {
-    let equations = &reduced.equations;
     let mut out: Vec<Coefficient> = Vec::new();
-    let mut add = |element: &str, kind: Kind, term: usize, value: f64| {
-        let name = format!("{element}.{}", kind.key());
+    for TermCoefficient { name, kind, term, value, .. } in reduced.equations.coefficients() {
         match out.iter_mut().find(|one| one.name == name && one.value == value) {
             Some(one) => one.terms.push(term),
             None => out.push(Coefficient { name, kind, terms: vec![term], value }),
         }
-    };
-    for (k, term) in equations.inertias.iter().enumerate() {
-        add(&term.element, Kind::Inertia, k, term.value.to_f64());
-    }
-    for (k, term) in equations.dampers.iter().enumerate() {
-        add(&term.element, Kind::Damping, k, term.value.to_f64());
-    }
-    for (k, term) in equations.springs.iter().enumerate() {
-        add(&term.element, Kind::Stiffness, k, term.value.stiffness.to_f64());
-    }
-    for (k, term) in equations.frictions.iter().enumerate() {
-        add(&term.element, Kind::Friction, k, term.value.to_f64());
     }
     out
 }

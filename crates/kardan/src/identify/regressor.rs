@@ -1,4 +1,5 @@
-use super::{Coefficient, Kind};
+use super::Coefficient;
+use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
 use crate::reduce::{Kinematics, Reduced, linearise};
 

@@ -17,6 +17,31 @@ impl Echelon {
         self.pivots.len()
     }
 
+    /// The columns that are no pivots, ascending.
+    pub fn free(&self) -> Vec<usize> {
+        (0..self.form.columns()).filter(|column| !self.pivots.contains(column)).collect()
+    }
+
+    /// A basis of the kernel, one column for each free column, on which it is the identity.
+    ///
+    /// ```
+    /// use kardan::num::{Matrix, Rational, echelon};
+    /// let row = Matrix::from_fn(1, 3, |_, j| Rational::from([1, 2, 0][j]));
+    /// let kernel = echelon(&row, &[0, 1, 2]).kernel();
+    /// assert_eq!(kernel.to_f64().to_rows(), [[-2.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    /// ```
+    pub fn kernel(&self) -> Matrix<Rational> {
+        let free = self.free();
+        let mut out = Matrix::zeros(self.form.columns(), free.len());
+        for (k, &column) in free.iter().enumerate() {
+            out[(column, k)] = Rational::ONE;
+            for (row, &pivot) in self.pivots.iter().enumerate() {
+                out[(pivot, k)] = Rational::ZERO.minus(&self.form[(row, column)]);
+            }
+        }
+        out
+    }
+
     /// For every dependency among the original rows, the rows that take part in it.
     ///
     /// Method: the rows of `transform` that belong to zero rows span the left null space exactly.

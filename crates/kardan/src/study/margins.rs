@@ -1,9 +1,9 @@
 //! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
 
 use super::PreparedVariant;
-use super::robustness::times;
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
+use crate::num::multiply;
 use crate::reduce::linearise;
 use crate::results::{Design, LoopLimit, Margins, RateLimit};
 use crate::simulate::Profile;
@@ -35,6 +35,7 @@ fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
     let mut out: Vec<String> =
         sampled.map(|(control, period)| format!("control `{}` ({period} s)", control.name)).collect();
     let mut slow: Vec<_> = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor).collect();
+    slow.sort_by(|a, b| a.name.cmp(&b.name));
     slow.dedup_by(|a, b| a.name == b.name);
     out.extend(slow.iter().map(|sensor| format!("sensor `{}` ({} s)", sensor.name, sensor.period)));
     out
@@ -139,7 +140,11 @@ fn check_limits(
             }
         }
     }
-    let ends = maps.map(|map| times(&map, &z));
+    let ends = maps.map(|map| {
+        let mut end = vec![0.0; z.len()];
+        multiply(map.as_slice(), &z, &mut end);
+        end
+    });
     for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
         for (&input, name) in part.inputs.iter().zip(law.inputs()) {
             let command = |z: &Vec<f64>| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };

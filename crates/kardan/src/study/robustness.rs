@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::{PreparedVariant, Progress};
+use crate::assemble::CoefficientKind;
 use crate::equations::Measured;
 use crate::model::ControlSpec;
-use crate::num::{Matrix, Random, rational_to_f64};
+use crate::num::{Random, multiply, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{Interaction, Physical, Robustness, Spread};
 use crate::synthesis::{
@@ -274,7 +275,6 @@ pub(super) fn subject(
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
     let equations = &variant.reduced.equations;
     let mut watched = Vec::new();
-    let names = plant.names();
     for channel in control.values.tables("channels").unwrap_or_default() {
         let (Some(output), Some(reference)) = (channel.word("output"), channel.word("reference")) else { continue };
         let Ok(signal) = model.output(output) else { continue };
@@ -304,22 +304,20 @@ pub(super) fn subject(
             }
             Measured::NetTorque(name) => {
                 let Some(shaft) = variant.reduced.shaft(name) else { continue };
-                // As [`Equations::own_inertia`], part by part; what is zero is no coefficient.
-                let parts = equations.inertias.iter().filter(|term| term.value.to_f64() != 0.0).enumerate();
-                let own = parts.filter_map(|(term, part)| match part.row_f64().as_slice() {
-                    [(k, x)] if *k == shaft => Some((Some(term), x * x * part.value.to_f64())),
+                // As [`Equations::own_inertia`], part by part.
+                let own = plant.coefficients().filter(|(_, one)| one.kind == CoefficientKind::Inertia);
+                let own = own.filter_map(|(number, one)| match one.row.as_slice() {
+                    [(k, x)] if *k == shaft => Some((Some(number), x * x * one.value)),
                     _ => None,
                 });
                 (signal.name.clone(), "N m", Watch::Acceleration(shaft, own.collect()))
             }
             Measured::SpringTorque(element) => {
-                let stiffness = format!("{element}.stiffness");
-                let terms = (0..names.len()).filter(|&k| names[k] == stiffness);
-                let springs = equations.springs.iter().filter(|spring| spring.element == *element);
-                let rows = terms.zip(springs).map(|(term, spring)| {
-                    let stiffness = spring.value.stiffness.to_f64();
-                    (term, spring.row_f64().into_iter().map(|(shaft, x)| (shaft, stiffness * x)).collect())
-                });
+                let name = format!("{element}.stiffness");
+                let rows = plant
+                    .coefficients()
+                    .filter(|(_, one)| one.name == name)
+                    .map(|(number, one)| (number, one.row.iter().map(|(shaft, x)| (*shaft, one.value * x)).collect()));
                 (signal.name.clone(), "N m", Watch::Springs(rows.collect()))
             }
             Measured::Speed(_) | Measured::ConstraintTorque(..) => continue,
@@ -370,8 +368,10 @@ impl Subject {
             };
             (0..fine).for_each(|_| found.pass(&mut z, &mut see));
             if let Some(far) = &far {
+                let mut next = z.clone();
                 for _ in 0..(periods - fine).div_ceil(stride) {
-                    z = times(far, &z);
+                    multiply(far.as_slice(), &z, &mut next);
+                    std::mem::swap(&mut z, &mut next);
                     see(&z);
                 }
             }
@@ -430,11 +430,6 @@ impl Subject {
         });
         watched.chain(self.inputs.iter().map(|&input| sparse(&command(input)))).collect()
     }
-}
-
-/// A matrix times a vector.
-pub(super) fn times(matrix: &Matrix<f64>, z: &[f64]) -> Vec<f64> {
-    (0..matrix.rows()).map(|i| matrix.row(i).iter().zip(z).map(|(a, b)| a * b).sum()).collect()
 }
 
 /// The largest value over the corners of the box that a search finds: coefficient by coefficient to its better end, until

@@ -1,9 +1,9 @@
 use super::decouplable::{NotDecouplable, inverse_decoupling_matrix};
 use super::relative_degree::{chain, relative_degrees};
 use super::resolvent::characteristic_polynomial;
-use super::rows::{difference, stack, unit};
+use super::rows::{difference, stack};
 use crate::analysis::LinearSystem;
-use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use crate::num::{Matrix, Polynomial, Rational, echelon};
 
 /// What goes on while all outputs are held at zero.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,16 +66,6 @@ pub fn zero_polynomial(system: &LinearSystem) -> Result<Polynomial, NotDecouplab
 
 /// A basis of the kernel, one column per vector, and the rows in which it is the identity.
 fn kernel(rows: &Matrix<Rational>) -> (Matrix<Rational>, Vec<usize>) {
-    let n = rows.columns();
-    let e = echelon(rows, &(0..n).collect::<Vec<_>>());
-    let free: Vec<usize> = (0..n).filter(|j| !e.pivots.contains(j)).collect();
-    let vectors: Vec<Vec<Rational>> = free
-        .iter()
-        .map(|&j| {
-            let mut vector = unit(j, n);
-            e.pivots.iter().enumerate().for_each(|(i, &pivot)| vector[pivot] = Rational::ZERO.minus(&e.form[(i, j)]));
-            vector
-        })
-        .collect();
-    (stack(&vectors, n).transpose(), free)
+    let e = echelon(rows, &(0..rows.columns()).collect::<Vec<_>>());
+    (e.kernel(), e.free())
 }

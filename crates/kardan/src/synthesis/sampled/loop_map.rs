@@ -276,14 +276,19 @@ impl SampledLoop {
 
     /// The map over some periods, Φᵏ.
     pub fn after(&self, periods: usize) -> Matrix<f64> {
-        let (mut out, mut square) = (Matrix::identity(self.map.rows()), self.map.clone());
-        for bit in (0..usize::BITS).take_while(|bit| periods >> bit > 0) {
-            if periods >> bit & 1 == 1 {
-                out = out.multiply(&square);
+        let mut square = self.map.clone();
+        let mut out: Option<Matrix<f64>> = None;
+        let mut rest = periods;
+        while rest > 0 {
+            if rest & 1 == 1 {
+                out = Some(out.map_or_else(|| square.clone(), |out| out.multiply(&square)));
             }
-            square = square.multiply(&square);
+            rest >>= 1;
+            if rest > 0 {
+                square = square.multiply(&square);
+            }
         }
-        out
+        out.unwrap_or_else(|| Matrix::identity(self.map.rows()))
     }
 
     /// Eigenvalues of the map, as growth per shortest sample time, largest first, without those of constant references and

@@ -1,5 +1,6 @@
+use crate::assemble::{CoefficientKind as Kind, TermCoefficient};
 use crate::equations::{Measured, Sensor};
-use crate::num::{Matrix, rational_to_f64};
+use crate::num::Matrix;
 use crate::reduce::{LinearModel, Reduced};
 
 /// A linear plant with its motors, in floating point: `H q̈ + D q̇ + S q = F τ`.
@@ -101,20 +102,12 @@ impl LoopPlant {
     }
 }
 
-/// The kind of a coefficient.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Inertia,
-    Damping,
-    Stiffness,
-}
-
 /// A linear plant whose coefficients vary: inertias, dampings and stiffnesses of its elements.
 #[derive(Debug, Clone)]
 pub struct VariedPlant {
     nominal: LoopPlant,
-    /// Name (`fs.inertia`), kind, row over the coordinates, value.
-    terms: Vec<(String, Kind, Vec<f64>, f64)>,
+    /// The coefficients that vary, each with its row over the coordinates.
+    terms: Vec<(TermCoefficient, Vec<f64>)>,
 }
 
 impl VariedPlant {
@@ -128,35 +121,19 @@ impl VariedPlant {
         let row = |along: &[(usize, f64)]| -> Vec<f64> {
             (0..basis.columns()).map(|j| along.iter().map(|(shaft, x)| x * basis[(*shaft, j)]).sum()).collect()
         };
-        let equations = &reduced.equations;
-        let named = |element: &String, key: &str| format!("{element}.{key}");
-        let inertias = equations.inertias.iter().map(|term| {
-            (
-                named(&term.element, "inertia"),
-                Kind::Inertia,
-                row(&term.row_f64()),
-                rational_to_f64(&term.value.to_rational()),
-            )
-        });
-        let dampers = equations.dampers.iter().map(|term| {
-            (
-                named(&term.element, "damping"),
-                Kind::Damping,
-                row(&term.row_f64()),
-                rational_to_f64(&term.value.to_rational()),
-            )
-        });
-        let springs = equations.springs.iter().map(|term| {
-            let value = rational_to_f64(&term.value.stiffness.to_rational());
-            (named(&term.element, "stiffness"), Kind::Stiffness, row(&term.row_f64()), value)
-        });
-        let terms = inertias.chain(dampers).chain(springs).filter(|(.., value)| *value != 0.0).collect();
-        Self { nominal, terms }
+        let all = reduced.equations.coefficients().into_iter();
+        let varied = all.filter(|one| one.kind != Kind::Friction && one.value != 0.0);
+        Self { terms: varied.map(|one| (one.clone(), row(&one.row))).collect(), nominal }
     }
 
     /// Names of the coefficients: `fs.inertia`, `torsion_bar.stiffness`.
     pub fn names(&self) -> Vec<String> {
-        self.terms.iter().map(|(name, ..)| name.clone()).collect()
+        self.terms.iter().map(|(one, _)| one.name.clone()).collect()
+    }
+
+    /// The coefficients, each with its number in `factors` of [`Self::at`].
+    pub fn coefficients(&self) -> impl Iterator<Item = (usize, &TermCoefficient)> {
+        self.terms.iter().map(|(one, _)| one).enumerate()
     }
 
     /// The plant as it is.
@@ -167,13 +144,14 @@ impl VariedPlant {
     /// The plant with each coefficient times a factor.
     pub fn at(&self, factors: &[f64]) -> LoopPlant {
         let mut out = self.nominal.clone();
-        for ((_, kind, row, value), factor) in self.terms.iter().zip(factors) {
-            let matrix = match kind {
+        for ((one, row), factor) in self.terms.iter().zip(factors) {
+            let matrix = match one.kind {
                 Kind::Inertia => &mut out.inertia,
                 Kind::Damping => &mut out.damping,
                 Kind::Stiffness => &mut out.stiffness,
+                Kind::Friction => continue,
             };
-            let change = value * (factor - 1.0);
+            let change = one.value * (factor - 1.0);
             for i in 0..row.len() {
                 (0..row.len()).for_each(|j| matrix[(i, j)] += change * row[i] * row[j]);
             }
