@@ -6,7 +6,7 @@ use common::{at, signal};
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Settings, Silent};
-use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart};
+use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey};
 
 fn ecu() -> &'static str {
     builtin("sia-steering-ecu").expect("built in").source
@@ -492,4 +492,73 @@ to = \"1 rad\"
         }
         found.pass(&mut z, &mut |_| {});
     }
+}
+
+const PLACED: &str = "\
+[motor.m]
+shaft = \"a\"
+torque_limit = \"0.2 N m\"
+[motor.n]
+shaft = \"b\"
+torque_limit = \"0.2 N m\"
+[sensor.s]
+measures = \"angle\"
+shaft = \"a\"
+sample_time = \"3 ms\"
+[control.column]
+law = \"pole_placement\"
+sample_time = \"1 ms\"
+inputs = [\"m\", \"n\"]
+poles = [-20, -21, -22, -23]
+[[control.column.channels]]
+output = \"a.phi\"
+reference = \"ra\"
+[[control.column.channels]]
+output = \"b.phi\"
+reference = \"rb\"
+[control.column.observer]
+sensors = [\"s.phi\", \"b.phi\"]
+disturbances = []
+poles = [-40, -41, -42, -43]
+";
+
+/// A reference is refused for its torque only if the loop has settled at it when the run ends.
+#[test]
+fn limits_are_judged_where_the_loop_has_settled() {
+    let limited = |stiffness: &str, duration: &str, events: &[(&str, &str)]| {
+        let mut text = TWO_BODIES.replace("5 N m/rad", stiffness) + &PLACED.replace("sample_time = \"3 ms\"\n", "");
+        text += &format!("[scenario]\nduration = \"{duration}\"\n");
+        for (at, to) in events {
+            text += &format!("[[scenario.event]]\nat = \"{at}\"\nsignal = \"ra\"\nto = \"{to}\"\n");
+        }
+        let found = study::check(&text);
+        assert!(found.iter().all(|one| one.code != "control::unstable"), "{found:?}");
+        found.iter().any(|one| one.code == "control::limit")
+    };
+    // Turned against each other by half a radian, the bodies need 2.5 N m for ever.
+    assert!(limited("5 N m/rad", "2 s", &[("0 s", "0.5 rad")]));
+    assert!(!limited("5 N m/rad", "2 s", &[("0 s", "0.5 rad"), ("0.5 s", "0.01 rad")]));
+    assert!(!limited("5 N m/rad", "2 s", &[("1.99 s", "0.5 rad")]));
+    // Hardly held by the spring, they need more than 0.2 N m while they are braked, and nothing in the end.
+    for duration in ["0.05 s", "0.06 s", "0.1 s", "2 s"] {
+        assert!(!limited("0.001 N m/rad", duration, &[("0 s", "0.5 rad")]), "{duration}");
+    }
+}
+
+/// While the slowest rate is searched for, slow sensors keep step with the controller.
+#[test]
+fn slow_sensors_keep_step_in_the_search_for_the_rate() {
+    let variant = common::first(&(TWO_BODIES.to_owned() + PLACED));
+    let model = &variant.design_models[0];
+    let laws = variant.design_laws();
+    let clocks = [Some(Clock { period: 1e-3, delay: 0.0, single: false })];
+    let limit = |plant: LoopPlant| {
+        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
+        survey.longest_period(0.5).expect("stable when fast").value
+    };
+    let plant = || LoopPlant::new(&model.linear, &model.lags());
+    let slow = plant().with_sensors(&variant.reduced);
+    assert_eq!(slow.slow_sensors.len(), 1);
+    let found = limit(plant());
+    assert!(found > 3e-3 && found < 1.0 && limit(slow) == found, "{found}");
 }
