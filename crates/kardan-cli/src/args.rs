@@ -12,7 +12,7 @@ use clap_complete::Shell;
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n\n\
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n\n\
                   Exit codes: 0 done, 1 a requirement of the study failed, 2 error."
 )]
 pub struct Cli {
@@ -28,6 +28,7 @@ pub enum Command {
     Run(RunArgs),
     Analyze(AnalyzeArgs),
     Design(DesignArgs),
+    Identify(IdentifyArgs),
     Equations(EquationsArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
@@ -154,6 +155,101 @@ pub struct DesignArgs {
     /// Show a controller too that is unstable at its sample time.
     #[arg(long)]
     pub force: bool,
+}
+
+/// Find parameters of a model in measured logs: values with confidence intervals, what the data cannot tell, tests of what is
+/// left over, validation on segments that the fit has not seen.
+#[derive(Debug, Args)]
+#[command(after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns that are called like signals of the \
+                        model (wg.phi, cs.w, wg_motor.tau) are found; others are named in [log.NAME] of the model file \
+                        (kardan elements log).\n\nExamples:\n  kardan identify my.toml bench.mf4\n  \
+                        kardan identify my.toml day1.csv day2.csv --parameters wg.damping,wg.friction --report fit.html\n  \
+                        kardan identify my.toml bench.mat --method dynamic --window \"50 ms\" --loss huber\n  \
+                        kardan identify my.toml bench.parquet --compare --write identified.toml && kardan analyze identified.toml")]
+pub struct IdentifyArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input.
+    pub model: PathBuf,
+    /// The logs; several are several recordings, or are joined by time where the model file has a [log.NAME] for each.
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// What is to be found, separated by commas: `shaft.damping`, `bar.stiffness`, or entries of [parameters]; those of
+    /// [identification], or every damping and friction, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub parameters: Vec<String>,
+    /// Segments of constant speed, or everything with filtered derivatives.
+    #[arg(long, value_enum)]
+    pub method: Option<IdentifyMethod>,
+    /// Width of the windows in which samples are smoothed: `50ms`, `0.05`; 50 samples if not given.
+    #[arg(long, value_name = "TIME")]
+    pub window: Option<String>,
+    /// How residuals count: outliers like all others, by their size alone, or not at all.
+    #[arg(long, value_enum)]
+    pub loss: Option<IdentifyLoss>,
+    /// Confidence of the intervals in percent [default: 95].
+    #[arg(long, value_name = "PERCENT", value_parser = confidence)]
+    pub confidence: Option<f64>,
+    /// Compare models by cross-validation: those of [[identification.candidate]], or with and without each kind of friction.
+    #[arg(long)]
+    pub compare: bool,
+    /// Variant of the model; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the identification as one HTML page too; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Write a copy of the model file with the values found and their intervals; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+}
+
+/// A percentage above 0 and below 100.
+fn confidence(text: &str) -> Result<f64, String> {
+    let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
+    percent.ok().filter(|x| *x > 0.0 && *x < 100.0).ok_or_else(|| "not above 0 and below 100: write 95".into())
+}
+
+/// What of a log is used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IdentifyMethod {
+    /// Segments of constant speed.
+    Steady,
+    /// Everything, with filtered derivatives.
+    Dynamic,
+}
+
+impl IdentifyMethod {
+    /// Its word in a model file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Steady => "steady",
+            Self::Dynamic => "dynamic",
+        }
+    }
+}
+
+/// How residuals count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IdentifyLoss {
+    /// Squares.
+    Squares,
+    /// Large ones by their size alone.
+    Huber,
+    /// Large ones not at all.
+    Bisquare,
+}
+
+impl IdentifyLoss {
+    /// Its word in a model file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Squares => "squares",
+            Self::Huber => "huber",
+            Self::Bisquare => "bisquare",
+        }
+    }
 }
 
 /// How outputs are to be decoupled.

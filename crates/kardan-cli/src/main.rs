@@ -6,6 +6,7 @@ mod analysis_text;
 mod args;
 mod commands;
 mod design_text;
+mod identify_text;
 mod input;
 mod layout;
 mod output;

@@ -6,6 +6,7 @@ mod completions;
 mod design;
 mod elements;
 mod equations;
+mod identify;
 mod models;
 mod run;
 
@@ -41,6 +42,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Command::Run(args) => args.json,
         Command::Analyze(args) => args.json,
         Command::Design(args) => args.json,
+        Command::Identify(args) => args.json,
         _ => false,
     };
     dispatch(&cli).unwrap_or_else(|failure| {
@@ -58,6 +60,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Run(args) => run::run(args, cli.quiet),
         Command::Analyze(args) => analyze::analyze(args, cli.quiet),
         Command::Design(args) => design::design(args, cli.quiet),
+        Command::Identify(args) => identify::identify(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),

@@ -8,6 +8,7 @@
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
+//! | [`identification_json`] | parameters found in logs | scripts |
 //! | [`json_error`] | why there is no outcome | scripts |
 
 mod analysis;
@@ -15,6 +16,7 @@ mod arrow_schema;
 mod csv;
 mod design;
 mod extremes;
+mod identification;
 mod json;
 mod parquet;
 
@@ -22,6 +24,7 @@ pub use analysis::analysis_json;
 pub use csv::csv;
 pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
+pub use identification::identification_json;
 pub use json::{Files, json, json_error};
 pub use parquet::{ParquetError, parquet};
 

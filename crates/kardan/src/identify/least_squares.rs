@@ -27,6 +27,8 @@ pub struct Estimate {
     pub standard_errors: Vec<f64>,
     /// Correlations of the errors.
     pub correlation: Matrix<f64>,
+    /// `(XᵀWWX)⁻¹` (of what is determined): times the square of the residual the covariance of θ.
+    pub cofactor: Matrix<f64>,
     /// Root mean square of what is left, `√(‖W(Xθ − y)‖² / (rows − rank))`.
     pub residual: f64,
     /// Rows.
@@ -76,6 +78,88 @@ impl LeastSquares {
     /// Rows added.
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// The same problem with some of its unknowns alone, in the order given; the others are zero.
+    ///
+    /// # Panics
+    /// If a number is not that of an unknown.
+    pub fn restricted(&self, unknowns: &[usize]) -> Self {
+        let mut out = Self::new(unknowns.len());
+        let mut x = vec![0.0; unknowns.len()];
+        for row in self.rows.chunks_exact(self.columns + 1) {
+            x.iter_mut().zip(unknowns).for_each(|(x, &k)| *x = row[k]);
+            out.add(&x, row[self.columns], 1.0);
+        }
+        out.count = self.count;
+        out
+    }
+
+    /// The values of some unknowns that minimise the residual while others (`bounded`) are not below zero \[Lawson, Hanson 1974,
+    /// 23.3\]: those that are free of their bound. Every unknown that is not bounded is free.
+    pub fn free_of_bounds(&self, bounded: &[bool]) -> Vec<usize> {
+        let p = self.columns;
+        let mut free: Vec<bool> = bounded.iter().map(|bounded| !bounded).collect();
+        let mut values = vec![0.0; p];
+        let numbers = |free: &[bool]| (0..p).filter(|&k| free[k]).collect::<Vec<_>>();
+        let solved = |free: &[bool]| -> Option<Vec<f64>> {
+            let mut out = vec![0.0; p];
+            let list = numbers(free);
+            if list.is_empty() {
+                return Some(out);
+            }
+            let found = self.restricted(&list).solve()?;
+            list.iter().zip(&found.values).for_each(|(&k, value)| out[k] = *value);
+            Some(out)
+        };
+        if let Some(found) = solved(&free) {
+            values = found;
+        }
+        // Each round frees one; a few times their number bounds what rounding could repeat.
+        for _ in 0..3 * p + 3 {
+            let slopes = self.slopes(&values);
+            let next = (0..p)
+                .filter(|&k| !free[k] && slopes[k].0 > 1e-12 * slopes[k].1)
+                .max_by(|&a, &b| (slopes[a].0 / slopes[a].1).total_cmp(&(slopes[b].0 / slopes[b].1)));
+            let Some(next) = next else { break };
+            free[next] = true;
+            loop {
+                let Some(wanted) = solved(&free) else { return numbers(&free) };
+                let stops = |k: &usize| bounded[*k] && free[*k] && wanted[*k] <= 0.0;
+                let step = (0..p)
+                    .filter(stops)
+                    .map(|k| values[k] / (values[k] - wanted[k]))
+                    .filter(|step| step.is_finite())
+                    .fold(1.0, f64::min);
+                let blocked: Vec<usize> = (0..p).filter(stops).collect();
+                for k in 0..p {
+                    values[k] += step * (wanted[k] - values[k]);
+                }
+                if blocked.is_empty() {
+                    break;
+                }
+                for k in blocked {
+                    if values[k] <= 1e-14 * wanted[k].abs() {
+                        values[k] = 0.0;
+                        free[k] = false;
+                    }
+                }
+            }
+        }
+        numbers(&free)
+    }
+
+    /// `Xᵀ(y − Xθ)` and the size of its parts, for each unknown.
+    fn slopes(&self, values: &[f64]) -> Vec<(f64, f64)> {
+        let mut out = vec![(0.0, 0.0); self.columns];
+        for row in self.rows.chunks_exact(self.columns + 1) {
+            let left = row[self.columns] - crate::num::dot(&row[..self.columns], values);
+            for (sum, x) in out.iter_mut().zip(row) {
+                sum.0 += x * left;
+                sum.1 += x.abs() * (row[self.columns].abs() + left.abs());
+            }
+        }
+        out
     }
 
     fn triangularise(&mut self) {
@@ -140,6 +224,7 @@ impl LeastSquares {
                 let both = spread(i) * spread(j);
                 if i == j || both == 0.0 { f64::from(u8::from(i == j)) } else { covariance[(i, j)] / both }
             }),
+            cofactor: Matrix::from_fn(p, p, |i, j| covariance[(i, j)] / (scales[i] * scales[j])),
             residual,
             rows: self.count,
             rank,

@@ -2,12 +2,18 @@
 //! any model.
 
 mod determined;
+mod fit;
 mod least_squares;
 mod regressor;
+mod samples;
+mod window;
 
 pub use determined::{Excitation, undetermined};
 pub use least_squares::{Estimate, LeastSquares};
-pub use regressor::{Motion, Regressor};
+pub use regressor::{Extra, Motion, Regressor, Variances};
+pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
+pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
+pub use window::{Reading, Windows};
 
 use crate::assemble::{CoefficientKind, TermCoefficient};
 use crate::reduce::Reduced;

@@ -14,10 +14,47 @@ pub struct Motion<'a> {
     pub acceleration: &'a [f64],
 }
 
+/// A torque beyond the terms of a model, along a direction with Coulomb friction: one more column for each.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Extra {
+    /// `s sgn(v) shape(|v|)`: what friction is more at low speed; the column is that of the Coulomb torque, and the speed is told for
+    /// the shape.
+    Stribeck {
+        /// Number of the friction in the equations.
+        friction: usize,
+    },
+    /// `m |τ| sgn(v)`: a loss in proportion to a torque that goes through, as in a strain-wave gear.
+    Load {
+        /// Number of the friction in the equations.
+        friction: usize,
+        /// Number of the input whose torque it is.
+        input: usize,
+    },
+}
+
+/// How uncertain what was measured is: variances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variances<'a> {
+    /// Of the torques of the inputs, (N m)².
+    pub torques: &'a [f64],
+    /// Of reduced coordinates, their speeds and accelerations.
+    pub position: &'a [f64],
+    /// (rad/s)²
+    pub speed: &'a [f64],
+    /// (rad/s²)²
+    pub acceleration: &'a [f64],
+}
+
 /// A term: its direction over the shafts, its relaxed angle (of a spring).
 struct Term {
     row: Vec<(usize, f64)>,
     rest: f64,
+}
+
+impl Term {
+    fn along(&self, of: &[f64]) -> f64 {
+        self.row.iter().map(|(shaft, a)| a * of[*shaft]).sum()
+    }
 }
 
 /// The torque balance as a linear equation `X θ = y` in coefficients of a model, at any motion:
@@ -37,11 +74,18 @@ pub struct Regressor {
     unmeasured: Vec<usize>,
     /// Reflections that turn their directions into the first rows.
     reflections: Vec<Vec<f64>>,
+    extras: Vec<Extra>,
+    /// Nominal coefficients of the terms of each kind, for the covariance.
+    nominal: [Vec<f64>; 4],
+    /// Row by row: X, extra columns, y, and what the noise of each measured quantity adds.
     all: Vec<f64>,
+    width: usize,
     direction: Vec<f64>,
     accelerations: Vec<f64>,
-    /// Speed below which the sign of a friction is not taken, rad/s.
-    rest_speed: f64,
+    /// Speeds below which the sign of each friction is not taken, rad/s.
+    rest_speeds: Vec<f64>,
+    /// Half the time over which the sign must stay the same, s.
+    half: f64,
 }
 
 impl Regressor {
@@ -74,6 +118,21 @@ impl Regressor {
         });
         let asked =
             |kind: usize, term: usize| wanted.iter().any(|one| one.kind as usize == kind && one.terms.contains(&term));
+        let values = |kind: Kind, count: usize| {
+            let mut out = vec![0.0; count];
+            super::coefficients(reduced)
+                .iter()
+                .filter(|one| one.kind == kind)
+                .for_each(|one| one.terms.iter().for_each(|&term| out[term] = one.value));
+            out
+        };
+        let nominal = [
+            values(Kind::Inertia, equations.inertias.len()),
+            values(Kind::Damping, equations.dampers.len()),
+            values(Kind::Stiffness, equations.springs.len()),
+            Vec::new(),
+        ];
+        let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.freedoms();
         Self {
             known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
             wanted: wanted.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
@@ -81,13 +140,49 @@ impl Regressor {
             freedoms: reduced.freedoms(),
             reflections: vec![vec![0.0; reduced.freedoms()]; unmeasured.len()],
             unmeasured,
-            all: vec![0.0; reduced.freedoms() * (wanted.len() + 1)],
+            extras: Vec::new(),
+            nominal,
+            all: vec![0.0; reduced.freedoms() * width],
+            width,
             direction: vec![0.0; reduced.freedoms()],
             accelerations: vec![0.0; equations.shafts.len()],
             kinematics: Kinematics::new(reduced),
             terms,
-            rest_speed,
+            rest_speeds: vec![rest_speed; equations.frictions.len()],
+            half: 0.0,
         }
+    }
+
+    /// The same with more columns, behind those of the coefficients.
+    ///
+    /// # Panics
+    /// If a number is not that of a friction or an input.
+    pub fn with_extras(mut self, extras: &[Extra]) -> Self {
+        for extra in extras {
+            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
+            assert!(*friction < self.terms[Kind::Friction as usize].len(), "a friction of the model");
+            assert!(!matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()), "an input of the model");
+        }
+        self.width += extras.len() - self.extras.len();
+        self.extras = extras.to_vec();
+        self.all = vec![0.0; self.freedoms * self.width];
+        self
+    }
+
+    /// The same with a speed of its own for each friction of the equations below which its sign is not known, rad/s.
+    ///
+    /// # Panics
+    /// If there is not one for each.
+    pub fn with_rest_speeds(mut self, speeds: &[f64]) -> Self {
+        assert_eq!(speeds.len(), self.rest_speeds.len(), "one for each friction");
+        self.rest_speeds.copy_from_slice(speeds);
+        self
+    }
+
+    /// The same for means over a time (s): a sign is known where the speed keeps it over that time.
+    pub fn with_window(mut self, width: f64) -> Self {
+        self.half = width / 2.0;
+        self
     }
 
     /// Number of rows of one motion: the degrees of freedom, less one for each independent torque that nobody measured.
@@ -95,9 +190,9 @@ impl Regressor {
         self.freedoms - self.unmeasured.len()
     }
 
-    /// Number of columns: the coefficients asked for.
+    /// Number of columns: the coefficients asked for, and what was added to them.
     pub fn columns(&self) -> usize {
-        self.wanted.len()
+        self.wanted.len() + self.extras.len()
     }
 
     /// Fills X (rows × columns, row by row) and y at a motion under torques of all inputs, N m, in the order of the equations;
@@ -109,40 +204,10 @@ impl Regressor {
     /// # Panics
     /// If a length does not fit.
     pub fn fill(&mut self, motion: Motion<'_>, torques: &[f64], x: &mut [f64], y: &mut [f64]) -> bool {
-        let (r, p) = (self.freedoms, self.wanted.len());
-        let (rows, n) = (self.rows(), p + 1);
-        assert!(x.len() == rows * p && y.len() == rows && torques.len() == self.inputs.len(), "lengths of a regressor");
-        self.kinematics.update(motion.position, motion.speed);
-        for (shaft, acceleration) in self.accelerations.iter_mut().enumerate() {
-            *acceleration = dot(self.kinematics.row(shaft), motion.acceleration) + self.kinematics.bias[shaft];
-        }
-        // [X y], row by row.
-        self.all.fill(0.0);
-        for (input, (row, torque)) in self.inputs.iter().zip(torques).enumerate() {
-            if !self.unmeasured.contains(&input) {
-                project(row, &self.kinematics, &mut self.direction);
-                (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
-            }
-        }
-        let mut certain = true;
-        for (column, (kind, terms)) in self.wanted.iter().enumerate() {
-            for &term in terms {
-                let term = &self.terms[*kind][term];
-                let signal = self.signal(*kind, term);
-                certain &= signal.is_some();
-                project(&term.row, &self.kinematics, &mut self.direction);
-                (0..r).for_each(|i| self.all[i * n + column] += self.direction[i] * signal.unwrap_or(0.0));
-            }
-        }
-        for &(kind, term, value) in &self.known {
-            let term = &self.terms[kind][term];
-            let signal = self.signal(kind, term);
-            certain &= signal.is_some();
-            project(&term.row, &self.kinematics, &mut self.direction);
-            let torque = value * signal.unwrap_or(0.0);
-            (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
-        }
-        self.eliminate();
+        let certain = self.collect(motion, torques, None);
+        let (r, p, n) = (self.freedoms, self.columns(), self.width);
+        let rows = self.rows();
+        assert!(x.len() == rows * p && y.len() == rows, "lengths of a regressor");
         for i in 0..rows {
             let row = &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
             x[i * p..(i + 1) * p].copy_from_slice(&row[..p]);
@@ -151,9 +216,110 @@ impl Regressor {
         certain
     }
 
+    /// [`Self::fill`] with the covariance of the rows (rows × rows) that variances of what was measured give at the model's own values,
+    /// and the speeds (rad/s, without sign) along the frictions of the extra columns.
+    ///
+    /// # Panics
+    /// If a length does not fit.
+    pub fn fill_weighted(
+        &mut self,
+        motion: Motion<'_>,
+        torques: &[f64],
+        variances: Variances<'_>,
+        (x, y): (&mut [f64], &mut [f64]),
+        (covariance, speeds): (&mut [f64], &mut [f64]),
+    ) -> bool {
+        let certain = self.collect(motion, torques, Some(variances));
+        let (r, p, n) = (self.freedoms, self.columns(), self.width);
+        let rows = self.rows();
+        let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
+        assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
+        let row = |i: usize| &self.all[(r - rows + i) * n..(r - rows + i + 1) * n];
+        for i in 0..rows {
+            x[i * p..(i + 1) * p].copy_from_slice(&row(i)[..p]);
+            y[i] = row(i)[p];
+            for j in 0..rows {
+                covariance[i * rows + j] = dot(&row(i)[p + 1..], &row(j)[p + 1..]);
+            }
+        }
+        for (speed, extra) in speeds.iter_mut().zip(&self.extras) {
+            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
+            let term = &self.terms[Kind::Friction as usize][*friction];
+            *speed = term.along(&self.kinematics.speeds).abs();
+        }
+        certain
+    }
+
+    /// Fills [`Self::all`] and turns its rows; whether all signs are known.
+    fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<Variances<'_>>) -> bool {
+        let (r, n, w) = (self.freedoms, self.width, self.wanted.len());
+        let p = w + self.extras.len();
+        assert!(torques.len() == self.inputs.len(), "a torque for each input");
+        self.kinematics.update(motion.position, motion.speed);
+        for (shaft, acceleration) in self.accelerations.iter_mut().enumerate() {
+            *acceleration = dot(self.kinematics.row(shaft), motion.acceleration) + self.kinematics.bias[shaft];
+        }
+        self.all.fill(0.0);
+        for (input, (row, torque)) in self.inputs.iter().zip(torques).enumerate() {
+            if !self.unmeasured.contains(&input) {
+                project(row, &self.kinematics, &mut self.direction);
+                (0..r).for_each(|i| self.all[i * n + p] += torque * self.direction[i]);
+                if let Some(variances) = variances {
+                    let spread = variances.torques[input].sqrt();
+                    (0..r).for_each(|i| self.all[i * n + p + 1 + input] = spread * self.direction[i]);
+                }
+            }
+        }
+        let mut certain = true;
+        for (column, (kind, terms)) in self.wanted.iter().enumerate() {
+            for &term in terms {
+                let signal = self.signal(*kind, term);
+                let term = &self.terms[*kind][term];
+                certain &= signal.is_some();
+                project(&term.row, &self.kinematics, &mut self.direction);
+                (0..r).for_each(|i| self.all[i * n + column] += self.direction[i] * signal.unwrap_or(0.0));
+            }
+        }
+        for (column, extra) in self.extras.iter().enumerate() {
+            let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
+            let term = &self.terms[Kind::Friction as usize][*friction];
+            let sign = self.signal(Kind::Friction as usize, *friction);
+            certain &= sign.is_some();
+            let size = match extra {
+                Extra::Stribeck { .. } => 1.0,
+                Extra::Load { input, .. } => torques[*input].abs(),
+            };
+            project(&term.row, &self.kinematics, &mut self.direction);
+            (0..r).for_each(|i| self.all[i * n + w + column] = self.direction[i] * sign.unwrap_or(0.0) * size);
+        }
+        for &(kind, term, value) in &self.known {
+            let signal = self.signal(kind, term);
+            let term = &self.terms[kind][term];
+            certain &= signal.is_some();
+            project(&term.row, &self.kinematics, &mut self.direction);
+            let torque = value * signal.unwrap_or(0.0);
+            (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
+        }
+        if let Some(variances) = variances {
+            let first = p + 1 + self.inputs.len();
+            let of = [variances.acceleration, variances.speed, variances.position];
+            for (kind, variance) in of.iter().enumerate() {
+                for (term, value) in self.terms[kind].iter().zip(&self.nominal[kind]) {
+                    project(&term.row, &self.kinematics, &mut self.direction);
+                    for k in 0..r {
+                        let share = value * self.direction[k] * variance[k].sqrt();
+                        (0..r).for_each(|i| self.all[i * n + first + kind * r + k] += share * self.direction[i]);
+                    }
+                }
+            }
+        }
+        self.eliminate();
+        certain
+    }
+
     /// Turns the rows so that torques that nobody measured act on the first ones alone (Householder).
     fn eliminate(&mut self) {
-        let (r, n) = (self.freedoms, self.wanted.len() + 1);
+        let (r, n) = (self.freedoms, self.width);
         for k in 0..self.unmeasured.len() {
             let (before, rest) = self.reflections.split_at_mut(k);
             let own = &mut rest[0];
@@ -177,8 +343,9 @@ impl Regressor {
     }
 
     /// s of a term; `None` for a friction whose sign is not known.
-    fn signal(&self, kind: usize, term: &Term) -> Option<f64> {
-        let along = |of: &[f64]| -> f64 { term.row.iter().map(|(shaft, a)| a * of[*shaft]).sum() };
+    fn signal(&self, kind: usize, number: usize) -> Option<f64> {
+        let term = &self.terms[kind][number];
+        let along = |of: &[f64]| term.along(of);
         if kind == Kind::Inertia as usize {
             return Some(along(&self.accelerations));
         }
@@ -189,7 +356,8 @@ impl Regressor {
         if kind == Kind::Damping as usize {
             return Some(speed);
         }
-        (speed.abs() > self.rest_speed).then(|| speed.signum())
+        let change = self.half * along(&self.accelerations).abs();
+        (speed.abs() > self.rest_speeds[number] + change).then(|| speed.signum())
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 
 use toml::de::DeValue;
 
+use super::identification::{IDENTIFICATION, LOG};
 use super::parse::{NAME_RULE, Node, is_name, syntax, table, value};
 use super::resolve::{Setting, TableReader};
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
@@ -308,6 +309,10 @@ pub struct Document {
     pub requirements: Vec<Table>,
     /// `[[plot]]`
     pub plots: Vec<Table>,
+    /// `[identification]`
+    pub identification: Table,
+    /// `[log.<name>]`: names and tables.
+    pub logs: Vec<(String, Table)>,
     /// What could not be read.
     pub doubts: Doubts,
 }
@@ -410,6 +415,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     document.model = single("model", MODEL, &mut out);
     document.scenario = single("scenario", SCENARIO, &mut study);
     document.analysis = single("analysis", ANALYSIS, &mut study);
+    document.identification = single("identification", IDENTIFICATION, &mut study);
     document.requirements = several("requirement", REQUIREMENT, &mut study);
     document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
@@ -453,6 +459,12 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), span: node.name_span.clone(), table });
     }
+    for node in named_tables(&root, "log", LOG, &mut Doubts::default(), &mut study) {
+        let what = format!("log `{}`", shortened(node.name));
+        let mut table = table(LOG, &node, &what, &mut study);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, &mut study);
+        document.logs.push((node.name.to_string(), table));
+    }
     check_unique(&document, &mut out);
     check_named_controls(&document, &mut study);
     let is_error = |d: &Diagnostic| d.severity == Severity::Error;
@@ -471,7 +483,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 4] = ["scenario", "requirement", "plot", "analysis"];
+const STUDY: [&str; 6] = ["scenario", "requirement", "plot", "analysis", "identification", "log"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
@@ -488,6 +500,8 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
             (None, "fault" | "faults") => "write each as `[[scenario.fault]]`".to_string(),
+            (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
+            (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
             (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
             (None, "sources" | "source" | "input" | "inputs") => {

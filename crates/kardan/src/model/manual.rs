@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::document::{ANALYSIS, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
+use super::identification::{IDENTIFICATION, LOG};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis;
@@ -34,12 +35,14 @@ const STUDY: &[(&str, &str)] = &[
     ("[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
+    ("[log.NAME]", "What a measured log holds: which column is which signal."),
+    ("[identification]", "What is to be found in logs, and how; extra friction terms, models to compare."),
     ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
 ];
 
 /// The names of the manual pages that are neither an element nor a law.
 pub const STUDY_PAGES: &[&str] =
-    &["model", "parameters", "variants", "variant", "scenario", "event", "fault", "requirement", "plot", "analysis"];
+    &["model", "parameters", "variants", "variant", "scenario", "event", "fault", "requirement", "plot", "analysis", "log", "identification"];
 
 const VARIANTS: &str = "\
 [variants]
@@ -91,6 +94,38 @@ measures = \"angle\"
 cost = 40
 ";
 
+const LOG_EXAMPLE: &str = "\
+[log.bench]
+time = \"Time\"
+
+[[log.bench.channel]]
+signal = \"wg.phi\"
+column = \"Encoder WG\"
+unit = \"deg\"
+factor = -1
+
+[[log.bench.channel]]
+signal = \"wg_motor.tau\"
+column = \"Load cell\"
+scale = \"20 N m\"
+zero_samples = 100
+";
+
+const IDENTIFICATION_EXAMPLE: &str = "\
+[identification]
+parameters = [\"wg.damping\", \"wg.friction\"]
+window = \"50 ms\"
+loss = \"huber\"
+
+[[identification.extra]]
+kind = \"stribeck\"
+friction = \"wg\"
+
+[[identification.candidate]]
+name = \"viscous\"
+parameters = [\"wg.damping\"]
+";
+
 /// The manual page of one table: an element, a law, or one of [`STUDY_PAGES`].
 pub fn manual_of(name: &str) -> Option<String> {
     let name = name.trim_start_matches("scenario.");
@@ -124,12 +159,20 @@ pub fn manual_of(name: &str) -> Option<String> {
             "requirement" => ("[[requirement]]", REQUIREMENT),
             "plot" => ("[[plot]]", PLOT),
             "analysis" => ("[analysis]", ANALYSIS),
+            "log" => ("[log.NAME]", LOG),
+            "identification" => ("[identification]", IDENTIFICATION),
             _ => return None,
         };
         let _ = writeln!(out, "{header}\n\nKeys");
         keys(fields, &mut out);
-        if name == "analysis" {
-            let _ = write!(out, "\nExample\n\n{ANALYSIS_EXAMPLE}");
+        let example = match name {
+            "analysis" => ANALYSIS_EXAMPLE,
+            "log" => LOG_EXAMPLE,
+            "identification" => IDENTIFICATION_EXAMPLE,
+            _ => "",
+        };
+        if !example.is_empty() {
+            let _ = write!(out, "\nExample\n\n{example}");
         }
     }
     Some(out)
@@ -197,6 +240,8 @@ mod tests {
             ("requirement", REQUIREMENT),
             ("plot", PLOT),
             ("analysis", ANALYSIS),
+            ("log", LOG),
+            ("identification", IDENTIFICATION),
         ] {
             assert!(STUDY_PAGES.contains(&name));
             let page = manual_of(name).unwrap_or_default();

@@ -3,18 +3,22 @@
 //! Only this folder knows the syntax of the file.
 
 mod document;
+mod identification;
 mod manual;
 mod mat;
 pub mod parse;
 mod resolve;
 mod state_space;
 mod tolerance;
+mod write;
 
 pub use document::{ANALYSIS, Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, read};
+pub use identification::{CANDIDATE, CHANNEL, EXTRA, IDENTIFICATION, LOG};
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, VariantSettings, words};
 pub use state_space::read_state_space;
 pub use tolerance::Tolerance;
+pub use write::{NewValue, written};
 
 /// A model that is part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

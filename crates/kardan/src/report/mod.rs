@@ -17,6 +17,8 @@ mod charts;
 mod curves;
 mod design;
 mod design_pictures;
+mod identification;
+mod identification_pictures;
 mod page;
 mod pareto;
 mod summary;
@@ -30,7 +32,7 @@ mod thin;
 mod ticks;
 pub mod words;
 
-use crate::results::{Analysis, Design, Study};
+use crate::results::{Analysis, Design, Identification, Study};
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -94,4 +96,15 @@ pub fn analysis_html(analysis: &Analysis) -> String {
 /// ```
 pub fn design_html(design: &Design) -> String {
     page::design_html(design)
+}
+
+/// An identification as one HTML file that opens offline and fetches nothing: parameters with intervals, measured and predicted
+/// torque, friction over speed, what cannot be told, tests of what is left over, validation, models compared, logs.
+///
+/// ```
+/// let page = kardan::report::identification_html(&kardan::results::Identification::default());
+/// assert!(page.starts_with("<!doctype html>"));
+/// ```
+pub fn identification_html(found: &Identification) -> String {
+    page::identification_html(found)
 }

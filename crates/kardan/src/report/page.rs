@@ -4,11 +4,12 @@ use super::analysis;
 use super::charts;
 use super::curves::{ON_DARK, ON_WHITE, variant_label};
 use super::design;
+use super::identification;
 use super::summary::summary;
 use super::tables;
 use super::text::escape;
 use super::words;
-use crate::results::{Analysis, Design, Study};
+use crate::results::{Analysis, Design, Identification, Study};
 
 const UPLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
@@ -93,6 +94,23 @@ pub(super) fn design_html(found: &Design) -> String {
         verdict: (!found.law.is_empty()).then(|| words::design::verdict(found)),
         alerts: design::alerts(found),
         sections: &design::sections(found),
+        credits: "",
+        style: "",
+        head: "",
+        scripts: "",
+    };
+    page.html()
+}
+
+/// See [`super::identification_html`].
+pub(super) fn identification_html(found: &Identification) -> String {
+    let name = if found.model.is_empty() { "Identification".into() } else { format!("Identification: {}", found.model) };
+    let page = Page {
+        name: &name,
+        description: &found.description,
+        verdict: (!found.parameters.is_empty()).then(|| words::identification::verdict(found)),
+        alerts: identification::alerts(found),
+        sections: &identification::sections(found),
         credits: "",
         style: "",
         head: "",

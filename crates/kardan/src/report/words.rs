@@ -3,6 +3,7 @@
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 pub mod design;
+pub mod identification;
 
 use crate::results::{
     Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,

@@ -5,12 +5,14 @@ mod design;
 #[cfg(test)]
 pub(crate) mod example;
 mod exploration;
+mod identification;
 mod margins;
 mod robustness;
 
 pub use analysis::*;
 pub use design::*;
 pub use exploration::*;
+pub use identification::*;
 pub use margins::*;
 pub use robustness::*;
 

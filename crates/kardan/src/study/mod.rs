@@ -10,6 +10,7 @@ mod design;
 mod equations;
 mod explore;
 mod faults;
+mod identification;
 mod margins;
 mod massless;
 mod prepare;
@@ -23,6 +24,7 @@ pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use design::{DesignSettings, design};
 pub use equations::{EquationsForm, equations};
+pub use identification::{IdentifySettings, LogFile, identify};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 pub use robustness::ToleranceBox;
 

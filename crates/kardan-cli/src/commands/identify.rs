@@ -1,0 +1,141 @@
+//! `kardan identify`: parameters from measured logs.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use kardan::diagnostics::{Diagnostic, nearest};
+use kardan::log::{Bytes, ReadSeek};
+use kardan::model::{NewValue, written};
+use kardan::results::Identification;
+use kardan::study::{IdentifySettings, LogFile};
+use kardan::units::{Dimension, parse_quantity};
+use kardan::{export, report, study};
+
+use super::DONE;
+use crate::args::IdentifyArgs;
+use crate::identify_text;
+use crate::input::{self, Source};
+use crate::output::{prepare_file, print, reason, save};
+use crate::progress::Bars;
+use crate::render::{Failure, note};
+
+/// A file that can be opened as often as a format asks for.
+struct OnDisk(PathBuf);
+
+impl Bytes for OnDisk {
+    fn open(&self) -> std::io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(File::open(&self.0)?))
+    }
+}
+
+pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
+    let source = input::read(&args.model, quiet)?;
+    let files = logs(&args.logs)?;
+    for path in args.report.iter().chain(&args.write) {
+        prepare_file(path)?;
+    }
+    let settings = IdentifySettings {
+        variant: args.variant.clone(),
+        parameters: args.parameters.clone(),
+        method: args.method.map(|method| method.word().to_string()),
+        window: args.window.as_deref().map(window).transpose()?,
+        loss: args.loss.map(|loss| loss.word().to_string()),
+        confidence: args.confidence.map(|percent| percent / 100.0),
+        compare: args.compare,
+    };
+    let bars = Bars::new(quiet);
+    let found = study::identify(&source.text, files, &settings, &bars);
+    bars.finish();
+    let origin = source.to_string();
+    let found = match found {
+        Ok(found) => found,
+        Err(diagnostics) => return Err(Failure { source: Some(source), diagnostics }),
+    };
+    if let Some(path) = &args.report {
+        save(path, report::identification_html(&found).as_bytes())?;
+    }
+    let left = args.write.as_deref().map(|path| write(path, &source, &found)).transpose()?.unwrap_or_default();
+    if args.json {
+        print(&(export::identification_json(&found) + "\n"))?;
+    } else {
+        print(&identify_text::text(&found, &origin))?;
+    }
+    for path in args.report.iter().chain(&args.write).filter(|_| !quiet) {
+        note(&format!("wrote {}", path.display()));
+    }
+    for why in left.iter().filter(|_| !quiet) {
+        note(&format!("not written: {why}"));
+    }
+    Ok(DONE)
+}
+
+/// The logs, each known to be a file that can be opened.
+fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
+    paths.iter().map(|path| log(path)).collect()
+}
+
+fn log(path: &Path) -> Result<LogFile, Diagnostic> {
+    let name = path.display().to_string();
+    let wrong = |error: &std::io::Error| {
+        let mut found = Diagnostic::error("file::unreadable", format!("cannot read the log `{name}`: {}", reason(error)));
+        if error.kind() == std::io::ErrorKind::NotFound {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let own = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let names: Vec<String> = std::fs::read_dir(folder)
+                .map(|entries| entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+                .unwrap_or_default();
+            if let Some(near) = nearest(&own, names.iter().map(String::as_str)) {
+                found = found.help(format!("did you mean `{}`?", folder.join(near).display()));
+            }
+        }
+        found
+    };
+    let metadata = std::fs::metadata(path).map_err(|error| wrong(&error))?;
+    if metadata.is_dir() {
+        return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a log"))
+            .help("name the files inside it, as in `logs/*.csv`"));
+    }
+    File::open(path).map_err(|error| wrong(&error))?;
+    Ok(LogFile { name, bytes: Arc::new(OnDisk(path.to_owned())) })
+}
+
+/// `50 ms`, or a number of seconds.
+fn window(text: &str) -> Result<f64, Diagnostic> {
+    let read = parse_quantity(text).or_else(|_| parse_quantity(&format!("{text} s")));
+    match read {
+        Ok((value, Dimension::TIME)) if value.signum() > 0 => Ok(value.to_f64()),
+        _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is no time above zero"))
+            .help("write it like `--window \"50 ms\"`")),
+    }
+}
+
+/// Writes a copy of the model file with what was found, and says what it cannot hold.
+fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
+    let told = |one: &&kardan::results::Found| one.combination.is_empty() && one.interval.0.is_finite();
+    let values: Vec<NewValue> = found
+        .parameters
+        .iter()
+        .filter(told)
+        .map(|one| NewValue {
+            name: one.name.clone(),
+            value: one.value,
+            interval: Some(one.interval),
+            confidence: found.confidence,
+        })
+        .collect();
+    let (text, mut left) = written(&source.text, &values).map_err(|diagnostics| {
+        let mut diagnostics = diagnostics;
+        diagnostics.insert(
+            0,
+            Diagnostic::error("identify::write", "with the values found the model file would not be valid")
+                .help("nothing was written; leave out `--write`, or the parameters named"),
+        );
+        Failure { source: None, diagnostics }
+    })?;
+    left.extend(
+        found.parameters.iter().filter(|one| !told(one)).map(|one| format!("{}: {}", one.name, one.remark)),
+    );
+    save(path, text.as_bytes())?;
+    Ok(left)
+}

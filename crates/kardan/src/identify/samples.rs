@@ -1,0 +1,231 @@
+//! Rows of the torque balance, one set for each window or steady segment of a log.
+
+use std::ops::Range;
+
+/// The motion in a window: what [`Samples`] are made of. Shapes: one entry for each reduced coordinate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Where {
+    /// Number of the log.
+    pub log: usize,
+    /// Middle, s.
+    pub time: f64,
+    /// Length, s.
+    pub duration: f64,
+}
+
+/// Rows `y = Xθ + e` of many windows with the covariance of each, in flat memory.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    /// Rows of a sample.
+    pub rows: usize,
+    /// Columns of X, extra ones included.
+    pub columns: usize,
+    /// Extra columns: the last ones.
+    pub extras: usize,
+    /// Degrees of freedom.
+    pub freedoms: usize,
+    /// Inputs.
+    pub inputs: usize,
+    /// Where each sample is.
+    pub places: Vec<Where>,
+    /// Windows that each sample stands for.
+    pub windows: Vec<usize>,
+    /// X, sample by sample, row by row.
+    pub x: Vec<f64>,
+    /// y, N m.
+    pub y: Vec<f64>,
+    /// Covariance of y − Xθ at the model's values, (N m)².
+    pub covariance: Vec<f64>,
+    /// Speed along the friction of each extra column, rad/s, without sign.
+    pub speeds: Vec<f64>,
+    /// Reduced coordinates, their speeds and accelerations: 3 × freedoms for each sample.
+    pub motion: Vec<f64>,
+    /// Torques of the inputs.
+    pub torques: Vec<f64>,
+}
+
+impl Samples {
+    /// No samples yet.
+    pub fn new(rows: usize, columns: usize, extras: usize, freedoms: usize, inputs: usize) -> Self {
+        Self { rows, columns, extras, freedoms, inputs, ..Self::default() }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Room for one more sample with zeros, at the end: X, y, covariance, speeds.
+    pub fn push(&mut self, place: Where, motion: [&[f64]; 3], torques: &[f64]) -> Room<'_> {
+        let grown = |list: &mut Vec<f64>, by: usize| {
+            let from = list.len();
+            list.resize(from + by, 0.0);
+            from
+        };
+        self.places.push(place);
+        self.windows.push(1);
+        motion.iter().for_each(|part| self.motion.extend_from_slice(part));
+        self.torques.extend_from_slice(torques);
+        let x = grown(&mut self.x, self.rows * self.columns);
+        let y = grown(&mut self.y, self.rows);
+        let covariance = grown(&mut self.covariance, self.rows * self.rows);
+        let speeds = grown(&mut self.speeds, self.extras);
+        Room {
+            x: &mut self.x[x..],
+            y: &mut self.y[y..],
+            covariance: &mut self.covariance[covariance..],
+            speeds: &mut self.speeds[speeds..],
+        }
+    }
+
+    /// Takes the last sample back.
+    pub fn pop(&mut self) {
+        self.places.pop();
+        self.windows.pop();
+        let n = self.len();
+        self.x.truncate(n * self.rows * self.columns);
+        self.y.truncate(n * self.rows);
+        self.covariance.truncate(n * self.rows * self.rows);
+        self.speeds.truncate(n * self.extras);
+        self.motion.truncate(n * 3 * self.freedoms);
+        self.torques.truncate(n * self.inputs);
+    }
+
+    /// X of a sample.
+    pub fn x(&self, sample: usize) -> &[f64] {
+        &self.x[sample * self.rows * self.columns..(sample + 1) * self.rows * self.columns]
+    }
+
+    /// y of a sample.
+    pub fn y(&self, sample: usize) -> &[f64] {
+        &self.y[sample * self.rows..(sample + 1) * self.rows]
+    }
+
+    /// Covariance of a sample.
+    pub fn covariance(&self, sample: usize) -> &[f64] {
+        &self.covariance[sample * self.rows * self.rows..(sample + 1) * self.rows * self.rows]
+    }
+
+    /// Speeds of a sample along the frictions of the extra columns.
+    pub fn speeds(&self, sample: usize) -> &[f64] {
+        &self.speeds[sample * self.extras..(sample + 1) * self.extras]
+    }
+
+    /// Part of the motion of a sample: 0 coordinates, 1 speeds, 2 accelerations.
+    pub fn motion(&self, sample: usize, part: usize) -> &[f64] {
+        &self.motion[(3 * sample + part) * self.freedoms..(3 * sample + part + 1) * self.freedoms]
+    }
+
+    /// Torques of a sample.
+    pub fn torques(&self, sample: usize) -> &[f64] {
+        &self.torques[sample * self.inputs..(sample + 1) * self.inputs]
+    }
+
+    /// Means over ranges of samples: a sample each.
+    pub fn averaged(&self, ranges: &[Range<usize>]) -> Self {
+        let mut out = Self::new(self.rows, self.columns, self.extras, self.freedoms, self.inputs);
+        for range in ranges.iter().filter(|range| !range.is_empty()) {
+            let n = range.len();
+            let mean = |list: &[f64], size: usize| -> Vec<f64> {
+                let mut sum = vec![0.0; size];
+                for sample in range.clone() {
+                    sum.iter_mut().zip(&list[sample * size..]).for_each(|(sum, x)| *sum += x / n as f64);
+                }
+                sum
+            };
+            let (first, last) = (self.places[range.start], self.places[range.end - 1]);
+            let (begin, end) = (first.time - first.duration / 2.0, last.time + last.duration / 2.0);
+            out.places.push(Where { log: first.log, time: (begin + end) / 2.0, duration: end - begin });
+            out.windows.push(self.windows[range.clone()].iter().sum());
+            out.x.extend(mean(&self.x, self.rows * self.columns));
+            out.y.extend(mean(&self.y, self.rows));
+            out.covariance.extend(mean(&self.covariance, self.rows * self.rows).iter().map(|c| c / n as f64));
+            out.speeds.extend(mean(&self.speeds, self.extras));
+            out.motion.extend(mean(&self.motion, 3 * self.freedoms));
+            out.torques.extend(mean(&self.torques, self.inputs));
+        }
+        out
+    }
+}
+
+/// Where the numbers of a new sample go.
+pub struct Room<'a> {
+    /// X
+    pub x: &'a mut [f64],
+    /// y
+    pub y: &'a mut [f64],
+    /// Covariance.
+    pub covariance: &'a mut [f64],
+    /// Speeds.
+    pub speeds: &'a mut [f64],
+}
+
+/// What counts as steady.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steadiness {
+    /// Change of a speed that may be, as a part of its largest size in the log.
+    pub tolerance: f64,
+    /// Fewest windows of a segment.
+    pub windows: usize,
+    /// Windows that are left out at either end, where a speed has just been reached or a friction has just broken away.
+    pub guard: usize,
+}
+
+impl Default for Steadiness {
+    fn default() -> Self {
+        Self { tolerance: 0.02, windows: 4, guard: 1 }
+    }
+}
+
+/// Segments of constant speed: ranges of samples that follow each other in time, in which each speed stays within the tolerance of
+/// its mean and no acceleration is told from noise (`noise`: standard deviations of the accelerations, rad/s²).
+pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<Range<usize>> {
+    let r = samples.freedoms;
+    let mut largest = vec![0.0_f64; r];
+    for sample in 0..samples.len() {
+        largest.iter_mut().zip(samples.motion(sample, 1)).for_each(|(max, w)| *max = max.max(w.abs()));
+    }
+    let within = |k: usize, change: f64, length: f64| {
+        change.abs() <= (of.tolerance * largest[k]).max(3.0 * noise[k] * length)
+    };
+    let calm = |sample: usize| {
+        let (length, a) = (samples.places[sample].duration, samples.motion(sample, 2));
+        (0..r).all(|k| within(k, a[k] * length, length))
+    };
+    let follows = |sample: usize| {
+        let (before, after) = (samples.places[sample - 1], samples.places[sample]);
+        before.log == after.log && after.time - before.time < 1.5 * after.duration
+    };
+    let mut out = Vec::new();
+    let mut begin = 0;
+    let mut mean = vec![0.0; r];
+    let close = |range: Range<usize>, out: &mut Vec<Range<usize>>| {
+        if range.len() >= of.windows + 2 * of.guard {
+            out.push(range.start + of.guard..range.end - of.guard);
+        }
+    };
+    for sample in 0..samples.len() {
+        let (w, length) = (samples.motion(sample, 1), samples.places[sample].duration);
+        let open = sample > begin;
+        let stays = calm(sample)
+            && (!open || (follows(sample) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
+        if !stays {
+            close(begin..sample, &mut out);
+            begin = if calm(sample) { sample } else { sample + 1 };
+        }
+        if begin <= sample {
+            let n = (sample - begin + 1) as f64;
+            if sample == begin {
+                mean.fill(0.0);
+            }
+            mean.iter_mut().zip(w).for_each(|(mean, w)| *mean += (w - *mean) / n);
+        }
+    }
+    close(begin..samples.len(), &mut out);
+    out
+}

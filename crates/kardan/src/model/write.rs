@@ -1,0 +1,159 @@
+//! Values put into the text of a model file, the rest of which stays as it is.
+
+use std::ops::Range;
+
+use super::document::{Document, Instance, read};
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::schema::{Kind, Scalar, Sign, Spanned, Value};
+
+/// A value for a key of an element (`fs.damping`) or an entry of `[parameters]`, SI, with the interval that it lies in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewValue {
+    /// The key or entry.
+    pub name: String,
+    /// SI.
+    pub value: f64,
+    /// Lower and upper end, SI, if they are known.
+    pub interval: Option<(f64, f64)>,
+    /// The confidence of the interval (0.95).
+    pub confidence: f64,
+}
+
+/// A text in place of another.
+struct Edit {
+    place: Range<usize>,
+    text: String,
+}
+
+/// The text of a model file with new values, and what could not be put in, with the reason.
+///
+/// A value takes the place of the one written; comments, order and everything else stay. A key that is an entry of `[parameters]`
+/// which nothing else uses is changed there; one that is not given yet is added below the header of its table.
+///
+/// ```
+/// use kardan::model::{NewValue, written};
+/// let source = "[shaft.a] # motor\ninertia = \"2 kg cm^2\" # guessed\n";
+/// let value = |name: &str, value: f64, interval| NewValue { name: name.into(), value, interval, confidence: 0.95 };
+/// let new = [value("a.inertia", 3e-4, None), value("a.damping", 0.5, Some((0.25, 0.75)))];
+/// let (text, left) = written(source, &new).unwrap();
+/// assert_eq!(text, "[shaft.a] # motor\ndamping = \"0.5 N m s/rad [0.25, 0.75] 95 %\"\ninertia = \"0.0003 kg m^2\" # guessed\n");
+/// assert!(left.is_empty());
+/// ```
+///
+/// # Errors
+/// Mistakes of the file, or of what would come out.
+pub fn written(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
+    let errors = |found: Vec<Diagnostic>| -> Vec<Diagnostic> {
+        found.into_iter().filter(|one| one.severity == Severity::Error).collect()
+    };
+    let (document, mistakes) = read(source);
+    let mistakes = errors(mistakes);
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
+    let mut left = Vec::new();
+    let mut edits: Vec<Edit> = Vec::new();
+    for new in values {
+        match edit(source, &document, new) {
+            Ok(edit) => edits.push(edit),
+            Err(why) => left.push(format!("{}: {why}", new.name)),
+        }
+    }
+    // From behind, so that places stay right.
+    edits.sort_by_key(|edit| std::cmp::Reverse((edit.place.start, edit.place.end)));
+    let mut text = source.to_string();
+    for edit in edits {
+        text.replace_range(edit.place, &edit.text);
+    }
+    let (after, mistakes) = read(&text);
+    let mut mistakes = errors(mistakes);
+    for variant in after.variant_settings() {
+        mistakes.extend(errors(after.model_with(&variant.settings, None).1));
+    }
+    if mistakes.is_empty() { Ok((text, left)) } else { Err(mistakes) }
+}
+
+fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, String> {
+    if !new.value.is_finite() {
+        return Err("no value was found".into());
+    }
+    if let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == new.name) {
+        if document.is_varied(&new.name) {
+            return Err("it is varied in the file, so that no single value holds".into());
+        }
+        let text = quoted(new, &parameter.dimension.si(), Sign::Any);
+        return Ok(Edit { place: parameter.span.clone(), text });
+    }
+    let (element, key) = new.name.rsplit_once('.').ok_or("no such parameter")?;
+    let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
+    let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
+    let Kind::Quantity(dimension, sign) = field.kind else { return Err("no quantity".into()) };
+    if sign != Sign::Any && new.value < 0.0 {
+        return Err("the value found is below zero, which the file cannot hold".into());
+    }
+    let text = quoted(new, &dimension.si(), sign);
+    match instance.table.values.get(key) {
+        Some(Spanned { value: Value::Scalar(Scalar::Parameter(name)), span }) => {
+            let declared = document.parameters.iter().find(|parameter| parameter.name == *name);
+            match declared {
+                Some(parameter) if users(document, name) == 1 && !document.is_varied(name) => {
+                    Ok(Edit { place: parameter.span.clone(), text })
+                }
+                _ => Ok(Edit { place: span.clone(), text }),
+            }
+        }
+        Some(Spanned { span, .. }) => Ok(Edit { place: span.clone(), text }),
+        None => {
+            let place = below_header(source, instance).ok_or("its table is written in one line: add the key there")?;
+            let line_end = if place > 0 && source.as_bytes()[place - 1] == b'\n' { "" } else { "\n" };
+            Ok(Edit { place: place..place, text: format!("{line_end}{key} = {text}\n") })
+        }
+    }
+}
+
+/// Keys of elements and laws that name a parameter.
+fn users(document: &Document, parameter: &str) -> usize {
+    let tables = document.elements.iter().map(|e| &e.table).chain(document.controls.iter().map(|c| &c.table));
+    tables
+        .flat_map(|table| table.values.values())
+        .filter(|given| matches!(&given.value, Value::Scalar(Scalar::Parameter(name)) if name == parameter))
+        .count()
+}
+
+/// The start of the line below `[element.name]`.
+fn below_header(source: &str, instance: &Instance) -> Option<usize> {
+    let start = source[..instance.span.start].rfind('\n').map_or(0, |at| at + 1);
+    if !source[start..].trim_start().starts_with('[') {
+        return None;
+    }
+    Some(source[instance.span.end..].find('\n').map_or(source.len(), |at| instance.span.end + at + 1))
+}
+
+/// `"0.5 N m s/rad [0.25, 0.75] 95 %"`
+fn quoted(new: &NewValue, unit: &str, sign: Sign) -> String {
+    let number = |x: f64| {
+        let mut buffer = zmij::Buffer::new();
+        let text = buffer.format_finite(x);
+        text.strip_suffix(".0").unwrap_or(text).to_string()
+    };
+    let digits = |x: f64, reference: f64| {
+        // Two digits more than the interval is wide.
+        let width = new.interval.map_or(0.0, |(low, high)| high - low).abs();
+        let size = reference.abs().max(width);
+        if !(width > 0.0 && size > 0.0) {
+            return x;
+        }
+        let places = (1.0 - width.log10().floor() + 1.0).clamp(-300.0, 300.0) as i32;
+        let scale = 10f64.powi(places);
+        let rounded = (x * scale).round() / scale;
+        if rounded.is_finite() { rounded } else { x }
+    };
+    let value = digits(new.value, new.value);
+    let Some((low, high)) = new.interval.filter(|(low, high)| low.is_finite() && high.is_finite() && low < high) else {
+        return format!("\"{} {unit}\"", number(new.value));
+    };
+    let low = if sign == Sign::Any { low } else { low.max(0.0) };
+    let (low, high) = (digits(low, new.value).min(value), digits(high, new.value).max(value));
+    let percent = number((new.confidence * 1e6).round() / 1e4);
+    format!("\"{} {unit} [{}, {}] {percent} %\"", number(value), number(low), number(high))
+}

@@ -1,0 +1,281 @@
+//! The pictures of an identification.
+
+use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
+use super::text::{escape, figure};
+use super::ticks::{Axis, axis};
+use crate::results::{Found, Identification};
+
+const LEFT: f64 = 92.0;
+const TOP: f64 = 14.0;
+const WIDTH: f64 = 640.0;
+const HEIGHT: f64 = 240.0;
+/// Logs that are drawn apart.
+const LOGS: usize = 6;
+/// Parameters in the picture of correlations.
+const CELLS: usize = 24;
+
+/// A frame with two axes.
+struct Frame {
+    across: Axis,
+    up: Axis,
+    left: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Frame {
+    fn new(points: impl Iterator<Item = (f64, f64)> + Clone, height: f64) -> Self {
+        let across = axis(points.clone().map(|point| point.0), 0.02, 8);
+        let up = axis(points.map(|point| point.1), 0.06, 5);
+        Self { across, up, left: LEFT, width: WIDTH, height }
+    }
+
+    fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let part = |axis: &Axis, value: f64| ((value - axis.low) / (axis.high - axis.low)).clamp(0.0, 1.0);
+        (self.left + self.width * part(&self.across, x), TOP + self.height * (1.0 - part(&self.up, y)))
+    }
+
+    fn drawn(&self, x: &str, y: &str) -> String {
+        let ticks = |axis: &Axis| {
+            let (step, low, high) = (axis.step, axis.low, axis.high);
+            let first = (low / step).ceil();
+            (0..40).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high)
+        };
+        let bottom = TOP + self.height;
+        let mut body = String::new();
+        for tick in ticks(&self.across) {
+            let (at, _) = self.place((tick, self.up.low));
+            body += &line((at, TOP), (at, bottom), "grid");
+            body += &text(at, bottom + 18.0, "middle", &self.across.label(tick));
+        }
+        for tick in ticks(&self.up) {
+            let (_, at) = self.place((self.across.low, tick));
+            body += &line((self.left, at), (self.left + self.width, at), "grid");
+            body += &text(self.left - 8.0, at + 4.0, "end", &self.up.label(tick));
+        }
+        body += &text(self.left + self.width / 2.0, bottom + 38.0, "middle", x);
+        body + &format!(
+            "<text x=\"16\" y=\"{:.1}\" class=\"middle\" transform=\"rotate(-90 16 {:.1})\">{}</text>\n",
+            TOP + self.height / 2.0,
+            TOP + self.height / 2.0,
+            escape(y)
+        )
+    }
+
+    fn end(&self) -> f64 {
+        TOP + self.height + 46.0
+    }
+
+    /// Points as dots in one path.
+    fn dots(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize) -> String {
+        let path: String = points
+            .filter(|(x, y)| x.is_finite() && y.is_finite())
+            .map(|point| {
+                let (x, y) = self.place(point);
+                format!("M{x:.1} {y:.1}h0")
+            })
+            .collect();
+        format!(
+            "<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"3.4\" stroke-linecap=\"round\"/>\n"
+        )
+    }
+
+    fn curve(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize, broken: impl Fn(f64, f64) -> bool) -> String {
+        let mut path = String::new();
+        let mut last: Option<f64> = None;
+        for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
+            let (x, y) = self.place(point);
+            let start = last.is_none_or(|before| broken(before, point.0));
+            path += &format!("{}{x:.1} {y:.1}", if start { "M" } else { "L" });
+            last = Some(point.0);
+        }
+        format!("<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"1.6\"/>\n")
+    }
+}
+
+fn legend(x: f64, y: f64, entries: &[(usize, &str)]) -> String {
+    let mut at = x;
+    let mut out = String::new();
+    for (colour, name) in entries {
+        out += &format!("<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"var(--curve-{colour})\"/>\n", y - 6.0);
+        out += &text(at + 20.0, y, "", name);
+        at += 44.0 + CHARACTER * name.chars().count() as f64;
+    }
+    out
+}
+
+/// Torque measured and predicted without having seen it, over time, for each row and the first logs.
+pub(super) fn traces(found: &Identification) -> String {
+    let mut out = String::new();
+    let several = found.logs.len() > 1;
+    for trace in &found.traces {
+        let mut logs: Vec<usize> = trace.points.iter().map(|point| point.0).collect();
+        logs.dedup();
+        for &log in logs.iter().take(LOGS) {
+            let own: Vec<_> = trace.points.iter().filter(|point| point.0 == log).collect();
+            let both = own.iter().flat_map(|point| [(point.1, point.2), (point.1, point.3)]);
+            let frame = Frame::new(both, HEIGHT);
+            let mut body = frame.drawn("time, s", "torque, N m");
+            body += &frame.dots(own.iter().map(|point| (point.1, point.2)), 0);
+            body += &frame.dots(own.iter().map(|point| (point.1, point.3)), 1);
+            body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted, not having seen it")]);
+            let title = if several {
+                let name = found.logs.get(log).map_or("", |log| log.name.as_str());
+                format!("{}, {}", trace.row, name.rsplit(['/', '\\']).next().unwrap_or(name))
+            } else {
+                trace.row.clone()
+            };
+            let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &title, &body);
+            out += &figure_of(&escape(&title), &drawn, "The torque that the parameters asked for explain: what is measured less all \
+                                                that is taken from the file.");
+        }
+        if logs.len() > LOGS {
+            out += &format!("<p class=\"hint\">{} more logs are in the fit.</p>\n", logs.len() - LOGS);
+        }
+    }
+    out
+}
+
+/// Friction over speed.
+pub(super) fn curves(found: &Identification) -> String {
+    let one = |curve: &crate::results::FrictionCurve| {
+        let all = curve.points.iter().chain(&curve.line).copied();
+        let frame = Frame::new(all, HEIGHT);
+        let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
+        body += &frame.dots(curve.points.iter().copied(), 0);
+        body += &frame.curve(curve.line.iter().copied(), 1, |before, now| before < 0.0 && now > 0.0);
+        body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
+        let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
+        figure_of(&escape(&curve.element), &drawn, "Damping and friction of this element over its speed.")
+    };
+    found.curves.iter().filter(|curve| !curve.points.is_empty()).map(one).collect()
+}
+
+/// What is left over, over time.
+pub(super) fn residuals(found: &Identification) -> String {
+    let one = |trace: &crate::results::Trace| {
+        let points: Vec<(f64, f64)> = trace.points.iter().map(|point| (point.1, point.2 - point.3)).collect();
+        if points.iter().all(|point| !point.1.is_finite()) {
+            return String::new();
+        }
+        let frame = Frame::new(points.iter().copied(), 0.6 * HEIGHT);
+        let mut body = frame.drawn("time, s", "residual, N m");
+        body += &frame.dots(points.iter().copied(), 0);
+        let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
+        figure_of(&escape(&trace.row), &drawn, "Measured less predicted without having seen it, all logs upon each other.")
+    };
+    found.traces.iter().map(one).collect()
+}
+
+/// The intervals, each by the value found; marks for the file's and the published value.
+pub(super) fn intervals(found: &Identification) -> String {
+    let drawn = |one: &&Found| one.interval.0.is_finite() && one.value != 0.0;
+    let rows: Vec<&Found> = found.parameters.iter().filter(drawn).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let part = |one: &Found, x: f64| 100.0 * (x / one.value - 1.0) * one.value.signum().abs();
+    let longest = rows.iter().map(|one| one.name.chars().count()).max().unwrap_or(0).min(32);
+    let left = 20.0 + CHARACTER * longest as f64;
+    let ends = rows.iter().flat_map(|one| {
+        let other = |x: Option<f64>| x.map(|x| part(one, x)).filter(|x| x.abs() < 100.0);
+        [Some(part(one, one.interval.0)), Some(part(one, one.interval.1)), other(one.before), other(one.published)]
+    });
+    let ends: Vec<(f64, f64)> = ends.flatten().map(|x| (x.clamp(-200.0, 200.0), 0.0)).collect();
+    let height = 26.0 * rows.len() as f64;
+    let mut frame = Frame::new(ends.into_iter().chain([(0.0, 1.0)]), height);
+    (frame.left, frame.width) = (left, LEFT + WIDTH - left);
+    let bottom = TOP + height;
+    let mut body = String::new();
+    let step = frame.across.step;
+    let first = (frame.across.low / step).ceil();
+    for tick in (0..40).map(|k| (first + f64::from(k)) * step).take_while(|tick| *tick <= frame.across.high) {
+        let (at, _) = frame.place((tick, 0.0));
+        body += &line((at, TOP), (at, bottom), "grid");
+        body += &text(at, bottom + 18.0, "middle", &frame.across.label(tick));
+    }
+    body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the value found, % of it");
+    for (k, one) in rows.iter().enumerate() {
+        let y = TOP + 26.0 * k as f64 + 13.0;
+        let at = |x: f64| frame.place((part(one, x), 0.0)).0;
+        let (a, b) = (at(one.interval.0), at(one.interval.1));
+        let title = format!(
+            "{}: {} ({} … {}) {}",
+            one.name,
+            figure(one.value, 6),
+            figure(one.interval.0, 6),
+            figure(one.interval.1, 6),
+            one.unit
+        );
+        body += &text(left - 10.0, y + 4.0, "end", &cut(&one.name, 32));
+        body += &format!(
+            "<g><title>{}</title><path d=\"M{a:.1} {y:.1}H{b:.1}M{a:.1} {:.1}v10M{b:.1} {:.1}v10\" fill=\"none\" \
+             stroke=\"var(--curve-0)\" stroke-width=\"2\"/><circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--curve-0)\"/></g>\n",
+            escape(&title),
+            y - 5.0,
+            y - 5.0,
+            at(one.value)
+        );
+        let mark = |x: Option<f64>, colour: usize, shape: &str| match x.filter(|x| part(one, *x).abs() < 100.0) {
+            Some(x) => format!(
+                "<path transform=\"translate({:.1} {y:.1})\" d=\"{shape}\" fill=\"none\" stroke=\"var(--curve-{colour})\" \
+                 stroke-width=\"2\"/>\n",
+                at(x)
+            ),
+            None => String::new(),
+        };
+        body += &mark(one.before, 1, "M0 -7L6 0L0 7L-6 0Z");
+        body += &mark(one.published, 2, "M-5 -5L5 5M-5 5L5 -5");
+    }
+    let below = bottom + 58.0;
+    body += &legend(left, below, &[(0, "found, with its interval"), (1, "◇ in the file"), (2, "× published")]);
+    let drawing = drawing(LEFT + WIDTH + 16.0, below + 12.0, "intervals of the parameters", &body);
+    let caption = format!(
+        "Intervals of {} % confidence. Marks further than 100 % away are in the table only.",
+        figure(100.0 * found.confidence, 4)
+    );
+    figure_of("Intervals", &drawing, &caption)
+}
+
+/// The correlations of the errors as cells.
+pub(super) fn correlation(found: &Identification) -> String {
+    let names = &found.correlation.rows;
+    let n = names.len();
+    if !(2..=CELLS).contains(&n) {
+        return String::new();
+    }
+    let size = 34.0;
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(28);
+    let left = 16.0 + CHARACTER * longest as f64;
+    let top = 20.0 + CHARACTER * longest as f64 * 0.75;
+    let mut body = String::new();
+    for (i, name) in names.iter().enumerate() {
+        let y = top + size * i as f64;
+        body += &text(left - 8.0, y + size / 2.0 + 4.0, "end", &cut(name, 28));
+        let x = left + size * (i as f64 + 0.5);
+        body += &format!(
+            "<text x=\"{x:.1}\" y=\"{:.1}\" transform=\"rotate(-45 {x:.1} {:.1})\">{}</text>\n",
+            top - 6.0,
+            top - 6.0,
+            escape(&cut(name, 28))
+        );
+        for j in 0..=i {
+            let value = found.correlation.values[i][j];
+            let x = left + size * j as f64;
+            let colour = if value < 0.0 { 1 } else { 0 };
+            body += &format!(
+                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{size}\" height=\"{size}\" fill=\"var(--curve-{colour})\" \
+                 fill-opacity=\"{:.2}\"><title>{} and {}: {value:.4}</title></rect>\n",
+                0.75 * value.abs().min(1.0),
+                escape(&names[i]),
+                escape(&names[j])
+            );
+            if i != j {
+                body += &text(x + size / 2.0, y + size / 2.0 + 4.0, "middle", &format!("{value:.2}").replace('-', "−"));
+            }
+        }
+    }
+    let width = left + size * n as f64 + CHARACTER * longest as f64 * 0.75 + 16.0;
+    let drawn = drawing(width, top + size * n as f64 + 12.0, "correlations of the errors", &body);
+    figure_of("Correlations of the errors", &drawn, "Close to one: hardly told apart by these data.")
+}

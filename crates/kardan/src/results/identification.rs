@@ -1,0 +1,197 @@
+//! What an identification gives.
+
+use super::NamedMatrix;
+
+/// Parameters found in measured logs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Identification {
+    /// Name of the model.
+    pub model: String,
+    /// From the file.
+    pub description: String,
+    /// The logs that were read.
+    pub logs: Vec<LogRead>,
+    /// `steady` or `dynamic`.
+    pub method: String,
+    /// Width of the windows, s.
+    pub window: f64,
+    /// Measured coordinates.
+    pub coordinates: Vec<String>,
+    /// Inputs whose torque was measured.
+    pub measured: Vec<String>,
+    /// Inputs whose torque nobody measured: eliminated.
+    pub eliminated: Vec<String>,
+    /// What became of the windows.
+    pub windows: WindowCount,
+    /// Rows of the fit: steady segments or windows.
+    pub samples: usize,
+    /// Confidence of the intervals (0.95).
+    pub confidence: f64,
+    /// `squares`, `huber`, `bisquare`.
+    pub loss: String,
+    /// Samples that a robust loss left out or counted by less than a tenth.
+    pub outliers: usize,
+    /// What was found.
+    pub parameters: Vec<Found>,
+    /// Combinations of parameters that nothing of this kind can determine, whatever is logged.
+    pub structural: Vec<String>,
+    /// Combinations that these data do not determine, or hardly.
+    pub weak: Vec<String>,
+    /// Correlations of the errors.
+    pub correlation: NamedMatrix,
+    /// Largest over smallest singular value of the regressor, columns scaled to one.
+    pub condition: f64,
+    /// Residual over what the noise of the sensors explains.
+    pub scale: f64,
+    /// Rows less parameters.
+    pub freedom: usize,
+    /// Lags over which errors were taken as correlated; 0: none.
+    pub lags: usize,
+    /// The reduced damping matrix at what was found, N m s/rad, and whether the damping is passive.
+    pub damping: Option<(NamedMatrix, bool)>,
+    /// Tests of what is left over.
+    pub tests: Vec<ResidualTest>,
+    /// Each row of the balance: how well segments are predicted that the fit has not seen.
+    pub validation: Vec<Validation>,
+    /// Models compared by cross-validation.
+    pub candidates: Vec<Candidate>,
+    /// Friction over speed: what is measured and what the model says.
+    pub curves: Vec<FrictionCurve>,
+    /// Torque over time, for the report.
+    pub traces: Vec<Trace>,
+    /// What the reader must know.
+    pub warnings: Vec<String>,
+    /// One sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A log as it was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LogRead {
+    /// File.
+    pub name: String,
+    /// Channels used: name in the log, its unit, the signal, samples, sample time (s), noise of a sample (SI).
+    pub channels: Vec<ChannelRead>,
+    /// Rows read.
+    pub rows: u64,
+    /// First and last time, s.
+    pub span: (f64, f64),
+    /// Gaps, clock jumps, rows that could not be read, a damaged end.
+    pub remarks: Vec<String>,
+}
+
+/// A channel as it was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChannelRead {
+    /// Its name in the log.
+    pub name: String,
+    /// Its unit there.
+    pub unit: String,
+    /// What it is: `wg.phi`.
+    pub signal: String,
+    /// SI unit of the signal.
+    pub si: &'static str,
+    /// Mean time between samples, s.
+    pub sample_time: f64,
+    /// Standard deviation of a sample, SI: stated in the model file or seen in the log.
+    pub noise: f64,
+    /// Whether the model file states it.
+    pub stated: bool,
+}
+
+/// What became of the windows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct WindowCount {
+    /// All in which something was logged.
+    pub all: usize,
+    /// Without enough samples of every channel.
+    pub incomplete: usize,
+    /// With a friction that rests, nearly rests or breaks away: its sign is not known.
+    pub resting: usize,
+    /// Not steady (where only steady ones count).
+    pub moving: usize,
+    /// Used.
+    pub used: usize,
+}
+
+/// A parameter found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Found {
+    /// `fs.damping`
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Its value in the model file; none if the file does not give it.
+    pub before: Option<f64>,
+    /// What was found.
+    pub value: f64,
+    /// Standard error; infinite if it is not determined.
+    pub standard_error: f64,
+    /// The confidence interval.
+    pub interval: (f64, f64),
+    /// What else enters the value: `+ 0.96 cs.damping`; such a combination is all that can be told.
+    pub combination: String,
+    /// Why there is no interval: not determined, at its bound.
+    pub remark: String,
+    /// A value published elsewhere.
+    pub published: Option<f64>,
+}
+
+/// A test of what is left over.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ResidualTest {
+    /// What should hold: `mean zero (row cs)`.
+    pub what: String,
+    /// Probability that it looks like this or worse if it holds.
+    pub probability: f64,
+    /// What it means if it does not.
+    pub meaning: String,
+}
+
+/// How well unseen segments are predicted.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Validation {
+    /// Row of the balance: a coordinate, or a combination where torques were eliminated.
+    pub row: String,
+    /// Root mean square of the torque that the parameters explain, N m.
+    pub torque: f64,
+    /// Root mean square of the residual on the samples of the fit, N m.
+    pub seen: f64,
+    /// The same on samples left out of the fit, each once.
+    pub unseen: f64,
+}
+
+/// A model compared with others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Candidate {
+    /// Its name.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Vec<String>,
+    /// Root mean square of standard residuals on segments left out, and its standard error over the folds.
+    pub error: (f64, f64),
+    /// The simplest within one standard error of the best.
+    pub chosen: bool,
+    /// Why it could not be fitted.
+    pub failure: String,
+}
+
+/// Friction along one direction over its speed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrictionCurve {
+    /// The element.
+    pub element: String,
+    /// Speeds, rad/s, and the torque measured less all other terms, N m.
+    pub points: Vec<(f64, f64)>,
+    /// What was found: damping, Coulomb, Stribeck.
+    pub line: Vec<(f64, f64)>,
+}
+
+/// A row of the balance over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// The row.
+    pub row: String,
+    /// `(log, time s, measured N m, predicted without having seen it N m)`
+    pub points: Vec<(usize, f64, f64, f64)>,
+}
