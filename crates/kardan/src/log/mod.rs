@@ -159,7 +159,8 @@ pub trait Log: Send {
     /// together, as far as the format allows: by the share of their rows in MDF files and MAT files.
     ///
     /// # Errors
-    /// Damage, after the rows before it. The end follows an error: the next call gives `false`.
+    /// Damage, after the rows before it. The next call goes on with what is not damaged, such as other groups, and gives
+    /// `false` if there is nothing.
     fn next(&mut self, block: &mut Block) -> Result<bool, LogError>;
 
     /// What a reader must be told although it is no error: rows that were skipped, a file that ends in the middle of a

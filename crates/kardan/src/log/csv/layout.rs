@@ -402,9 +402,9 @@ fn is_unit(cell: &str) -> bool {
     const SYMBOLS: &[&str] = &[
         "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "J", "W", "Wh", "V",
         "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad", "deg", "°", "grad",
-        "degC", "°C", "rev", "rpm", "RPM", "rps", "1", "%", "l", "L", "in", "ft", "lb", "lbf", "lbs", "oz",
-        "mph", "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit", "eV", "cd", "mol", "lx", "Ah",
-        "ppm", "cps", "dps", "B",
+        "degC", "°C", "rev", "rpm", "RPM", "rps", "1", "%", "l", "L", "in", "ft", "lb", "lbf", "lbs", "oz", "mph",
+        "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit", "eV", "cd", "mol", "lx", "Ah", "ppm",
+        "cps", "dps", "B",
     ];
     const PREFIXES: &[&str] = &["k", "M", "G", "m", "c", "d", "u", "µ", "μ", "n", "p", "h", "da"];
     let is_symbol = |part: &str| {
