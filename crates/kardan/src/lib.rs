@@ -7,6 +7,7 @@ pub mod element;
 pub mod equations;
 pub mod export;
 pub mod identify;
+pub mod log;
 pub mod model;
 pub mod num;
 pub mod reduce;

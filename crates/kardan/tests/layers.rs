@@ -14,6 +14,7 @@ const LAYERS: &[&str] = &[
     "num",         // numbers and small matrices; no mechanics
     "diagnostics", // mistakes with a place in a file
     "units",       // exact quantities
+    "log",         // measured logs as streams of blocks
     "schema",      // the shape of a table
     "equations",   // terms, data only
     "results",     // what a study gives, data only

@@ -1,0 +1,327 @@
+//! Text with one row per line. How it is written is found out from its beginning; rows are read in parallel.
+
+mod cell;
+mod layout;
+mod rows;
+
+use std::io::{self, Read};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::{BLOCK_ROWS, Block, Bytes, CsvOptions, Group, Log, LogError, ReadSeek, chosen};
+use layout::{Encoding, Layout};
+use rows::{Plan, Rows};
+
+/// How much text is read and parsed at once.
+const CHUNK: usize = 8 << 20;
+/// The longest line.
+const LINE_LIMIT: usize = 64 << 20;
+const CSV: &str = "CSV";
+
+pub(super) struct CsvLog {
+    bytes: Arc<dyn Bytes>,
+    layout: Layout,
+    groups: [Group; 1],
+    reading: Option<Reading>,
+    found: Found,
+}
+
+/// What is told in the notes.
+#[derive(Default)]
+struct Found {
+    rows: u64,
+    skipped: u64,
+    first_skipped: Option<u64>,
+    odd_cells: u64,
+    first_odd_cell: Option<(u64, usize, String)>,
+    end: Option<String>,
+}
+
+struct Reading {
+    reader: Box<dyn Read + Send>,
+    plan: Plan,
+    /// For each chosen channel, its column of `pieces`.
+    outputs: Vec<usize>,
+    /// Text that is read and not parsed: whole lines, but for the end of the file.
+    text: Vec<u8>,
+    /// The beginning of a line whose end is not read.
+    rest: Vec<u8>,
+    ended: bool,
+    /// Lines before `text`.
+    lines: u64,
+    /// Lines that are still to be passed over.
+    skip: u64,
+    pieces: Vec<Rows>,
+    piece: usize,
+    row: usize,
+    failed: Option<LogError>,
+}
+
+impl CsvLog {
+    pub(super) fn open(bytes: Arc<dyn Bytes>, options: &CsvOptions) -> Result<Self, LogError> {
+        let (layout, group) = layout::find(&*bytes, options)?;
+        Ok(Self { bytes, layout, groups: [group], reading: None, found: Found::default() })
+    }
+}
+
+/// The text without its byte order mark, as UTF-8 or as the single bytes that it is.
+fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn Read + Send>> {
+    let mut reader = bytes.open()?;
+    let mut mark = [0; 3];
+    let length = match encoding {
+        Encoding::Bytes => 0,
+        Encoding::Utf8Mark => 3,
+        Encoding::Utf16 { .. } => 2,
+    };
+    reader.read_exact(&mut mark[..length])?;
+    Ok(match encoding {
+        Encoding::Utf16 { little } => Box::new(Utf16 { reader, little, ready: Vec::new(), at: 0, half: Vec::new() }),
+        _ => Box::new(reader),
+    })
+}
+
+/// UTF-16 read as UTF-8.
+struct Utf16 {
+    reader: Box<dyn ReadSeek>,
+    little: bool,
+    ready: Vec<u8>,
+    at: usize,
+    /// Bytes of a character that is not complete.
+    half: Vec<u8>,
+}
+
+impl Read for Utf16 {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        while self.at == self.ready.len() {
+            let mut raw = std::mem::take(&mut self.half);
+            let kept = raw.len();
+            (&mut self.reader).take(1 << 16).read_to_end(&mut raw)?;
+            let ended = raw.len() == kept;
+            if ended && raw.is_empty() {
+                return Ok(0);
+            }
+            let mut units: Vec<u16> = raw
+                .chunks_exact(2)
+                .map(|pair| {
+                    if self.little {
+                        u16::from_le_bytes([pair[0], pair[1]])
+                    } else {
+                        u16::from_be_bytes([pair[0], pair[1]])
+                    }
+                })
+                .collect();
+            let mut used = 2 * units.len();
+            if !ended && units.last().is_some_and(|unit| (0xd800..0xdc00).contains(unit)) {
+                units.pop();
+                used -= 2;
+            }
+            if !ended {
+                self.half.extend_from_slice(&raw[used..]);
+            }
+            let text: String = char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect();
+            self.ready = text.into_bytes();
+            self.at = 0;
+        }
+        let count = out.len().min(self.ready.len() - self.at);
+        out[..count].copy_from_slice(&self.ready[self.at..self.at + count]);
+        self.at += count;
+        Ok(count)
+    }
+}
+
+impl Reading {
+    /// Reads the next whole lines into an empty text.
+    fn fill(reader: &mut dyn Read, rest: &mut Vec<u8>, ended: &mut bool) -> Result<Vec<u8>, LogError> {
+        let mut text = std::mem::take(rest);
+        while !*ended {
+            let before = text.len();
+            reader.take(CHUNK as u64).read_to_end(&mut text)?;
+            *ended = text.len() == before;
+            if let Some(end) = text[before..].iter().rposition(|byte| *byte == b'\n') {
+                rest.extend_from_slice(&text[before + end + 1..]);
+                text.truncate(before + end + 1);
+                break;
+            }
+            if text.len() > LINE_LIMIT {
+                let what = format!("a line has no end for {} MiB", LINE_LIMIT >> 20);
+                return Err(LogError::damaged(CSV, "behind the last row given", what));
+            }
+        }
+        Ok(text)
+    }
+
+    /// Parses the text that is there and meanwhile reads the next.
+    fn advance(&mut self, found: &mut Found, names: &dyn Fn(usize) -> String) {
+        let mut text = std::mem::take(&mut self.text);
+        if self.skip > 0 {
+            let mut start = 0;
+            while self.skip > 0 && start < text.len() {
+                start += text[start..].iter().position(|byte| *byte == b'\n').map_or(text.len() - start, |end| end + 1);
+                self.skip -= 1;
+                self.lines += 1;
+            }
+            text.drain(..start);
+        }
+        let unfinished = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        let tail = text.split_off(unfinished);
+        let count = if text.len() < 1 << 16 { 1 } else { 4 * rayon::current_num_threads() };
+        let mut bounds = vec![0];
+        for k in 1..=count {
+            let from = (text.len() * k / count).max(bounds[k - 1]);
+            bounds.push(text[from..].iter().position(|byte| *byte == b'\n').map_or(text.len(), |end| from + end + 1));
+        }
+        self.pieces.resize_with(count, Rows::default);
+        let (plan, pieces) = (&self.plan, &mut self.pieces);
+        let (reader, rest, ended) = (&mut self.reader, &mut self.rest, &mut self.ended);
+        let ((), next) = rayon::join(
+            || {
+                pieces
+                    .par_iter_mut()
+                    .zip(bounds.par_windows(2))
+                    .for_each(|(piece, ends)| plan.parse(&text[ends[0]..ends[1]], piece))
+            },
+            || if *ended { Ok(Vec::new()) } else { Self::fill(reader, rest, ended) },
+        );
+        if !tail.is_empty() {
+            let mut last = Rows::default();
+            self.plan.parse(&tail, &mut last);
+            let row = self.lines + self.pieces.iter().map(|piece| piece.lines).sum::<u64>() + 1;
+            if last.rows > 0 {
+                found.end =
+                    Some(format!("the file ends without a line break: the last number of row {row} may be cut"));
+                self.pieces.push(last);
+            } else if last.skipped > 0 {
+                found.end = Some(format!("the file ends in the middle of row {row}, which is left out"));
+            }
+        }
+        (self.piece, self.row) = (0, 0);
+        let whole_file = self.lines == self.plan.first_line && self.ended;
+        let (mut rows, mut skipped, mut first) = (0, 0, None);
+        for piece in &self.pieces {
+            rows += piece.rows as u64;
+            skipped += piece.skipped;
+            first = first.or(piece.first_skipped.map(|line| self.lines + line + 1));
+            found.odd_cells += piece.odd_cells;
+            if let (None, Some((line, cell, text))) = (&found.first_odd_cell, &piece.first_odd_cell) {
+                found.first_odd_cell = Some((self.lines + line + 1, *cell, text.clone()));
+            }
+            self.lines += piece.lines;
+        }
+        found.rows += rows;
+        found.skipped += skipped;
+        found.first_skipped = found.first_skipped.or(first);
+        match next {
+            Ok(next) => self.text = next,
+            Err(error) => self.failed = Some(error),
+        }
+        if skipped > rows && (whole_file || skipped + rows >= 100) {
+            let what = format!("from there on {skipped} of {} rows are no rows of numbers", skipped + rows);
+            let place = format!("at row {}", first.unwrap_or(self.lines));
+            self.failed = Some(LogError::damaged(CSV, place, what));
+        } else if let (true, Some((row, cell, text))) = (found.odd_cells > 4 * (found.rows + 10), &found.first_odd_cell)
+        {
+            let what =
+                format!("there `{text}` stands in place of a number, and {} more cells are none", found.odd_cells - 1);
+            self.failed = Some(LogError::damaged(CSV, format!("at row {row}, column `{}`", names(*cell)), what));
+        }
+        if self.failed.is_some() {
+            (self.text, self.ended) = (Vec::new(), true);
+            self.rest.clear();
+        }
+    }
+}
+
+impl Log for CsvLog {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, wanted)?.remove(0);
+        self.reading = None;
+        self.found = Found::default();
+        if channels.is_empty() {
+            return Ok(());
+        }
+        let cells: Vec<usize> = channels.iter().map(|channel| self.layout.cells_of_channels[*channel]).collect();
+        let (plan, outputs) = Plan::new(&self.layout, &cells);
+        let mut reader = text(&*self.bytes, self.layout.encoding)?;
+        let (mut rest, mut ended) = (Vec::new(), false);
+        let text = Reading::fill(&mut reader, &mut rest, &mut ended)?;
+        let skip = self.layout.first_line;
+        let pieces = Vec::new();
+        self.reading = Some(Reading {
+            reader,
+            plan,
+            outputs,
+            text,
+            rest,
+            ended,
+            lines: 0,
+            skip,
+            pieces,
+            piece: 0,
+            row: 0,
+            failed: None,
+        });
+        Ok(())
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
+        let Some(reading) = &mut self.reading else { return Ok(false) };
+        block.reset(0, reading.outputs.len());
+        loop {
+            while block.rows < BLOCK_ROWS && reading.piece < reading.pieces.len() {
+                let piece = &reading.pieces[reading.piece];
+                let end = piece.rows.min(reading.row + BLOCK_ROWS - block.rows);
+                for (column, output) in block.columns.iter_mut().zip(&reading.outputs) {
+                    column.extend_from_slice(&piece.columns[*output][reading.row..end]);
+                }
+                block.rows += end - reading.row;
+                reading.row = end;
+                if end == piece.rows {
+                    (reading.piece, reading.row) = (reading.piece + 1, 0);
+                }
+            }
+            if block.rows > 0 {
+                return Ok(true);
+            }
+            if reading.text.is_empty() && reading.rest.is_empty() {
+                let failed = reading.failed.take();
+                if failed.is_some() || reading.ended {
+                    self.reading = None;
+                    return failed.map_or(Ok(false), Err);
+                }
+            }
+            let (group, layout) = (&self.groups[0], &self.layout);
+            let name = |cell: usize| {
+                let channel = layout.cells_of_channels.iter().position(|of| *of == cell);
+                channel.map_or_else(|| format!("{}", cell + 1), |channel| group.channels[channel].name.clone())
+            };
+            reading.advance(&mut self.found, &name);
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = self.layout.notes.clone();
+        let found = &self.found;
+        if let (1.., Some(row)) = (found.skipped, found.first_skipped) {
+            let rows = if found.skipped == 1 { "row has" } else { "rows have" };
+            let cells = self.layout.cells;
+            notes.push(format!(
+                "{} {rows} not the {cells} cells of the others or no number and left out (first: row {row})",
+                found.skipped
+            ));
+        }
+        if let Some((row, cell, text)) = &found.first_odd_cell {
+            let channel = self.layout.cells_of_channels.iter().position(|of| of == cell);
+            let name = channel.map_or("", |channel| &self.groups[0].channels[channel].name);
+            let count = found.odd_cells;
+            let cells = if count == 1 { "cell is no number and counts" } else { "cells are no numbers and count" };
+            notes.push(format!("{count} {cells} as missing (first: row {row}, column `{name}`: `{text}`)"));
+        }
+        notes.extend(found.end.clone());
+        notes
+    }
+}

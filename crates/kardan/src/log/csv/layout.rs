@@ -1,0 +1,420 @@
+//! How a text is written: encoding, delimiter, decimal point, where its names, units and numbers are.
+
+use std::io::Read;
+
+use super::super::{Bytes, Channel, CsvOptions, Group, LogError, find_time, make_unique, named_time};
+use super::CSV;
+use super::cell::{self, Cell};
+
+/// How much of the beginning is looked at.
+const HEAD: usize = 256 << 10;
+/// How much, if there is no end of a line in that.
+const LONG_HEAD: usize = 16 << 20;
+/// How many lines are split when delimiters are compared.
+const SAMPLE: usize = 200;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Encoding {
+    /// UTF-8 or any single bytes.
+    Bytes,
+    Utf8Mark,
+    Utf16 {
+        little: bool,
+    },
+}
+
+pub(super) struct Layout {
+    pub encoding: Encoding,
+    pub delimiter: u8,
+    pub point: u8,
+    /// Cells of a row.
+    pub cells: usize,
+    /// Lines before the first row.
+    pub first_line: u64,
+    /// For each cell, the first stamp if there are any, in ns.
+    pub stamps: Vec<Option<i64>>,
+    pub cells_of_channels: Vec<usize>,
+    pub notes: Vec<String>,
+}
+
+pub(super) fn is_comment(line: &[u8]) -> bool {
+    let line = line.trim_ascii_start();
+    line.starts_with(b"#") && !line.starts_with(b"#N/A") || line.starts_with(b"%") || line.starts_with(b"//")
+}
+
+fn no_rows(why: String) -> LogError {
+    LogError::NoChannels { format: CSV, why }
+}
+
+/// Looks at the beginning of a text.
+pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, Group), LogError> {
+    let mut mark = Vec::new();
+    bytes.open()?.take(3).read_to_end(&mut mark)?;
+    let encoding = match mark[..] {
+        [0xef, 0xbb, 0xbf] => Encoding::Utf8Mark,
+        [0xff, 0xfe, ..] => Encoding::Utf16 { little: true },
+        [0xfe, 0xff, ..] => Encoding::Utf16 { little: false },
+        _ => Encoding::Bytes,
+    };
+    let mut reader = super::text(bytes, encoding)?;
+    let mut head = Vec::new();
+    let mut ended = false;
+    for limit in [HEAD, LONG_HEAD] {
+        if ended || head.contains(&b'\n') {
+            break;
+        }
+        let missing = limit - head.len();
+        reader.by_ref().take(missing as u64).read_to_end(&mut head)?;
+        ended = head.len() < limit;
+    }
+    if head.is_empty() {
+        return Err(LogError::Empty);
+    }
+    if head.iter().take(HEAD).any(|byte| *byte == 0) {
+        return Err(LogError::unsupported(
+            "the file is neither text (there are zero bytes in it) nor MDF, MAT version 5 or Parquet",
+            "export the log as CSV, Parquet, MAT (`save -v7`) or MDF 4",
+        ));
+    }
+    if !ended {
+        match head.iter().rposition(|byte| *byte == b'\n') {
+            Some(end) => head.truncate(end),
+            None => return Err(no_rows(format!("its first {} MiB have no end of a line", LONG_HEAD >> 20))),
+        }
+    }
+    let lines: Vec<&[u8]> =
+        head.split(|byte| *byte == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line)).collect();
+    let first = options.first_row.map(|row| row.max(1) - 1);
+    if first.is_some_and(|first| first >= lines.len()) {
+        let row = options.first_row.unwrap_or(0);
+        return Err(no_rows(format!(
+            "the first row of numbers was said to be row {row}, beyond the {} rows seen",
+            lines.len()
+        )));
+    }
+    let rows: Vec<(usize, &[u8])> = lines
+        .iter()
+        .copied()
+        .enumerate()
+        .skip(first.unwrap_or(0))
+        .filter(|(_, line)| !is_comment(line) && !line.iter().all(u8::is_ascii_whitespace))
+        .collect();
+    let Some(form) = form(&rows, options) else {
+        let what = if rows.is_empty() { "all rows are blank or comments" } else { "no row of numbers was found" };
+        let help = "give the delimiter and the first row of numbers if there are any";
+        return Err(no_rows(format!("{what} in the first {} rows; {help}", lines.len())));
+    };
+    let start = match first {
+        Some(first) => first,
+        None => form.start,
+    };
+    let header = Header::find(&lines[..start], &form, options);
+    Ok(form.layout(header, &rows, start, encoding))
+}
+
+/// Delimiter and decimal point, and which cells hold numbers.
+struct Form {
+    delimiter: u8,
+    point: u8,
+    cells: usize,
+    /// For each cell, whether there are numbers (or stamps) in it.
+    numeric: Vec<bool>,
+    start: usize,
+}
+
+fn cells_of(line: &[u8], delimiter: u8, point: u8) -> Vec<Cell> {
+    let mut cells = Vec::new();
+    cell::split(line, delimiter, &mut cells);
+    cells.iter().map(|text| cell::read(text, point)).collect()
+}
+
+fn is_value(cell: &Cell) -> bool {
+    matches!(cell, Cell::Number(_) | Cell::Stamp(_))
+}
+
+/// The form that makes most of the last rows seen rows of numbers, of those the one with most cells.
+fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
+    let delimiters = options.delimiter.map_or_else(|| b"\t;,| ".to_vec(), |delimiter| vec![delimiter]);
+    let points: &[u8] = match options.decimal_comma {
+        None => b".,",
+        Some(false) => b".",
+        Some(true) => b",",
+    };
+    let mut best: Option<((f64, usize), Form)> = None;
+    for &delimiter in &delimiters {
+        for &point in points.iter().filter(|point| **point != delimiter) {
+            if let Some((share, form)) = try_form(rows, delimiter, point) {
+                let score = (share, form.cells);
+                if best.as_ref().is_none_or(|(other, _)| score > *other) {
+                    best = Some((score, form));
+                }
+            }
+        }
+    }
+    best.map(|(_, form)| form)
+}
+
+fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, Form)> {
+    // The rows are judged by the last of those seen, which no header reaches in a long file.
+    let sample: Vec<Vec<Cell>> =
+        rows[rows.len().saturating_sub(SAMPLE)..].iter().map(|(_, line)| cells_of(line, delimiter, point)).collect();
+    let plain = |row: &Vec<Cell>| row.iter().any(is_value) && !row.contains(&Cell::Text);
+    let half = &sample[sample.len() / 2..];
+    let plain_rows: Vec<&Vec<Cell>> = half.iter().filter(|row| plain(row)).collect();
+    let judged: Vec<&Vec<Cell>> = if 2 * plain_rows.len() >= half.len() || half.len() < 4 {
+        sample.iter().filter(|row| plain(row)).collect()
+    } else {
+        half.iter().collect()
+    };
+    let mut counts = std::collections::BTreeMap::new();
+    for row in &judged {
+        *counts.entry(row.len()).or_insert(0usize) += 1;
+    }
+    let cells = *counts.iter().max_by_key(|(cells, count)| (**count, **cells))?.0;
+    let judged: Vec<&Vec<Cell>> = judged.into_iter().filter(|row| row.len() == cells).collect();
+    let mut numeric = vec![false; cells];
+    let mut good = 0;
+    for (index, numeric) in numeric.iter_mut().enumerate() {
+        let texts = judged.iter().filter(|row| row[index] == Cell::Text).count();
+        *numeric = 2 * texts < judged.len() && judged.iter().any(|row| is_value(&row[index]));
+        good += judged.len() - texts;
+    }
+    if !numeric.contains(&true) {
+        return None;
+    }
+    let share = good as f64 / (cells * judged.len()) as f64 * judged.len() as f64 / sample.len() as f64;
+    let mut form = Form { delimiter, point, cells, numeric, start: 0 };
+    // The first row of numbers that goes on being followed by such rows.
+    let mut run = [false; 8];
+    let mut start = None;
+    for (line, text) in rows.iter().rev() {
+        let is_row = form.is_row(text);
+        run.rotate_right(1);
+        run[0] = is_row;
+        let seen = (rows.last()?.0 - line + 1).min(run.len());
+        if is_row && 2 * run[..seen].iter().filter(|row| **row).count() >= seen.min(3) {
+            start = Some(*line);
+        } else if start.is_some() && seen == run.len() && !run[..4].contains(&true) {
+            break;
+        }
+    }
+    form.start = start?;
+    Some((share, form))
+}
+
+impl Form {
+    fn is_row(&self, line: &[u8]) -> bool {
+        let mut row = cells_of(line, self.delimiter, self.point);
+        if row.len() == self.cells + 1 && row.last() == Some(&Cell::Missing) {
+            row.pop();
+        }
+        row.len() == self.cells
+            && row.iter().any(is_value)
+            && row.iter().zip(&self.numeric).all(|(cell, numeric)| !numeric || *cell != Cell::Text)
+    }
+
+    fn layout(self, header: Header, rows: &[(usize, &[u8])], start: usize, encoding: Encoding) -> (Layout, Group) {
+        let rows = rows.iter().filter(|(line, _)| *line >= start);
+        let values: Vec<Vec<Cell>> = rows
+            .take(SAMPLE)
+            .map(|(_, line)| cells_of(line, self.delimiter, self.point))
+            .filter(|row| row.len() >= self.cells)
+            .collect();
+        let stamp = |index: usize| {
+            let stamps: Vec<i64> = values
+                .iter()
+                .filter_map(|row| match row[index] {
+                    Cell::Stamp(ns) => Some(ns),
+                    _ => None,
+                })
+                .collect();
+            let numbers = values.iter().filter(|row| matches!(row[index], Cell::Number(_))).count();
+            if stamps.len() > numbers { stamps.first().copied() } else { None }
+        };
+        let stamps: Vec<Option<i64>> = (0..self.cells).map(stamp).collect();
+        let mut notes = Vec::new();
+        let mut channels = Vec::new();
+        let mut cells_of_channels = Vec::new();
+        for index in 0..self.cells {
+            let (mut name, mut unit) = header.of(index);
+            if is_label(&name) {
+                let increasing = values.windows(2).all(|pair| match (pair[0][index], pair[1][index]) {
+                    (Cell::Number(a), Cell::Number(b)) => a < b,
+                    (a, b) => is_value(&a) && is_value(&b),
+                });
+                name = if increasing { "time".into() } else { String::new() };
+            }
+            if !self.numeric[index] {
+                if values.iter().any(|row| row[index] == Cell::Text) {
+                    let name = if name.is_empty() { format!("column {}", index + 1) } else { name };
+                    notes.push(format!("`{name}` holds text and is left out"));
+                    continue;
+                }
+                if name.is_empty() {
+                    continue;
+                }
+            }
+            if name.is_empty() {
+                name = format!("column {}", index + 1);
+            }
+            if stamps[index].is_some() {
+                unit = "s".into();
+            }
+            channels.push(Channel { name, unit });
+            cells_of_channels.push(index);
+        }
+        make_unique(&mut channels);
+        let of_stamps = || cells_of_channels.iter().position(|cell| stamps[*cell].is_some());
+        let time = find_time(&channels).or_else(of_stamps);
+        let group = Group { name: String::new(), channels, time, rows: None };
+        let Self { delimiter, point, cells, .. } = self;
+        let first_line = start as u64;
+        (Layout { encoding, delimiter, point, cells, first_line, stamps, cells_of_channels, notes }, group)
+    }
+}
+
+/// Names and units above the numbers.
+#[derive(Default)]
+struct Header {
+    names: Vec<String>,
+    units: Vec<String>,
+}
+
+/// A text in UTF-8, or else in Latin-1.
+fn decoded(bytes: &[u8]) -> String {
+    let bytes = cell::unquoted(bytes);
+    let text =
+        std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|byte| char::from(*byte)).collect(), str::to_owned);
+    text.replace("\"\"", "\"").trim().to_owned()
+}
+
+fn without_mark(line: &[u8]) -> &[u8] {
+    let line = line.trim_ascii_start();
+    let marks = line.iter().take_while(|byte| matches!(byte, b'#' | b'%' | b'/')).count();
+    if marks > 0 && is_comment(line) { &line[marks..] } else { line }
+}
+
+impl Header {
+    fn find(lines: &[&[u8]], form: &Form, options: &CsvOptions) -> Self {
+        let split = |line: &[u8]| {
+            let mut cells = Vec::new();
+            // Blanks at the start count where a tab begins the row.
+            cell::split(without_mark(line), form.delimiter, &mut cells);
+            cells.into_iter().map(decoded).collect::<Vec<_>>()
+        };
+        let given = |row: Option<usize>| {
+            row.map(|row| row.checked_sub(1).and_then(|row| lines.get(row)).map(|line| split(line)).unwrap_or_default())
+        };
+        let mut candidates: Vec<Vec<String>> = lines
+            .iter()
+            .filter(|line| !line.iter().all(u8::is_ascii_whitespace))
+            .map(|line| split(line))
+            .filter(|cells| cells.len().abs_diff(form.cells) <= usize::from(form.cells > 1))
+            .filter(|cells| cells.iter().any(|cell| cell::read(cell.as_bytes(), form.point) == Cell::Text))
+            .collect();
+        let (names, units) = (given(options.names_row), given(options.units_row));
+        let mut header = Self::default();
+        let last = candidates.pop();
+        let before = candidates.pop();
+        if let Some(names) = names {
+            header.units = units.or_else(|| last.filter(|last| *last != names && are_units(last))).unwrap_or_default();
+            header.names = names;
+        } else if let Some(units) = units {
+            header.names = [last, before].into_iter().flatten().find(|row| *row != units).unwrap_or_default();
+            header.units = units;
+        } else if let Some(last) = last {
+            match before {
+                Some(before) if are_units(&last) => (header.names, header.units) = (before, last),
+                // Units and second names in one row, as some recorders write.
+                Some(before) if is_time_unit(&last[0]) && before.iter().all(|cell| !cell.is_empty()) => {
+                    for (index, upper) in before.into_iter().enumerate() {
+                        let lower = last.get(index).cloned().unwrap_or_default();
+                        let is_unit = is_unit(&lower);
+                        header.names.push(if is_unit || lower.is_empty() {
+                            upper
+                        } else {
+                            format!("{upper}: {lower}")
+                        });
+                        header.units.push(if is_unit { lower } else { String::new() });
+                    }
+                }
+                _ => header.names = last,
+            }
+        }
+        header
+    }
+
+    /// Name and unit of a cell; the unit may stand behind the name.
+    fn of(&self, index: usize) -> (String, String) {
+        let name = self.names.get(index).cloned().unwrap_or_default();
+        let unit = self.units.get(index).map_or("", |unit| without_brackets(unit));
+        if is_label(unit) {
+            return (name, String::new());
+        }
+        if !unit.is_empty() || !self.units.is_empty() {
+            return (name, unit.to_owned());
+        }
+        let split = |open: char, close: char| {
+            let (front, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+            Some((front.trim().to_owned(), unit.trim().to_owned())).filter(|(front, _)| !front.is_empty())
+        };
+        if let Some(pair) = split('[', ']').filter(|(_, unit)| unit.parse::<i64>().is_err()) {
+            return pair;
+        }
+        if let Some(pair) = split('(', ')').filter(|(_, unit)| is_unit(unit)) {
+            return pair;
+        }
+        if let Some((front, unit)) = name.rsplit_once(" / ")
+            && is_unit(unit.trim())
+        {
+            return (front.trim().to_owned(), unit.trim().to_owned());
+        }
+        (name, String::new())
+    }
+}
+
+fn without_brackets(cell: &str) -> &str {
+    let inside = |open: char, close: char| cell.strip_prefix(open).and_then(|cell| cell.strip_suffix(close));
+    inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
+}
+
+/// Words that say what a row of the header holds.
+fn is_label(cell: &str) -> bool {
+    let cell = cell.trim_end_matches(':').to_lowercase();
+    matches!(
+        &cell[..],
+        "unit" | "units" | "einheit" | "einheiten" | "channel name" | "channel" | "kanal" | "name" | "names"
+    )
+}
+
+fn are_units(cells: &[String]) -> bool {
+    let units = cells.iter().filter(|cell| is_unit(without_brackets(cell))).count();
+    let texts = cells.iter().filter(|cell| !cell.is_empty() && *cell != "-" && !is_label(cell)).count();
+    units > 0 && 2 * units >= texts && !cells.iter().any(|cell| named_time(cell) && cell.len() > 1)
+}
+
+fn is_time_unit(cell: &str) -> bool {
+    matches!(without_brackets(cell), "s" | "sec" | "ms" | "us" | "µs" | "μs" | "ns" | "min" | "h")
+}
+
+/// Whether a cell reads like a unit: a product of powers of known symbols.
+fn is_unit(cell: &str) -> bool {
+    const SYMBOLS: &[&str] = &[
+        "s", "sec", "second", "seconds", "min", "h", "d", "Hz", "m", "g", "t", "N", "Nm", "NM", "J", "W", "Wh", "V",
+        "A", "VA", "ohm", "Ohm", "Ω", "F", "H", "T", "Wb", "C", "K", "Pa", "bar", "psi", "rad", "deg", "°", "grad",
+        "degC", "°C", "rev", "rpm", "RPM", "rps", "1", "%", "l", "L", "in", "ft", "lb", "lbf", "lbs", "oz", "mph",
+        "mi", "kmh", "kph", "inc", "counts", "pulses", "pls", "px", "dB", "bit", "eV", "cd", "mol", "lx", "Ah", "ppm",
+        "cps", "dps", "B",
+    ];
+    const PREFIXES: &[&str] = &["k", "M", "G", "m", "c", "d", "u", "µ", "μ", "n", "p", "h", "da"];
+    let is_symbol = |part: &str| {
+        let part = part.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, '²' | '³' | '-' | '⁻' | '¹'));
+        part.is_empty()
+            || SYMBOLS.contains(&part)
+            || PREFIXES.iter().any(|prefix| part.strip_prefix(prefix).is_some_and(|symbol| SYMBOLS.contains(&symbol)))
+    };
+    let cell = cell.trim();
+    cell.chars().count() <= 16
+        && cell.chars().any(|c| c.is_alphabetic() || matches!(c, '%' | '°'))
+        && cell.split(['*', '/', '·', '^', ' ', '.', '(', ')', '⋅']).all(is_symbol)
+}

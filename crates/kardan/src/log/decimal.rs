@@ -1,0 +1,182 @@
+//! Decimal numbers from bytes, rounded correctly and quickly.
+
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// Reads a number at the start of some bytes. Gives the value and how many bytes it takes; `None` if there is no
+/// number that is read here (`inf`, `NaN` and words are not).
+///
+/// Up to 19 digits stay a whole number. If it has at most 53 bits, one multiplication or division by an exact power of
+/// ten rounds once (W. D. Clinger, How to read floating point numbers accurately, 1990); a whole number over a power of
+/// ten below 2⁶⁴ is divided as such; `str::parse` does the rest.
+#[inline]
+pub(super) fn leading(bytes: &[u8], point: u8) -> Option<(f64, usize)> {
+    let mut at = 0;
+    let negative = match bytes.first()? {
+        b'-' => {
+            at = 1;
+            true
+        }
+        b'+' => {
+            at = 1;
+            false
+        }
+        _ => false,
+    };
+    let start = at;
+    let mut mantissa = 0u64;
+    while let Some(digit) = digit(bytes, at) {
+        mantissa = mantissa.wrapping_mul(10).wrapping_add(digit);
+        at += 1;
+    }
+    let mut digits = at - start;
+    let mut exponent = 0i64;
+    if bytes.get(at) == Some(&point) {
+        at += 1;
+        let fraction = at;
+        while let Some(eight) = bytes.get(at..at + 8).and_then(eight_digits) {
+            mantissa = mantissa.wrapping_mul(100_000_000).wrapping_add(eight);
+            at += 8;
+        }
+        while let Some(digit) = digit(bytes, at) {
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(digit);
+            at += 1;
+        }
+        digits += at - fraction;
+        exponent = -((at - fraction) as i64);
+    }
+    if digits == 0 {
+        return None;
+    }
+    if let Some(b'e' | b'E' | b'd' | b'D') = bytes.get(at) {
+        let mut end = at + 1;
+        let sign = match bytes.get(end) {
+            Some(b'-') => -1,
+            _ => 1,
+        };
+        if let Some(b'-' | b'+') = bytes.get(end) {
+            end += 1;
+        }
+        let first = end;
+        let mut power = 0i64;
+        while let Some(digit) = digit(bytes, end) {
+            power = (power * 10 + digit as i64).min(100_000);
+            end += 1;
+        }
+        if end > first {
+            exponent += sign * power;
+            at = end;
+        }
+    }
+    // Leading zeros do not count among the digits that fit.
+    let fits = digits <= 19 || {
+        let significant = bytes[start..at].iter().skip_while(|byte| **byte == b'0' || **byte == point);
+        significant.take_while(|byte| byte.is_ascii_digit() || **byte == point).filter(|byte| **byte != point).count()
+            <= 19
+    };
+    let value = match (fits, exponent) {
+        (true, 0..=22) if mantissa >> 53 == 0 => mantissa as f64 * POWERS[exponent as usize],
+        (true, -22..0) if mantissa >> 53 == 0 => mantissa as f64 / POWERS[-exponent as usize],
+        (true, -19..0) => quotient(mantissa, 10u64.pow(-exponent as u32)),
+        _ => slow(&bytes[start..at], point)?,
+    };
+    Some((if negative { -value } else { value }, at))
+}
+
+#[inline]
+fn digit(bytes: &[u8], at: usize) -> Option<u64> {
+    let digit = bytes.get(at)?.wrapping_sub(b'0');
+    (digit < 10).then_some(digit.into())
+}
+
+/// Eight digits at once, in the lanes of a word.
+#[inline]
+fn eight_digits(bytes: &[u8]) -> Option<u64> {
+    let word = u64::from_le_bytes(bytes.try_into().ok()?);
+    let low = word.wrapping_sub(0x3030_3030_3030_3030);
+    if (word.wrapping_add(0x4646_4646_4646_4646) | low) & 0x8080_8080_8080_8080 != 0 {
+        return None;
+    }
+    let pairs = low.wrapping_mul(10).wrapping_add(low >> 8);
+    let high = (pairs & 0x0000_00ff_0000_00ff).wrapping_mul(0x000f_4240_0000_0064);
+    let low = (pairs >> 16 & 0x0000_00ff_0000_00ff).wrapping_mul(0x0000_2710_0000_0001);
+    Some(high.wrapping_add(low) >> 32)
+}
+
+/// A quotient of whole numbers above zero, rounded once: 64 bits and more of it and whether anything is left decide.
+fn quotient(numerator: u64, denominator: u64) -> f64 {
+    let shift = numerator.leading_zeros();
+    let scale = 64 - denominator.leading_zeros();
+    let numerator = u128::from(numerator << shift) << scale;
+    let (whole, rest) = (numerator / u128::from(denominator), numerator % u128::from(denominator));
+    // `whole` has 64 or 65 bits; its last bit only says whether anything is left, far below the 53 that count.
+    let sticky = whole | u128::from(rest != 0);
+    sticky as f64 * f64::from_bits((1023 - u64::from(shift) - u64::from(scale)) << 52)
+}
+
+#[cold]
+fn slow(bytes: &[u8], point: u8) -> Option<f64> {
+    let text: Vec<u8> = bytes
+        .iter()
+        .map(|byte| match byte {
+            b'd' | b'D' => b'e',
+            byte if *byte == point => b'.',
+            byte => *byte,
+        })
+        .collect();
+    std::str::from_utf8(&text).ok()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn numbers_end_where_they_end() {
+        for (text, value, taken) in [
+            ("12.5;", 12.5, 4),
+            ("-.5", -0.5, 3),
+            ("5.", 5.0, 2),
+            ("+1e3,", 1000.0, 4),
+            ("1e", 1.0, 1),
+            ("1D-2", 0.01, 4),
+            ("00000000000000000000000000001.5", 1.5, 31),
+            ("123456789012345678901234567890", 123_456_789_012_345_678_901_234_567_890.0, 30),
+            ("1e999999999999999999999", f64::INFINITY, 23),
+            ("0.0000000000000000000000000001", 1e-28, 30),
+        ] {
+            assert_eq!(leading(text.as_bytes(), b'.'), Some((value, taken)), "{text}");
+        }
+        assert_eq!(leading(b"1,5;2", b','), Some((1.5, 3)));
+        for text in ["", "-", ".", "x", "e5", "-e", "NaN"] {
+            assert_eq!(leading(text.as_bytes(), b'.'), None, "{text}");
+        }
+        assert!(leading(b"-0.0", b'.').unwrap().0.is_sign_negative());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+        #[test]
+        fn every_decimal_is_rounded_as_by_the_standard_library(
+            whole in 0u64.., digits in 0usize..22, power in -40i32..40, form in 0..4
+        ) {
+            let all = whole.to_string();
+            let at = all.len().saturating_sub(digits);
+            let text = match form {
+                0 => format!("{}.{}", &all[..at], &all[at..]),
+                1 => format!("0.{all}"),
+                2 => format!("{}.{}e{power}", &all[..at], &all[at..]),
+                _ => format!("{:?}", f64::from_bits(whole).abs()),
+            };
+            prop_assume!(text.starts_with(|c: char| c.is_ascii_digit() || c == '.') && text != ".");
+            let expected: f64 = text.parse().unwrap();
+            let (value, taken) = leading(text.as_bytes(), b'.').unwrap();
+            prop_assert_eq!(taken, text.len());
+            prop_assert_eq!(value.to_bits(), expected.to_bits(), "{}", text);
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! ASAM MDF 4 (`.mf4`), versions 4.00 to 4.20.
+//!
+//! An own reader, because `mdf4-rs` (0.3.3, looked at) takes the whole file and every channel into memory, knows neither
+//! unsorted nor unfinished files, and takes lengths and links as they come. Block numbers and fields are those of the
+//! ASAM MDF standard, 4.1; links to what is not needed (history, events, attachments) are never followed.
+
+mod blocks;
+mod field;
+mod stream;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::source::Source;
+use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
+use blocks::{DataGroup, File};
+use stream::Stream;
+
+const MDF: &str = "MDF";
+/// How many bytes of records are decoded at once.
+const STEP: usize = 4 << 20;
+
+pub(super) struct MdfLog {
+    bytes: Arc<dyn Bytes>,
+    file: File,
+    groups: Vec<Group>,
+    notes: Vec<String>,
+    reading: Vec<Reading>,
+    end_notes: Vec<String>,
+}
+
+/// A data group that is being read.
+struct Reading {
+    data: usize,
+    stream: Stream,
+    records: Vec<Records>,
+    /// Bytes that are read and not yet decoded (sorted) or split (unsorted).
+    raw: Vec<u8>,
+    ended: bool,
+    /// Whether all waiting records are to be given.
+    flushing: bool,
+}
+
+/// The records of a channel group.
+struct Records {
+    group: usize,
+    fields: Vec<usize>,
+    given: u64,
+    /// Records of an unsorted data group that are not yet decoded.
+    waiting: Vec<u8>,
+}
+
+impl MdfLog {
+    pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
+        let mut source = Source::open(&*bytes, MDF)?;
+        let (file, groups, notes) = blocks::read(&mut source)?;
+        Ok(Self { bytes, file, groups, notes, reading: Vec::new(), end_notes: Vec::new() })
+    }
+
+    /// Decodes some records of a group into a block.
+    fn decode(&self, records: &Records, bytes: &[u8], count: usize, block: &mut Block) {
+        let (_, layout) = self.file.of_group(records.group);
+        block.reset(records.group, records.fields.len());
+        block.rows = count;
+        let stride = layout.stride();
+        let first = records.given;
+        let field = |(column, field): (&mut Vec<f64>, &usize)| {
+            layout.fields[*field].decode(&bytes[..count * stride], stride, layout.data_bytes, first, column);
+        };
+        if count * records.fields.len() > 20_000 {
+            block.columns.par_iter_mut().zip(&records.fields).for_each(field);
+        } else {
+            block.columns.iter_mut().zip(&records.fields).for_each(field);
+        }
+    }
+}
+
+impl DataGroup {
+    /// The share of its rows that is given, to let groups advance together.
+    fn share(&self, reading: &Reading) -> f64 {
+        let shares = reading.records.iter().map(|records| {
+            let rows = self.groups[self.index_of(records.group)].rows;
+            rows.map_or(records.given as f64 * 1e-12, |rows| records.given as f64 / rows.max(1) as f64)
+        });
+        shares.fold(f64::INFINITY, f64::min)
+    }
+
+    fn index_of(&self, group: usize) -> usize {
+        self.groups.iter().position(|layout| layout.group == Some(group)).unwrap_or(0)
+    }
+}
+
+impl Log for MdfLog {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, wanted)?;
+        self.reading.clear();
+        self.end_notes.clear();
+        for (data, of) in self.file.data.iter().enumerate() {
+            let wanted =
+                of.groups.iter().filter_map(|layout| layout.group).filter(|group| !channels[*group].is_empty());
+            let records: Vec<Records> = wanted
+                .map(|group| Records { group, fields: channels[group].clone(), given: 0, waiting: Vec::new() })
+                .collect();
+            if !records.is_empty() {
+                let stream = Stream::open(Source::open(&*self.bytes, MDF)?, of.data, self.file.unfinished_length);
+                self.reading.push(Reading { data, stream, records, raw: Vec::new(), ended: false, flushing: false });
+            }
+        }
+        Ok(())
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
+        loop {
+            let share = |reading: &Reading| self.file.data[reading.data].share(reading);
+            let next =
+                (0..self.reading.len()).min_by(|a, b| share(&self.reading[*a]).total_cmp(&share(&self.reading[*b])));
+            let Some(next) = next else { return Ok(false) };
+            let mut reading = self.reading.swap_remove(next);
+            let data = &self.file.data[reading.data];
+            let outcome = if data.is_sorted() {
+                self.next_sorted(&mut reading, block)
+            } else {
+                self.next_unsorted(&mut reading, block)
+            };
+            match outcome {
+                Ok(true) => {
+                    self.reading.push(reading);
+                    let last = self.reading.len() - 1;
+                    self.reading.swap(next, last);
+                    return Ok(true);
+                }
+                Ok(false) => {
+                    if reading.stream.cut {
+                        self.end_notes
+                            .push(format!("the recording stops in the middle of a record of {}", self.named(&reading)));
+                    }
+                }
+                // The other groups go on: nothing of them is lost.
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.iter().chain(&self.end_notes).cloned().collect()
+    }
+}
+
+impl MdfLog {
+    fn named(&self, reading: &Reading) -> String {
+        let names: Vec<String> =
+            reading.records.iter().map(|records| format!("`{}`", self.groups[records.group].name)).collect();
+        names.join(", ")
+    }
+
+    fn next_sorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
+        let data = &self.file.data[reading.data];
+        let records = &mut reading.records[0];
+        let layout = &data.groups[data.index_of(records.group)];
+        let record = data.id_bytes + layout.stride();
+        let left = layout.rows.map_or(usize::MAX, |rows| usize::try_from(rows - records.given).unwrap_or(usize::MAX));
+        let count = left.min(BLOCK_ROWS).min((STEP / record.max(1)).max(1));
+        if count == 0 || reading.ended {
+            return Ok(false);
+        }
+        let mut failed = None;
+        if record > 0 {
+            failed = reading.stream.fill(&mut reading.raw, count * record).err();
+        }
+        let there = if record > 0 { (reading.raw.len() / record).min(count) } else { count };
+        if there == 0 {
+            reading.ended = true;
+            let records = &reading.records[0];
+            return match (failed, layout.rows) {
+                (Some(error), _) => Err(error),
+                (None, Some(rows)) => {
+                    let what = format!(
+                        "group `{}` has {} of the {rows} rows announced",
+                        self.groups[records.group].name, records.given
+                    );
+                    Err(LogError::Truncated { format: MDF, what, end: reading.stream.size() })
+                }
+                (None, None) => {
+                    reading.stream.cut = !reading.raw.is_empty();
+                    Ok(false)
+                }
+            };
+        }
+        if data.id_bytes > 0 {
+            let stride = layout.stride();
+            for k in 0..there {
+                reading.raw.copy_within(k * record + data.id_bytes..(k + 1) * record, k * stride);
+            }
+        }
+        let mut rest = reading.raw.split_off(there * record);
+        self.decode(&reading.records[0], &reading.raw, there, block);
+        std::mem::swap(&mut reading.raw, &mut rest);
+        reading.records[0].given += there as u64;
+        if let Some(error) = failed {
+            // Told when the rows before it are given.
+            reading.stream.fail(error);
+        }
+        Ok(true)
+    }
+
+    fn next_unsorted(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
+        let data = &self.file.data[reading.data];
+        loop {
+            let stride = |records: &Records| self.file.of_group(records.group).1.stride();
+            let waiting = |records: &Records| records.waiting.len() / stride(records);
+            if let (true, Some(index)) =
+                (reading.flushing, reading.records.iter().position(|records| waiting(records) > 0))
+            {
+                let stride = stride(&reading.records[index]);
+                let mut bytes = std::mem::take(&mut reading.records[index].waiting);
+                let count = (bytes.len() / stride).min(BLOCK_ROWS);
+                self.decode(&reading.records[index], &bytes, count, block);
+                bytes.drain(..count * stride);
+                reading.records[index].waiting = bytes;
+                reading.records[index].given += count as u64;
+                return Ok(true);
+            }
+            reading.flushing = false;
+            if reading.ended {
+                return reading.stream.failed().map_or(Ok(false), Err);
+            }
+            let target = reading.raw.len() + (1 << 20);
+            if let Err(error) = reading.stream.fill(&mut reading.raw, target) {
+                reading.stream.fail(error);
+            }
+            let ended = reading.raw.len() < target;
+            let used = match data.split(&reading.raw, &mut reading.records) {
+                Ok(used) => used,
+                Err(what) => {
+                    let at = reading.stream.size();
+                    reading.stream.fail(LogError::damaged(
+                        MDF,
+                        format!("in the records of {}", self.named(reading)),
+                        format!("{what} (file of {at} bytes)"),
+                    ));
+                    (reading.ended, reading.flushing) = (true, true);
+                    continue;
+                }
+            };
+            reading.raw.drain(..used);
+            reading.flushing =
+                ended || reading.records.iter().map(|records| records.waiting.len()).sum::<usize>() >= STEP;
+            if ended {
+                reading.ended = true;
+                reading.stream.cut = !reading.raw.is_empty();
+                let short = reading.records.iter().find_map(|records| {
+                    let layout = self.file.of_group(records.group).1;
+                    let there = records.given + (records.waiting.len() / layout.stride()) as u64;
+                    layout.rows.filter(|rows| there < *rows).map(|rows| (records.group, there, rows))
+                });
+                if let (Some((group, there, rows)), false) = (short, reading.stream.has_failed()) {
+                    let what = format!("group `{}` has {there} of the {rows} rows announced", self.groups[group].name);
+                    reading.stream.fail(LogError::Truncated { format: MDF, what, end: reading.stream.size() });
+                }
+            } else if reading.raw.len() > 64 << 20 {
+                let what = "a record is longer than 64 MiB";
+                reading.stream.fail(LogError::damaged(MDF, format!("in the records of {}", self.named(reading)), what));
+                reading.ended = true;
+            }
+        }
+    }
+}
+
+impl DataGroup {
+    fn is_sorted(&self) -> bool {
+        self.groups.len() == 1
+    }
+
+    /// Hands complete records to their groups; gives how many bytes were used.
+    fn split(&self, raw: &[u8], out: &mut [Records]) -> Result<usize, String> {
+        let mut at = 0;
+        let destination: Vec<Option<usize>> = self
+            .groups
+            .iter()
+            .map(|layout| out.iter().position(|records| Some(records.group) == layout.group))
+            .collect();
+        while raw.len() - at > self.id_bytes {
+            let id = blocks::unsigned(&raw[at..at + self.id_bytes]);
+            let Some(index) = self.groups.iter().position(|layout| layout.id == id) else {
+                return Err(format!("a record has the unknown number {id}"));
+            };
+            let layout = &self.groups[index];
+            let start = at + self.id_bytes;
+            let length = if layout.variable {
+                let Some(length) = raw.get(start..start + 4) else { break };
+                4 + blocks::unsigned(length) as usize
+            } else {
+                layout.stride()
+            };
+            let Some(record) = raw.get(start..start + length) else { break };
+            if let Some(to) = destination[index] {
+                out[to].waiting.extend_from_slice(record);
+            }
+            at = start + length;
+        }
+        Ok(at)
+    }
+}
+
+impl File {
+    fn of_group(&self, group: usize) -> (&DataGroup, &blocks::Layout) {
+        let (data, index) = self.places[group];
+        (&self.data[data], &self.data[data].groups[index])
+    }
+}
+
+/// Where a channel group is: data group, channel group of it.
+type Place = (usize, usize);

@@ -1,0 +1,429 @@
+//! The blocks that say which channels there are and where their records are.
+
+use std::collections::HashSet;
+
+use super::super::source::Source;
+use super::super::{Channel, Group, LogError, find_time, make_unique};
+use super::field::{Conversion, Field, Kind};
+use super::{MDF, Place};
+
+/// The longest text, block and record that are read, bytes.
+const TEXT_LIMIT: u64 = 64 << 10;
+const BLOCK_LIMIT: u64 = 1 << 20;
+const RECORD_LIMIT: usize = 16 << 20;
+/// The most links of a block: a list of blocks of records in a file of hundreds of GB.
+const LINK_LIMIT: u64 = 1 << 20;
+/// Structures inside each other.
+const DEPTH_LIMIT: usize = 4;
+
+pub(super) struct File {
+    pub data: Vec<DataGroup>,
+    /// Where each group is.
+    pub places: Vec<Place>,
+    /// Whether the length of the last block of records is unknown.
+    pub unfinished_length: bool,
+}
+
+/// Records that stand in one stream.
+pub(super) struct DataGroup {
+    pub data: u64,
+    pub id_bytes: usize,
+    pub groups: Vec<Layout>,
+}
+
+/// The records of a channel group.
+pub(super) struct Layout {
+    pub id: u64,
+    /// The number of the [`Group`] if it has channels.
+    pub group: Option<usize>,
+    pub rows: Option<u64>,
+    /// Records with a length of their own (texts): passed over.
+    pub variable: bool,
+    pub data_bytes: usize,
+    pub invalid_bytes: usize,
+    pub fields: Vec<Field>,
+}
+
+impl Layout {
+    pub fn stride(&self) -> usize {
+        self.data_bytes + self.invalid_bytes
+    }
+}
+
+/// A little-endian number of at most eight bytes.
+pub(super) fn unsigned(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |sum, byte| sum << 8 | u64::from(*byte))
+}
+
+/// A block without its contents.
+pub(super) struct Header {
+    pub id: [u8; 4],
+    pub at: u64,
+    length: u64,
+    links: u64,
+}
+
+impl Header {
+    pub fn read(source: &mut Source, at: u64) -> Result<Self, LogError> {
+        let bytes = source.bytes(at, 24)?;
+        let id = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        let (length, links) = (unsigned(&bytes[8..16]), unsigned(&bytes[16..24]));
+        let header = Self { id, at, length, links };
+        if !id.starts_with(b"##") {
+            return Err(LogError::damaged(
+                MDF,
+                format!("at byte {at}"),
+                "a link leads there, but no block begins there",
+            ));
+        }
+        // A block of records that a crash left without its length has length 0.
+        let unfinished = length == 0 && links == 0 && &id == b"##DT";
+        if !unfinished && (links > LINK_LIMIT || length < 24 + 8 * links) {
+            let what = format!("block {} says that it has {length} bytes with {links} links", header.name());
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+        }
+        Ok(header)
+    }
+
+    fn name(&self) -> String {
+        String::from_utf8_lossy(&self.id[2..]).into_owned()
+    }
+
+    pub fn data_at(&self) -> u64 {
+        self.at + 24 + 8 * self.links
+    }
+
+    pub fn data_length(&self) -> u64 {
+        self.length.saturating_sub(24 + 8 * self.links)
+    }
+
+    pub fn links(&self, source: &mut Source) -> Result<Vec<u64>, LogError> {
+        let bytes = source.bytes(self.at + 24, 8 * self.links as usize)?;
+        Ok(bytes.chunks_exact(8).map(unsigned).collect())
+    }
+
+    pub fn unexpected(&self, expected: &str) -> LogError {
+        LogError::damaged(
+            MDF,
+            format!("at byte {}", self.at),
+            format!("{expected} is expected there, found {}", self.name()),
+        )
+    }
+}
+
+/// A block with its links and its data.
+struct Read {
+    links: Vec<u64>,
+    data: Vec<u8>,
+    at: u64,
+    what: &'static str,
+}
+
+impl Read {
+    fn link(&self, index: usize) -> u64 {
+        self.links.get(index).copied().unwrap_or(0)
+    }
+
+    /// A number of the data.
+    fn number(&self, at: usize, count: usize) -> Result<u64, LogError> {
+        match self.data.get(at..at + count) {
+            Some(bytes) => Ok(unsigned(bytes)),
+            None => Err(LogError::damaged(MDF, format!("at byte {}", self.at), format!("{} is too short", self.what))),
+        }
+    }
+
+    fn floats(&self, at: usize, count: usize) -> Option<Vec<f64>> {
+        let bytes = self.data.get(at..at.checked_add(8 * count)?)?;
+        Some(bytes.chunks_exact(8).map(|bytes| f64::from_bits(unsigned(bytes))).collect())
+    }
+}
+
+struct Walk<'a> {
+    source: &'a mut Source,
+    /// Blocks of chains that were passed, against circles.
+    seen: HashSet<u64>,
+    notes: Vec<String>,
+}
+
+pub(super) fn read(source: &mut Source) -> Result<(File, Vec<Group>, Vec<String>), LogError> {
+    let start = source.bytes(0, 64)?;
+    let unfinished = start.starts_with(b"UnFinMF ");
+    let version = unsigned(&start[28..30]);
+    let written = String::from_utf8_lossy(&start[8..16]).trim_matches(['\0', ' ']).to_owned();
+    if version < 400 || !start[8..16].starts_with(b"4.") {
+        return Err(LogError::unsupported(
+            format!("the file is MDF of version {written} ({version}); version 4 is read"),
+            "convert it to MDF 4 (asammdf: `MDF(FILE).convert(\"4.10\").save(...)`)",
+        ));
+    }
+    let flags = if unfinished { unsigned(&start[60..62]) } else { 0 };
+    let mut walk = Walk { source, seen: HashSet::new(), notes: Vec::new() };
+    if unfinished {
+        walk.notes.push("the recording was not finished (UnFinMF): all complete records are read".into());
+    }
+    let header = walk.block(64, b"##HD", "the header")?;
+    let (mut data, mut groups, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    let mut next = header.link(0);
+    while next != 0 {
+        // What was recorded before damage in the chain is still read.
+        match walk.data_group(next, unfinished && flags & 1 != 0, &mut groups, data.len(), &mut places) {
+            Ok((group, after)) => {
+                data.push(group);
+                next = after;
+            }
+            Err(error) if groups.is_empty() => return Err(error),
+            Err(error) => {
+                walk.notes.push(format!("groups are missing: {error}"));
+                break;
+            }
+        }
+    }
+    if groups.is_empty() {
+        let why = match walk.notes.first() {
+            Some(note) => format!("no group holds numbers that can be read ({note})"),
+            None => "no group holds numbers; was anything recorded?".into(),
+        };
+        return Err(LogError::NoChannels { format: MDF, why });
+    }
+    let notes = walk.notes;
+    Ok((File { data, places, unfinished_length: unfinished }, groups, notes))
+}
+
+impl Walk<'_> {
+    fn block(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
+        let header = Header::read(self.source, at)?;
+        if header.id != *id {
+            return Err(header.unexpected(what));
+        }
+        let links = header.links(self.source)?;
+        let data = self.source.bytes(header.data_at(), header.data_length().min(BLOCK_LIMIT) as usize)?;
+        Ok(Read { links, data, at, what })
+    }
+
+    /// A block of a chain, which is passed only once.
+    fn chained(&mut self, at: u64, id: &[u8; 4], what: &'static str) -> Result<Read, LogError> {
+        if !self.seen.insert(at) {
+            return Err(LogError::damaged(
+                MDF,
+                format!("at byte {at}"),
+                format!("the links lead in a circle to {what}"),
+            ));
+        }
+        self.block(at, id, what)
+    }
+
+    /// A text; what cannot be read is none.
+    fn text(&mut self, at: u64) -> String {
+        if at == 0 {
+            return String::new();
+        }
+        let Ok(header) = Header::read(self.source, at) else { return String::new() };
+        if !matches!(&header.id, b"##TX" | b"##MD") {
+            return String::new();
+        }
+        let length = header.data_length().min(TEXT_LIMIT) as usize;
+        let Ok(bytes) = self.source.bytes(header.data_at(), length) else { return String::new() };
+        let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+        let text = String::from_utf8_lossy(&bytes[..end]).into_owned();
+        let inside = || text.split_once("<TX>")?.1.split_once("</TX>");
+        let text = if &header.id == b"##MD" { inside().map_or("", |(text, _)| text) } else { &text };
+        text.trim().to_owned()
+    }
+
+    fn data_group(
+        &mut self,
+        at: u64,
+        uncounted: bool,
+        groups: &mut Vec<Group>,
+        index: usize,
+        places: &mut Vec<Place>,
+    ) -> Result<(DataGroup, u64), LogError> {
+        let block = self.chained(at, b"##DG", "a data group")?;
+        let id_bytes = block.number(0, 1)? as usize;
+        if !matches!(id_bytes, 0 | 1 | 2 | 4 | 8) {
+            let what = format!("a data group says that record numbers have {id_bytes} bytes");
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+        }
+        let mut group = DataGroup { data: block.link(2), id_bytes, groups: Vec::new() };
+        let mut next = block.link(1);
+        while next != 0 {
+            let (layout, found, after) = self.channel_group(next, uncounted, groups.len() + 1)?;
+            group.groups.push(layout);
+            if let Some(found) = found {
+                let last = group.groups.len() - 1;
+                group.groups[last].group = Some(groups.len());
+                places.push((index, last));
+                groups.push(found);
+            }
+            next = after;
+        }
+        if group.groups.len() > 1 && id_bytes == 0 {
+            let what = "a data group has several groups of channels, but its records have no numbers";
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+        }
+        Ok((group, block.link(0)))
+    }
+
+    fn channel_group(
+        &mut self,
+        at: u64,
+        uncounted: bool,
+        number: usize,
+    ) -> Result<(Layout, Option<Group>, u64), LogError> {
+        let block = self.chained(at, b"##CG", "a group of channels")?;
+        let (id, rows, flags) = (block.number(0, 8)?, block.number(8, 8)?, block.number(16, 2)?);
+        let (data_bytes, invalid_bytes) = (block.number(24, 4)? as usize, block.number(28, 4)? as usize);
+        let variable = flags & 1 != 0;
+        let (data_bytes, invalid_bytes) = if variable { (0, 0) } else { (data_bytes, invalid_bytes) };
+        if data_bytes.saturating_add(invalid_bytes) > RECORD_LIMIT {
+            let what = format!("records are said to have {data_bytes} bytes");
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+        }
+        let rows = if uncounted { None } else { Some(rows) };
+        let mut layout = Layout { id, group: None, rows, variable, data_bytes, invalid_bytes, fields: Vec::new() };
+        let mut name = self.text(block.link(2));
+        if name.is_empty() && block.link(3) != 0 {
+            name = self
+                .block(block.link(3), b"##SI", "a source")
+                .map_or_else(|_| String::new(), |source| self.text(source.link(0)));
+        }
+        if name.is_empty() {
+            name = format!("group {number}");
+        }
+        let mut group = Group { name, channels: Vec::new(), time: None, rows };
+        if flags & 8 != 0 {
+            self.notes.push(format!("`{}` has its time in another group (MDF 4.2) and is left out", group.name));
+        } else if !variable && layout.stride() > 0 {
+            let mut master = None;
+            self.channels(block.link(1), "", &mut layout, &mut group, &mut master, DEPTH_LIMIT)?;
+            make_unique(&mut group.channels);
+            group.time = master.or_else(|| find_time(&group.channels));
+        }
+        let found = (!group.channels.is_empty()).then_some(group);
+        Ok((layout, found, block.link(0)))
+    }
+
+    fn channels(
+        &mut self,
+        mut next: u64,
+        prefix: &str,
+        layout: &mut Layout,
+        group: &mut Group,
+        master: &mut Option<usize>,
+        depth: usize,
+    ) -> Result<(), LogError> {
+        while next != 0 {
+            let block = self.chained(next, b"##CN", "a channel")?;
+            next = block.link(0);
+            let name = format!("{prefix}{}", self.text(block.link(2)));
+            let composition = block.link(1);
+            if composition != 0
+                && let Ok(header) = Header::read(self.source, composition)
+            {
+                if &header.id == b"##CN" && depth > 0 {
+                    self.channels(composition, &format!("{name}."), layout, group, master, depth - 1)?;
+                    continue;
+                }
+                self.notes.push(format!("`{name}` is an array and is left out"));
+                continue;
+            }
+            match self.channel(&block, layout)? {
+                Ok((field, unit)) => {
+                    let (kind, sync) = (block.number(0, 1)?, block.number(1, 1)?);
+                    let is_time = matches!(kind, 2 | 3) && sync <= 1;
+                    if is_time && master.is_none() {
+                        *master = Some(layout.fields.len());
+                    }
+                    let mut unit = if unit.is_empty() { self.text(block.link(6)) } else { unit };
+                    if unit.is_empty() && is_time {
+                        unit = "s".into();
+                    }
+                    layout.fields.push(field);
+                    group.channels.push(Channel { name, unit });
+                }
+                Err(why) => self.notes.push(format!("`{name}` {why} and is left out")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The field and the unit of a channel, or why it is no channel of numbers.
+    fn channel(&mut self, block: &Read, layout: &Layout) -> Result<Result<(Field, String), String>, LogError> {
+        let (kind, data_type) = (block.number(0, 1)?, block.number(2, 1)?);
+        let (bit, byte, bits) = (block.number(3, 1)? as u32, block.number(4, 4)? as usize, block.number(8, 4)?);
+        let (flags, invalid_bit) = (block.number(12, 4)?, block.number(16, 4)? as usize);
+        let (stored, big_endian) = match (kind, data_type) {
+            (1 | 4 | 5, _) => return Ok(Err("has values of changing length".into())),
+            (3 | 6, _) => (Kind::Index, false),
+            (_, 0 | 1) => (Kind::Unsigned, data_type == 1),
+            (_, 2 | 3) => (Kind::Signed, data_type == 3),
+            (_, 4 | 5) => (Kind::Float, data_type == 5),
+            _ => return Ok(Err("holds no numbers (text, bytes or dates)".into())),
+        };
+        let at = || format!("at byte {}", block.at);
+        let sound = match stored {
+            Kind::Index => true,
+            Kind::Float => matches!(bits, 16 | 32 | 64) && bit == 0,
+            _ => (1..=64).contains(&bits) && bit < 8,
+        };
+        if !sound {
+            return Err(LogError::damaged(MDF, at(), format!("a channel has {bits} bits from bit {bit} on")));
+        }
+        let invalid = (layout.invalid_bytes > 0 && flags & 2 != 0).then_some(invalid_bit);
+        if flags & 1 != 0 {
+            return Ok(Err("has only invalid values".into()));
+        }
+        let (conversion, unit) = match block.link(4) {
+            0 => (Conversion::None, String::new()),
+            at => match self.conversion(at)? {
+                Ok(found) => found,
+                Err(why) => return Ok(Err(why)),
+            },
+        };
+        let field = Field { kind: stored, big_endian, byte, bit, bits: bits as u32, invalid, conversion };
+        if byte.checked_add(field.bytes()).is_none_or(|end| stored != Kind::Index && end > layout.data_bytes) {
+            let what = format!("a channel lies beyond the {} bytes of its record", layout.data_bytes);
+            return Err(LogError::damaged(MDF, at(), what));
+        }
+        let unit = match self.text(block.link(6)) {
+            own if own.is_empty() => unit,
+            own => own,
+        };
+        Ok(Ok((field, unit)))
+    }
+
+    fn conversion(&mut self, at: u64) -> Result<Result<(Conversion, String), String>, LogError> {
+        let block = self.block(at, b"##CC", "a conversion")?;
+        let unit = self.text(block.link(1));
+        let (kind, count) = (block.number(0, 1)?, block.number(6, 2)? as usize);
+        let Some(values) = block.floats(24, count) else {
+            let what = format!("a conversion announces {count} numbers, but has fewer");
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+        };
+        let conversion = match (kind, &values[..]) {
+            (0, _) => Conversion::None,
+            (1, [offset, factor, ..]) => Conversion::Linear { offset: *offset, factor: *factor },
+            (2, &[a, b, c, d, e, f, ..]) => Conversion::Rational([a, b, c, d, e, f]),
+            (3, _) => return Ok(Err("is converted by a formula".into())),
+            (4 | 5, _) => {
+                let pairs: Vec<(f64, f64)> = values.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+                if !pairs.is_sorted_by(|a, b| a.0 < b.0) {
+                    return Err(LogError::damaged(MDF, format!("at byte {at}"), "the keys of a table do not increase"));
+                }
+                Conversion::Table { pairs, between: kind == 4 }
+            }
+            (6, _) => {
+                let rows = values.chunks_exact(3).map(|row| (row[0], row[1], row[2])).collect();
+                let default = if values.len() % 3 == 1 { values[values.len() - 1] } else { f64::NAN };
+                Conversion::Ranges { rows, default, float: false }
+            }
+            // Numbers that stand for words are given as numbers.
+            (7..=11, _) => Conversion::None,
+            _ => {
+                let what = format!("a conversion of kind {kind} has {count} numbers");
+                return Err(LogError::damaged(MDF, format!("at byte {at}"), what));
+            }
+        };
+        Ok(Ok((conversion, unit)))
+    }
+}

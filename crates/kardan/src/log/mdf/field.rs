@@ -1,0 +1,204 @@
+//! Values of one channel from records.
+
+/// How a number is stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Unsigned,
+    Signed,
+    Float,
+    /// No bytes: the number of the record.
+    Index,
+}
+
+/// What makes a physical value of a stored one.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Conversion {
+    None,
+    Linear {
+        offset: f64,
+        factor: f64,
+    },
+    /// (a x² + b x + c) / (d x² + e x + f)
+    Rational([f64; 6]),
+    /// Pairs of keys and values, keys increasing.
+    Table {
+        pairs: Vec<(f64, f64)>,
+        between: bool,
+    },
+    /// Lower and upper bound and value, and the value elsewhere.
+    Ranges {
+        rows: Vec<(f64, f64, f64)>,
+        default: f64,
+        float: bool,
+    },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Field {
+    pub kind: Kind,
+    pub big_endian: bool,
+    pub byte: usize,
+    pub bit: u32,
+    pub bits: u32,
+    /// Which bit behind the data says that a value is invalid.
+    pub invalid: Option<usize>,
+    pub conversion: Conversion,
+}
+
+impl Field {
+    /// Bytes of the record that are read.
+    pub fn bytes(&self) -> usize {
+        if self.kind == Kind::Index { 0 } else { (self.bit + self.bits).div_ceil(8) as usize }
+    }
+
+    /// Appends the values of all records, which have `stride` bytes; `first` is the number of the first one.
+    pub fn decode(&self, records: &[u8], stride: usize, data_bytes: usize, first: u64, out: &mut Vec<f64>) {
+        let start = out.len();
+        let aligned = self.bit == 0 && self.bits == 8 * self.bytes() as u32;
+        macro_rules! each {
+            ($type:ty, $size:literal) => {{
+                let bytes = records.chunks_exact(stride).map(|record| {
+                    let mut bytes = [0; $size];
+                    bytes.copy_from_slice(&record[self.byte..self.byte + $size]);
+                    bytes
+                });
+                if self.big_endian {
+                    out.extend(bytes.map(|bytes| <$type>::from_be_bytes(bytes) as f64));
+                } else {
+                    out.extend(bytes.map(|bytes| <$type>::from_le_bytes(bytes) as f64));
+                }
+            }};
+        }
+        match (self.kind, aligned, self.bits) {
+            (Kind::Index, ..) => {
+                let count = records.len() / stride;
+                out.extend((first..first + count as u64).map(|index| index as f64));
+            }
+            (Kind::Float, true, 64) => each!(f64, 8),
+            (Kind::Float, true, 32) => each!(f32, 4),
+            (Kind::Float, ..) => {
+                out.extend(records.chunks_exact(stride).map(|record| half(self.word(record) as u16)));
+            }
+            (Kind::Unsigned, true, 8) => each!(u8, 1),
+            (Kind::Unsigned, true, 16) => each!(u16, 2),
+            (Kind::Unsigned, true, 32) => each!(u32, 4),
+            (Kind::Unsigned, true, 64) => each!(u64, 8),
+            (Kind::Signed, true, 8) => each!(i8, 1),
+            (Kind::Signed, true, 16) => each!(i16, 2),
+            (Kind::Signed, true, 32) => each!(i32, 4),
+            (Kind::Signed, true, 64) => each!(i64, 8),
+            (Kind::Unsigned, ..) => out.extend(records.chunks_exact(stride).map(|record| self.word(record) as f64)),
+            (Kind::Signed, ..) => {
+                let shift = 64 - self.bits;
+                out.extend(
+                    records.chunks_exact(stride).map(|record| ((self.word(record) << shift) as i64 >> shift) as f64),
+                );
+            }
+        }
+        self.conversion.apply(&mut out[start..]);
+        if let Some(bit) = self.invalid {
+            for (value, record) in out[start..].iter_mut().zip(records.chunks_exact(stride)) {
+                if record.get(data_bytes + bit / 8).is_some_and(|byte| byte >> (bit % 8) & 1 == 1) {
+                    *value = f64::NAN;
+                }
+            }
+        }
+    }
+
+    /// The bits of the value.
+    fn word(&self, record: &[u8]) -> u64 {
+        let bytes = &record[self.byte..self.byte + self.bytes()];
+        let step = |sum: u128, byte: &u8| sum << 8 | u128::from(*byte);
+        let word = if self.big_endian { bytes.iter().fold(0, step) } else { bytes.iter().rev().fold(0, step) };
+        let word = (word >> self.bit) as u64;
+        if self.bits < 64 { word & ((1 << self.bits) - 1) } else { word }
+    }
+}
+
+/// A number of 16 bits after IEEE 754.
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    sign * match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1024.0 + fraction) * 2f64.powi(exponent - 25),
+    }
+}
+
+impl Conversion {
+    pub fn apply(&self, values: &mut [f64]) {
+        match self {
+            Self::None => {}
+            Self::Linear { offset, factor } => values.iter_mut().for_each(|x| *x = *x * factor + offset),
+            Self::Rational([a, b, c, d, e, f]) => {
+                values.iter_mut().for_each(|x| *x = ((a * *x + b) * *x + c) / ((d * *x + e) * *x + f));
+            }
+            Self::Table { pairs, between } => values.iter_mut().for_each(|x| *x = look_up(pairs, *x, *between)),
+            Self::Ranges { rows, default, float } => values.iter_mut().for_each(|x| {
+                let inside =
+                    |(low, high, _): &&(f64, f64, f64)| *low <= *x && if *float { *x < *high } else { *x <= *high };
+                *x = rows.iter().find(inside).map_or(*default, |row| row.2);
+            }),
+        }
+    }
+}
+
+fn look_up(pairs: &[(f64, f64)], x: f64, between: bool) -> f64 {
+    let (Some(first), Some(last)) = (pairs.first(), pairs.last()) else { return x };
+    if x.is_nan() {
+        return x;
+    }
+    let above = pairs.partition_point(|(key, _)| *key <= x);
+    if above == 0 {
+        return first.1;
+    }
+    if above == pairs.len() {
+        return last.1;
+    }
+    let ((x0, y0), (x1, y1)) = (pairs[above - 1], pairs[above]);
+    if between {
+        y0 + (y1 - y0) * ((x - x0) / (x1 - x0))
+    } else if x - x0 > x1 - x {
+        y1
+    } else {
+        y0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_precision_has_the_values_of_the_standard() {
+        for (bits, value) in
+            [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (1, 2f64.powi(-24)), (0x7c00, f64::INFINITY)]
+        {
+            assert_eq!(half(bits), value);
+        }
+    }
+
+    #[test]
+    fn bits_are_found_in_both_orders() {
+        let field = |big_endian, bit, bits, kind| Field {
+            kind,
+            big_endian,
+            byte: 1,
+            bit,
+            bits,
+            invalid: None,
+            conversion: Conversion::None,
+        };
+        let value = |field: Field| {
+            let mut out = Vec::new();
+            field.decode(&[0xff, 0x34, 0x92, 0xff], 4, 4, 0, &mut out);
+            out[0]
+        };
+        assert_eq!(value(field(false, 4, 12, Kind::Unsigned)), f64::from(0x923));
+        assert_eq!(value(field(false, 4, 12, Kind::Signed)), f64::from(0x923 - 0x1000));
+        assert_eq!(value(field(true, 4, 12, Kind::Unsigned)), f64::from(0x349));
+        assert_eq!(value(field(true, 0, 16, Kind::Unsigned)), f64::from(0x3492));
+    }
+}

@@ -1,0 +1,202 @@
+//! The records of a data group as one stream of bytes, whatever blocks they are in.
+
+use std::collections::HashSet;
+
+use super::super::LogError;
+use super::super::source::Source;
+use super::MDF;
+use super::blocks::{Header, unsigned};
+
+/// The most bytes that a compressed block may hold (the standard says 4 MiB).
+const INFLATED_LIMIT: u64 = 64 << 20;
+const READ: u64 = 1 << 20;
+
+pub(super) struct Stream {
+    source: Source,
+    /// Lengths of the last data block are not to be trusted: the recording was not finished.
+    unfinished: bool,
+    /// Lists that are open: their next blocks.
+    fragments: std::vec::IntoIter<u64>,
+    next_list: u64,
+    /// Blocks that were opened, against circles.
+    blocks: HashSet<u64>,
+    /// What is left of an uncompressed block.
+    at: u64,
+    left: u64,
+    /// What is left of a compressed block.
+    inflated: Vec<u8>,
+    used: usize,
+    /// What follows an uncompressed block that is cut.
+    after: Option<LogError>,
+    failed: Option<LogError>,
+    has_failed: bool,
+    /// The last record was not complete.
+    pub cut: bool,
+}
+
+impl Stream {
+    pub fn open(source: Source, data: u64, unfinished: bool) -> Self {
+        Self {
+            source,
+            unfinished,
+            fragments: if data == 0 { Vec::new() } else { vec![data] }.into_iter(),
+            next_list: 0,
+            blocks: HashSet::new(),
+            at: 0,
+            left: 0,
+            inflated: Vec::new(),
+            used: 0,
+            after: None,
+            failed: None,
+            has_failed: false,
+            cut: false,
+        }
+    }
+
+    pub fn size(&self) -> u64 {
+        self.source.size
+    }
+
+    /// Ends the stream with an error, which is given when all before it is read.
+    pub fn fail(&mut self, error: LogError) {
+        self.has_failed = true;
+        self.failed = Some(error);
+        self.fragments = Vec::new().into_iter();
+        (self.next_list, self.left, self.used) = (0, 0, self.inflated.len());
+    }
+
+    pub fn failed(&mut self) -> Option<LogError> {
+        self.failed.take()
+    }
+
+    pub fn has_failed(&self) -> bool {
+        self.has_failed
+    }
+
+    /// Appends bytes up to a length, fewer at the end only. What was read before an error is in `out`.
+    pub fn fill(&mut self, out: &mut Vec<u8>, length: usize) -> Result<(), LogError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        while out.len() < length {
+            let missing = length - out.len();
+            if self.used < self.inflated.len() {
+                let count = missing.min(self.inflated.len() - self.used);
+                out.extend_from_slice(&self.inflated[self.used..self.used + count]);
+                self.used += count;
+            } else if self.left > 0 {
+                let count = (missing as u64).min(self.left).min(READ);
+                self.source.append(self.at, count as usize, out)?;
+                (self.at, self.left) = (self.at + count, self.left - count);
+            } else if let Some(error) = self.after.take() {
+                return Err(error);
+            } else if !self.next_block()? {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn next_block(&mut self) -> Result<bool, LogError> {
+        let Some(at) = self.fragments.next() else {
+            let list = std::mem::take(&mut self.next_list);
+            if list == 0 {
+                return Ok(false);
+            }
+            self.fragments = vec![list].into_iter();
+            return Ok(true);
+        };
+        if at == 0 {
+            return Ok(true);
+        }
+        if !self.blocks.insert(at) {
+            return Err(LogError::damaged(MDF, format!("at byte {at}"), "a block of records is listed twice"));
+        }
+        let header = Header::read(&mut self.source, at)?;
+        match &header.id {
+            b"##DT" => {
+                self.at = header.data_at();
+                self.left = header.data_length();
+                let there = self.source.size.saturating_sub(self.at);
+                if self.unfinished && (self.left == 0 || self.left > there) {
+                    self.left = there;
+                }
+                // What is there of a block that is cut is read; the error follows it.
+                if self.left > there {
+                    let what = format!("the block of records at byte {at} has {} bytes", self.left);
+                    self.after = Some(LogError::Truncated { format: MDF, what, end: self.source.size });
+                    self.left = there;
+                }
+            }
+            b"##DZ" => self.inflate(&header)?,
+            b"##HL" => {
+                let links = header.links(&mut self.source)?;
+                self.next_list = links.first().copied().unwrap_or(0);
+            }
+            b"##DL" => self.list(&header)?,
+            b"##DV" | b"##LD" => {
+                return Err(LogError::unsupported(
+                    "the MDF file stores its records column by column (MDF 4.2)",
+                    "save it as MDF 4.10 or 4.11 (asammdf: `mdf.convert(\"4.10\")`)",
+                ));
+            }
+            _ => return Err(header.unexpected("a block of records")),
+        }
+        Ok(true)
+    }
+
+    fn list(&mut self, header: &Header) -> Result<(), LogError> {
+        let links = header.links(&mut self.source)?;
+        let rest: Vec<u64> = self.fragments.by_ref().collect();
+        if !rest.is_empty() {
+            return Err(header.unexpected("a block of records inside a list"));
+        }
+        let Some((next, blocks)) = links.split_first() else { return Ok(()) };
+        self.next_list = *next;
+        self.fragments = blocks.to_vec().into_iter();
+        Ok(())
+    }
+
+    fn inflate(&mut self, header: &Header) -> Result<(), LogError> {
+        let fields = self.source.bytes(header.data_at(), 24)?;
+        let kind = fields[2];
+        let width = unsigned(&fields[4..8]) as usize;
+        let (length, packed) = (unsigned(&fields[8..16]), unsigned(&fields[16..24]));
+        let place = || format!("in the compressed block at byte {}", header.at);
+        if length > INFLATED_LIMIT || packed > INFLATED_LIMIT {
+            let what =
+                format!("it says that {packed} bytes hold {length}, more than the {INFLATED_LIMIT} that are read");
+            return Err(LogError::damaged(MDF, place(), what));
+        }
+        if kind > 1 {
+            return Err(LogError::unsupported(
+                format!("the MDF file is compressed by method {kind}"),
+                "save it with compression `deflate` or without",
+            ));
+        }
+        let packed = self.source.bytes(header.data_at() + 24, packed as usize)?;
+        let bytes = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(&packed, length as usize)
+            .map_err(|_| LogError::damaged(MDF, place(), "its bytes cannot be inflated"))?;
+        if bytes.len() as u64 != length {
+            let what = format!("it holds {} bytes instead of {length}", bytes.len());
+            return Err(LogError::damaged(MDF, place(), what));
+        }
+        self.inflated = if kind == 1 && width > 1 { transposed(&bytes, width) } else { bytes };
+        self.used = 0;
+        Ok(())
+    }
+}
+
+/// Records of some width from their bytes column by column; what is no whole record stays at the end.
+fn transposed(bytes: &[u8], width: usize) -> Vec<u8> {
+    let rows = bytes.len() / width;
+    let mut out = bytes.to_vec();
+    if rows > 0 {
+        for (column, bytes) in bytes[..rows * width].chunks_exact(rows).enumerate() {
+            for (row, byte) in bytes.iter().enumerate() {
+                out[row * width + column] = *byte;
+            }
+        }
+    }
+    out
+}
