@@ -160,12 +160,14 @@ pub struct DesignArgs {
 /// Find parameters of a model in measured logs: values with confidence intervals, what the data cannot tell, tests of what is
 /// left over, validation on segments that the fit has not seen.
 #[derive(Debug, Args)]
-#[command(after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns that are called like signals of the \
+#[command(
+    after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns that are called like signals of the \
                         model (wg.phi, cs.w, wg_motor.tau) are found; others are named in [log.NAME] of the model file \
                         (kardan elements log).\n\nExamples:\n  kardan identify my.toml bench.mf4\n  \
                         kardan identify my.toml day1.csv day2.csv --parameters wg.damping,wg.friction --report fit.html\n  \
                         kardan identify my.toml bench.mat --method dynamic --window \"50 ms\" --loss huber\n  \
-                        kardan identify my.toml bench.parquet --compare --write identified.toml && kardan analyze identified.toml")]
+                        kardan identify my.toml bench.parquet --compare --write identified.toml && kardan analyze identified.toml"
+)]
 pub struct IdentifyArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
     pub model: PathBuf,

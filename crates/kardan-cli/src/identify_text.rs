@@ -53,7 +53,8 @@ pub fn text(found: &Identification, origin: &str) -> String {
     }
     if !found.validation.is_empty() {
         heading(&mut out, "Validation on segments that the fit has not seen [N m rms]");
-        let rows: Vec<Vec<String>> = found.validation.iter().map(|one| said::validation(one, number).to_vec()).collect();
+        let rows: Vec<Vec<String>> =
+            found.validation.iter().map(|one| said::validation(one, number).to_vec()).collect();
         table(&mut out, &["row", "#torque", "#residual, seen", "#unseen", "#fit, unseen"], &rows, ROWS);
     }
     if !found.candidates.is_empty() {
@@ -68,8 +69,14 @@ pub fn text(found: &Identification, origin: &str) -> String {
         crate::layout::more(&mut out, log.remarks.len(), REMARKS);
     }
     crate::layout::more(&mut out, found.logs.len(), ROWS);
-    if let Some(log) = found.logs.first() {
-        let rows: Vec<Vec<String>> = said::channels(log, number).into_iter().map(|row| row.to_vec()).collect();
+    // Channels of the same kind are told once.
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for row in found.logs.iter().flat_map(|log| said::channels(log, number)) {
+        if rows.iter().all(|other| other[2] != row[2]) {
+            rows.push(row.to_vec());
+        }
+    }
+    if !rows.is_empty() {
         table(&mut out, &["channel", "unit", "signal", "#sample time", "#noise"], &rows, ROWS);
     }
     if !found.notes.is_empty() {
@@ -85,16 +92,17 @@ fn parameters(out: &mut String, found: &Identification) {
         .parameters
         .iter()
         .map(|one| {
-            let [name, unit, before, value, error, interval, elsewhere, remark] = said::parameter(one, number);
+            let [name, unit, before, value, error, interval, elsewhere, _] = said::parameter(one, number);
             let mut row = vec![name, unit, before, value, error, interval];
             row.extend(published.then_some(elsewhere));
-            row.push(remark);
             row
         })
         .collect();
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let mut headers = vec!["parameter", "unit", "#file", "#found", "#std. error", interval.as_str()];
     headers.extend(published.then_some("#published"));
-    headers.push("");
     table(out, &headers, &rows, ROWS);
+    for one in found.parameters.iter().filter(|one| !one.remark.is_empty()) {
+        sentence(out, &format!("{}: {}", one.name, one.remark));
+    }
 }

@@ -78,12 +78,15 @@ fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
 fn log(path: &Path) -> Result<LogFile, Diagnostic> {
     let name = path.display().to_string();
     let wrong = |error: &std::io::Error| {
-        let mut found = Diagnostic::error("file::unreadable", format!("cannot read the log `{name}`: {}", reason(error)));
+        let mut found =
+            Diagnostic::error("file::unreadable", format!("cannot read the log `{name}`: {}", reason(error)));
         if error.kind() == std::io::ErrorKind::NotFound {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let own = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let names: Vec<String> = std::fs::read_dir(folder)
-                .map(|entries| entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+                .map(|entries| {
+                    entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+                })
                 .unwrap_or_default();
             if let Some(near) = nearest(&own, names.iter().map(String::as_str)) {
                 found = found.help(format!("did you mean `{}`?", folder.join(near).display()));
@@ -133,9 +136,7 @@ fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<Str
         );
         Failure { source: None, diagnostics }
     })?;
-    left.extend(
-        found.parameters.iter().filter(|one| !told(one)).map(|one| format!("{}: {}", one.name, one.remark)),
-    );
+    left.extend(found.parameters.iter().filter(|one| !told(one)).map(|one| format!("{}: {}", one.name, one.remark)));
     save(path, text.as_bytes())?;
     Ok(left)
 }

@@ -114,8 +114,7 @@ fn factor(covariance: &[f64], rows: usize) -> Vec<f64> {
         for j in 0..=i {
             let sum = covariance[i * rows + j] - (0..j).map(|k| out[i * rows + k] * out[j * rows + k]).sum::<f64>();
             // A row without noise of its own counts as if it had a millionth of the largest.
-            out[i * rows + j] =
-                if i == j { sum.max(1e-12 * largest).sqrt() } else { sum / out[j * rows + j] };
+            out[i * rows + j] = if i == j { sum.max(1e-12 * largest).sqrt() } else { sum / out[j * rows + j] };
         }
     }
     out
@@ -219,8 +218,7 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
         .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (known(k).unwrap_or(1.0), shape)))
         .collect();
     let mut weights = vec![1.0; data.len()];
-    let searched: Vec<usize> =
-        (0..samples.extras).filter(|&k| shapes[k].is_some() && known(k).is_none()).collect();
+    let searched: Vec<usize> = (0..samples.extras).filter(|&k| shapes[k].is_some() && known(k).is_none()).collect();
     let mut at_end = Vec::new();
     for round in 0..if searched.len() > 1 { 3 } else { 1 } {
         at_end.clear();
@@ -400,7 +398,8 @@ fn covered(
     }
     let linear = problem.solve().unwrap_or_else(|| estimate.clone());
     let rank = linear.rank;
-    let effective: f64 = weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
+    let effective: f64 =
+        weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
     let freedom = (effective as usize).saturating_sub(rank);
     // Squares of the residuals as the loss counts them, by the mean slope of their influence.
     let (mut square, mut slope, mut own) = (0.0, 0.0, 0.0);
@@ -422,8 +421,7 @@ fn covered(
         _ => 0.0,
     };
     let size = all.min(linear.cofactor.rows());
-    let mut covariance =
-        Matrix::from_fn(size, size, |i, j| linear.cofactor[(i, j)] * influence * influence);
+    let mut covariance = Matrix::from_fn(size, size, |i, j| linear.cofactor[(i, j)] * influence * influence);
     let tests = options.serial.then(|| serial_test(&series(data, &values, &shapes, &weights)));
     let mut lags = 0;
     if let Some(test) = tests.flatten()
@@ -515,8 +513,7 @@ impl Fit {
         let (p, w) = (self.columns, self.columns - samples.extras);
         let x = &samples.x(sample)[row * p..(row + 1) * p];
         let speeds = samples.speeds(sample);
-        let factor =
-            |k: usize| self.shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
+        let factor = |k: usize| self.shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
         dot(&x[..w], &self.values[..w]) + (w..p).map(|k| x[k] * factor(k - w) * self.values[k]).sum::<f64>()
     }
 }
@@ -544,12 +541,7 @@ fn newey_west(scores: &[f64], p: usize, lags: usize, correct: f64) -> Matrix<f64
 }
 
 /// Residuals of standard size, a series for each row of a sample; those without weight are left out.
-fn series(
-    data: &Whitened,
-    values: &[f64],
-    shapes: &[Option<(f64, Shape)>],
-    weights: &[f64],
-) -> Vec<Vec<f64>> {
+fn series(data: &Whitened, values: &[f64], shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> Vec<Vec<f64>> {
     let mut out = vec![Vec::with_capacity(data.len()); data.rows];
     let mut left = vec![0.0; data.rows];
     for sample in (0..data.len()).filter(|&sample| weights[sample] > 0.0) {
@@ -664,12 +656,7 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
 
 /// Predictions of each row of each sample chosen by a fit that has not seen its fold; folds by `fold` of each, from 0 on. `None`
 /// where a fold leaves nothing to fit.
-pub fn cross_validate(
-    samples: &Samples,
-    chosen: &[usize],
-    folds: &[usize],
-    options: &FitOptions,
-) -> Option<Vec<f64>> {
+pub fn cross_validate(samples: &Samples, chosen: &[usize], folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
     let count = folds.iter().max().map_or(0, |most| most + 1);
     let mut out = vec![f64::NAN; chosen.len() * samples.rows];
     for fold in 0..count {

@@ -4,8 +4,9 @@ use crate::num::Matrix;
 
 /// Rows that are collected before they are triangularised.
 const ROWS: usize = 256;
-/// Singular value over the largest one, columns scaled to one, below which a direction is not determined but by rounding.
-const ROUNDING: f64 = 1e-10;
+/// Singular value over the largest one, columns scaled to one, below which a direction is not determined but by rounding and by
+/// what filters leave of a motion.
+const ROUNDING: f64 = 1e-7;
 
 /// A least-squares problem `min ‖W(Xθ − y)‖` in memory that does not grow with its rows: what is kept is the triangular factor of
 /// `[WX Wy]`, brought up to date by QR decompositions (`faer`; Golub, Van Loan 2013, 5.2 and 6.5), never the normal equations.

@@ -9,9 +9,9 @@ mod samples;
 mod window;
 
 pub use determined::{Excitation, undetermined};
+pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Extra, Motion, Regressor, Variances};
-pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
 pub use samples::{Room, Samples, Steadiness, Where, steady_segments};
 pub use window::{Reading, Windows};
 

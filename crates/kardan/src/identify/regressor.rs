@@ -161,7 +161,10 @@ impl Regressor {
         for extra in extras {
             let (Extra::Stribeck { friction } | Extra::Load { friction, .. }) = extra;
             assert!(*friction < self.terms[Kind::Friction as usize].len(), "a friction of the model");
-            assert!(!matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()), "an input of the model");
+            assert!(
+                !matches!(extra, Extra::Load { input, .. } if *input >= self.inputs.len()),
+                "an input of the model"
+            );
         }
         self.width += extras.len() - self.extras.len();
         self.extras = extras.to_vec();

@@ -190,9 +190,8 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     for sample in 0..samples.len() {
         largest.iter_mut().zip(samples.motion(sample, 1)).for_each(|(max, w)| *max = max.max(w.abs()));
     }
-    let within = |k: usize, change: f64, length: f64| {
-        change.abs() <= (of.tolerance * largest[k]).max(3.0 * noise[k] * length)
-    };
+    let within =
+        |k: usize, change: f64, length: f64| change.abs() <= (of.tolerance * largest[k]).max(3.0 * noise[k] * length);
     let calm = |sample: usize| {
         let (length, a) = (samples.places[sample].duration, samples.motion(sample, 2));
         (0..r).all(|k| within(k, a[k] * length, length))
@@ -212,8 +211,7 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     for sample in 0..samples.len() {
         let (w, length) = (samples.motion(sample, 1), samples.places[sample].duration);
         let open = sample > begin;
-        let stays = calm(sample)
-            && (!open || (follows(sample) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
+        let stays = calm(sample) && (!open || (follows(sample) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
         if !stays {
             close(begin..sample, &mut out);
             begin = if calm(sample) { sample } else { sample + 1 };

@@ -17,8 +17,7 @@ pub struct Reading {
 
 impl Reading {
     /// A reading that is not there.
-    pub const MISSING: Self =
-        Self { value: f64::NAN, first: f64::NAN, second: f64::NAN, noise: f64::NAN, samples: 0 };
+    pub const MISSING: Self = Self { value: f64::NAN, first: f64::NAN, second: f64::NAN, noise: f64::NAN, samples: 0 };
     /// Variance of the value over that of a sample, times the samples: `∫k² / (∫k)² · 2`.
     pub const VALUE_GAIN: f64 = 1.6317;
     /// The same of the first derivative, times the square of the window: `2 · 4 ∫k'² / (∫k)²`.
@@ -71,14 +70,8 @@ struct Channel {
 }
 
 impl Channel {
-    const EMPTY: Self = Self {
-        reference: 0.0,
-        sums: [0.0; SUMS],
-        moments: [0.0; MOMENTS],
-        samples: 0,
-        last: -1.0,
-        hole: 0.0,
-    };
+    const EMPTY: Self =
+        Self { reference: 0.0, sums: [0.0; SUMS], moments: [0.0; MOMENTS], samples: 0, last: -1.0, hole: 0.0 };
 }
 
 impl Windows {
@@ -186,9 +179,8 @@ impl Windows {
 fn add_sums(x: f64, [c, b, a]: [f64; 3], sums: &mut [f64; SUMS]) {
     let x2 = x * x;
     let (x3, x4) = (x2 * x, x2 * x2);
-    let all = [
-        c, c * x, c * x2, b, b * x, b * x2, b * x3, b * x4, a, a * x, a * x2, a * x3, a * x4, a * x4 * x, a * x3 * x3,
-    ];
+    let all =
+        [c, c * x, c * x2, b, b * x, b * x2, b * x3, b * x4, a, a * x, a * x2, a * x3, a * x4, a * x4 * x, a * x3 * x3];
     sums.iter_mut().zip(all).for_each(|(sum, more)| *sum += more);
 }
 

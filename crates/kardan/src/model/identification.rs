@@ -72,11 +72,7 @@ pub const CHANNEL: &[Field] = &[
         Kind::Number(Sign::Positive),
         "So many first samples are taken as zero: their mean is subtracted; left out: nothing is.",
     ),
-    Field::optional(
-        "noise",
-        Kind::AnyQuantity,
-        "Standard deviation of a sample; left out: as seen in the log.",
-    ),
+    Field::optional("noise", Kind::AnyQuantity, "Standard deviation of a sample; left out: as seen in the log."),
 ];
 
 /// Keys of `[identification]`.
@@ -133,7 +129,12 @@ pub const IDENTIFICATION: &[Field] = &[
         Kind::Number(Sign::Positive),
         "Confidence of the intervals, below 1; left out: 0.95.",
     ),
-    Field::optional("extra", Kind::Tables(EXTRA), "Terms beyond those of the model: `[[identification.extra]]`."),
+    Field::optional(
+        "extra",
+        Kind::Tables(EXTRA),
+        "Terms beyond those of the model: `[[identification.extra]]`. They are fitted where `parameters` names theirs, or is left \
+         out; candidates choose among them.",
+    ),
     Field::optional(
         "candidate",
         Kind::Tables(CANDIDATE),

@@ -41,8 +41,20 @@ const STUDY: &[(&str, &str)] = &[
 ];
 
 /// The names of the manual pages that are neither an element nor a law.
-pub const STUDY_PAGES: &[&str] =
-    &["model", "parameters", "variants", "variant", "scenario", "event", "fault", "requirement", "plot", "analysis", "log", "identification"];
+pub const STUDY_PAGES: &[&str] = &[
+    "model",
+    "parameters",
+    "variants",
+    "variant",
+    "scenario",
+    "event",
+    "fault",
+    "requirement",
+    "plot",
+    "analysis",
+    "log",
+    "identification",
+];
 
 const VARIANTS: &str = "\
 [variants]

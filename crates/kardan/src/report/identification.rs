@@ -118,7 +118,13 @@ fn damping(found: &Identification) -> String {
 fn logs(found: &Identification) -> String {
     let one = |log: &crate::results::LogRead| {
         let rows = said::channels(log, number).into_iter().map(|[name, units, signal, time, noise]| {
-            vec![Cell::Head(name, 1), Cell::text(unit(&units)), Cell::text(signal), Cell::Number(time), Cell::Number(noise)]
+            vec![
+                Cell::Head(name, 1),
+                Cell::text(unit(&units)),
+                Cell::text(signal),
+                Cell::Number(time),
+                Cell::Number(noise),
+            ]
         });
         let headers = ["channel", "unit", "signal", "#sample time", "#noise of a sample"];
         paragraph(&said::log(log, number)) + &items(&log.remarks) + &rows_of(&headers, rows.collect())

@@ -9,6 +9,8 @@ const LEFT: f64 = 92.0;
 const TOP: f64 = 14.0;
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
+/// Fewer points are drawn twice as large.
+const FEW: usize = 100;
 /// Logs that are drawn apart.
 const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
@@ -67,8 +69,11 @@ impl Frame {
     }
 
     /// Points as dots in one path.
-    fn dots(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize) -> String {
+    fn dots(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize, size: f64) -> String {
+        let points: Vec<(f64, f64)> = points.collect();
+        let size = if points.len() < FEW { 2.0 * size } else { size };
         let path: String = points
+            .into_iter()
             .filter(|(x, y)| x.is_finite() && y.is_finite())
             .map(|point| {
                 let (x, y) = self.place(point);
@@ -76,11 +81,16 @@ impl Frame {
             })
             .collect();
         format!(
-            "<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"3.4\" stroke-linecap=\"round\"/>\n"
+            "<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"{size}\" stroke-linecap=\"round\"/>\n"
         )
     }
 
-    fn curve(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize, broken: impl Fn(f64, f64) -> bool) -> String {
+    fn curve(
+        &self,
+        points: impl Iterator<Item = (f64, f64)>,
+        colour: usize,
+        broken: impl Fn(f64, f64) -> bool,
+    ) -> String {
         let mut path = String::new();
         let mut last: Option<f64> = None;
         for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
@@ -97,7 +107,10 @@ fn legend(x: f64, y: f64, entries: &[(usize, &str)]) -> String {
     let mut at = x;
     let mut out = String::new();
     for (colour, name) in entries {
-        out += &format!("<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"var(--curve-{colour})\"/>\n", y - 6.0);
+        out += &format!(
+            "<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"var(--curve-{colour})\"/>\n",
+            y - 6.0
+        );
         out += &text(at + 20.0, y, "", name);
         at += 44.0 + CHARACTER * name.chars().count() as f64;
     }
@@ -116,8 +129,8 @@ pub(super) fn traces(found: &Identification) -> String {
             let both = own.iter().flat_map(|point| [(point.1, point.2), (point.1, point.3)]);
             let frame = Frame::new(both, HEIGHT);
             let mut body = frame.drawn("time, s", "torque, N m");
-            body += &frame.dots(own.iter().map(|point| (point.1, point.2)), 0);
-            body += &frame.dots(own.iter().map(|point| (point.1, point.3)), 1);
+            body += &frame.dots(own.iter().map(|point| (point.1, point.2)), 0, 4.0);
+            body += &frame.dots(own.iter().map(|point| (point.1, point.3)), 1, 2.0);
             body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted, not having seen it")]);
             let title = if several {
                 let name = found.logs.get(log).map_or("", |log| log.name.as_str());
@@ -126,8 +139,12 @@ pub(super) fn traces(found: &Identification) -> String {
                 trace.row.clone()
             };
             let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &title, &body);
-            out += &figure_of(&escape(&title), &drawn, "The torque that the parameters asked for explain: what is measured less all \
-                                                that is taken from the file.");
+            out += &figure_of(
+                &escape(&title),
+                &drawn,
+                "The torque that the parameters asked for explain: what is measured less all \
+                                                that is taken from the file.",
+            );
         }
         if logs.len() > LOGS {
             out += &format!("<p class=\"hint\">{} more logs are in the fit.</p>\n", logs.len() - LOGS);
@@ -142,7 +159,7 @@ pub(super) fn curves(found: &Identification) -> String {
         let all = curve.points.iter().chain(&curve.line).copied();
         let frame = Frame::new(all, HEIGHT);
         let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
-        body += &frame.dots(curve.points.iter().copied(), 0);
+        body += &frame.dots(curve.points.iter().copied(), 0, 3.4);
         body += &frame.curve(curve.line.iter().copied(), 1, |before, now| before < 0.0 && now > 0.0);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
@@ -160,9 +177,13 @@ pub(super) fn residuals(found: &Identification) -> String {
         }
         let frame = Frame::new(points.iter().copied(), 0.6 * HEIGHT);
         let mut body = frame.drawn("time, s", "residual, N m");
-        body += &frame.dots(points.iter().copied(), 0);
+        body += &frame.dots(points.iter().copied(), 0, 3.4);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
-        figure_of(&escape(&trace.row), &drawn, "Measured less predicted without having seen it, all logs upon each other.")
+        figure_of(
+            &escape(&trace.row),
+            &drawn,
+            "Measured less predicted without having seen it, all logs upon each other.",
+        )
     };
     found.traces.iter().map(one).collect()
 }

@@ -104,7 +104,8 @@ pub(super) fn design_html(found: &Design) -> String {
 
 /// See [`super::identification_html`].
 pub(super) fn identification_html(found: &Identification) -> String {
-    let name = if found.model.is_empty() { "Identification".into() } else { format!("Identification: {}", found.model) };
+    let name =
+        if found.model.is_empty() { "Identification".into() } else { format!("Identification: {}", found.model) };
     let page = Page {
         name: &name,
         description: &found.description,

@@ -57,7 +57,10 @@ pub(super) struct CandidateSpec {
 #[derive(Debug, Clone)]
 pub(super) struct Asked {
     pub wanted: Vec<Wanted>,
+    /// Extra terms that are fitted.
     pub extras: Vec<ExtraTerm>,
+    /// All that the file declares; candidates may have others.
+    pub declared: Vec<ExtraTerm>,
     pub candidates: Vec<CandidateSpec>,
     pub method: Option<String>,
     pub window: Option<f64>,
@@ -143,8 +146,16 @@ fn wanted(document: &Document, settings: &[Setting], name: &str, out: &mut Vec<D
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("there are {}", quoted(names())),
     };
+    let help = match name.rsplit_once('.') {
+        Some((element, key @ ("stribeck" | "stribeck_speed" | "load_loss"))) => format!(
+            "declare the term: `[[identification.extra]]` with `kind = \"{}\"` and `friction = \"{element}\"`",
+            if key == "load_loss" { "load" } else { "stribeck" }
+        ),
+        _ => help,
+    };
     out.push(
-        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name))).help(help),
+        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
+            .help(help),
     );
     None
 }
@@ -153,12 +164,7 @@ fn words(table: &Table, key: &str) -> Vec<String> {
     read_words(table, key).iter().map(|word| word.value.clone()).collect()
 }
 
-fn number(
-    document: &Document,
-    key: &str,
-    dimension: Dimension,
-    out: &mut Vec<Diagnostic>,
-) -> Option<f64> {
+fn number(document: &Document, key: &str, dimension: Dimension, out: &mut Vec<Diagnostic>) -> Option<f64> {
     let reader = TableReader::new(document, &[]);
     quantity(&reader, &document.identification, key, (dimension, Sign::Positive), "`[identification]`", out)
         .map(|x| x.to_f64())
@@ -194,11 +200,14 @@ pub(super) fn asked(
         found.sort();
         names = found.into_iter().map(|(_, name)| name).collect();
     }
-    let extras = extras(document, model, out);
-    // Parameters of extra terms may be named among the others.
-    names.retain(|name| {
-        !extras.iter().any(|extra| *name == extra.name || *name == format!("{}.stribeck_speed", extra.element))
-    });
+    let declared = extras(document, model, out);
+    // Parameters of extra terms are named among the others, or all are meant.
+    let named = |extra: &ExtraTerm, name: &String| {
+        *name == extra.name || (extra.shape.is_some() && *name == format!("{}.stribeck_speed", extra.element))
+    };
+    let fitted = |extra: &&ExtraTerm| all || names.iter().any(|name| named(extra, name));
+    let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
+    names.retain(|name| !extras.iter().any(|extra| named(extra, name)));
     let mut seen: Vec<Wanted> = Vec::new();
     for name in &names {
         let Some(one) = wanted(document, settings, name, out) else { continue };
@@ -276,6 +285,7 @@ pub(super) fn asked(
         published,
         source: read_word(table, "source").unwrap_or_default().to_string(),
         extras,
+        declared,
     };
     if let Some(window) = asked.window.filter(|window| !(*window > 0.0 && window.is_finite())) {
         out.push(
@@ -310,7 +320,8 @@ fn extras(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<
         if !document.elements.iter().any(|e| e.name == element && matches!(e.kind.keyword, "shaft" | "spring_damper")) {
             let message = format!("{what}: there is no shaft or spring_damper `{}`", shortened(&element));
             let names = document.elements.iter().map(|e| e.name.as_str());
-            let help = nearest(&element, names).map_or("name one of the model".into(), |near| format!("did you mean `{near}`?"));
+            let help = nearest(&element, names)
+                .map_or("name one of the model".into(), |near| format!("did you mean `{near}`?"));
             out.push(
                 Diagnostic::error("name::unknown", message)
                     .at(TableReader::span(table, "friction"), "no such element")
@@ -403,7 +414,9 @@ pub(super) fn coefficients(equations: &Equations, wanted: &[Wanted]) -> Vec<Coef
         .iter()
         .map(|one| {
             let own = all.iter().filter(|term| {
-                one.keys.iter().any(|(element, kind)| term.kind == *kind && term.name == format!("{element}.{}", kind.key()))
+                one.keys
+                    .iter()
+                    .any(|(element, kind)| term.kind == *kind && term.name == format!("{element}.{}", kind.key()))
             });
             let own: Vec<_> = own.collect();
             Coefficient {

@@ -249,11 +249,13 @@ pub(super) fn open_log(
                 Ok(factor) => {
                     wired.push(Wired { group, channel, quantity, factor, zero_samples: 0, noise: None });
                 }
-                Err(why) => out.push(Diagnostic::error(
-                    "unit::dimension",
-                    format!("`{}`, channel `{}`: {why}", file.name, shortened(&named.name)),
-                )
-                .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`")),
+                Err(why) => out.push(
+                    Diagnostic::error(
+                        "unit::dimension",
+                        format!("`{}`, channel `{}`: {why}", file.name, shortened(&named.name)),
+                    )
+                    .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
+                ),
             }
         }
     }
@@ -316,7 +318,8 @@ fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(
             own.channels.iter().position(|channel| same(&channel.name)).map(|channel| (group, channel))
         })
     };
-    place(&|other| other == name).or_else(|| place(&|other| other.trim().eq_ignore_ascii_case(name.trim())))
+    let known = groups.iter().enumerate().find_map(|(group, own)| own.channel(name).map(|channel| (group, channel)));
+    known.or_else(|| place(&|other| other.trim().eq_ignore_ascii_case(name.trim())))
 }
 
 fn wire(
@@ -391,9 +394,9 @@ fn wire(
             Err(why) => {
                 let key = if unit.is_some() { "unit" } else { "signal" };
                 out.push(
-                    Diagnostic::error("unit::dimension", format!("{what}: {why}"))
-                        .at(span(key), "this unit")
-                        .help("say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`"),
+                    Diagnostic::error("unit::dimension", format!("{what}: {why}")).at(span(key), "this unit").help(
+                        "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
+                    ),
                 );
                 return None;
             }
@@ -438,7 +441,10 @@ fn clocks(
                 return None;
             }
             let usual = |channel: &crate::log::Channel| {
-                matches!(channel.name.trim().to_lowercase().as_str(), "time" | "t" | "timestamp" | "time [s]" | "time (s)")
+                matches!(
+                    channel.name.trim().to_lowercase().as_str(),
+                    "time" | "t" | "timestamp" | "time [s]" | "time (s)"
+                )
             };
             let own = named.and_then(|name| group.channels.iter().position(|channel| channel.name == name));
             let found = own.or(if named.is_none() || named.is_some_and(|_| own.is_none()) { group.time } else { None });
@@ -472,10 +478,9 @@ fn clocks(
     for number in wrong {
         let group = &groups[number];
         let names = group.channels.iter().map(|channel| channel.name.as_str()).take(24);
-        out.push(
-            Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time"))
-                .help(format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", quoted(names))),
-        );
+        out.push(Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time")).help(
+            format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", quoted(names)),
+        ));
     }
     clocks
 }

@@ -25,8 +25,8 @@ use crate::log::Bytes;
 use crate::model::{Document, Model, Setting, read};
 use crate::num::{Matrix, Rational, dot, echelon, rational_to_f64};
 use crate::reduce::{Kinematics, Reduced, linearise, reduce};
-use crate::units::Exact;
 use crate::results::{Candidate, Identification, LogRead, WindowCount};
+use crate::units::Exact;
 
 /// A log to be read.
 pub struct LogFile {
@@ -55,10 +55,12 @@ pub struct IdentifySettings {
     pub compare: bool,
 }
 
+/// Noise that any sensor has, as a part of its largest reading.
+const FLOOR: f64 = 1e-7;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
 /// Blocks of windows that stay together in it, for each fold.
-const BLOCKS: usize = 4;
+const BLOCKS: usize = 20;
 
 /// A plant whose motion was measured, ready for rows.
 struct Plant {
@@ -89,14 +91,7 @@ struct Columns {
 /// [`crate::identify::Windows`]), or their means over segments of constant speed \[diss. 6.1.4\]; see [`crate::identify::fit`].
 ///
 /// ```
-/// use kardan::{log::Bytes, study};
-/// use std::{io::Cursor, sync::Arc};
-/// struct Text(String);
-/// impl Bytes for Text {
-///     fn open(&self) -> std::io::Result<Box<dyn kardan::log::ReadSeek>> {
-///         Ok(Box::new(Cursor::new(self.0.clone().into_bytes())))
-///     }
-/// }
+/// use kardan::{log::in_memory, study};
 /// let source = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
 /// // Torques of 2 N m s/rad times the speed.
 /// let mut log = String::from("time,a.w,m.tau\ns,rad/s,N m\n");
@@ -104,7 +99,7 @@ struct Columns {
 ///     let speed = f64::from(1 + k / 500);
 ///     log += &format!("{},{speed},{}\n", 0.001 * f64::from(k), 2.0 * speed + 1e-3 * f64::from(k % 7));
 /// }
-/// let files = vec![study::LogFile { name: "log.csv".into(), bytes: Arc::new(Text(log)) }];
+/// let files = vec![study::LogFile { name: "log.csv".into(), bytes: in_memory(log.into_bytes()) }];
 /// let found = study::identify(source, files, &study::IdentifySettings::default(), &study::Silent).unwrap();
 /// assert!((found.parameters[0].value - 2.0).abs() < 1e-3);
 /// ```
@@ -317,7 +312,7 @@ fn plant(
     slots: &[Quantity],
     plain: &Model,
 ) -> Result<Plant, Vec<Diagnostic>> {
-    let (document, set) = with_terms(document, set, &asked.wanted, &asked.extras);
+    let (document, set) = with_terms(document, set, &asked.wanted, &asked.declared);
     let (model, mistakes) = document.model_with(&set, Some(&[]));
     let mistakes: Vec<_> = mistakes.into_iter().filter(is_error).collect();
     if !mistakes.is_empty() {
@@ -345,17 +340,23 @@ fn plant(
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
     if pivots.len() < free.freedoms() {
-        let others: Vec<&str> =
-            free.equations.shafts.iter().map(String::as_str).filter(|shaft| !measured.iter().any(|m| m == shaft)).collect();
-        let message = format!(
-            "the model has {} degrees of freedom, and the logs tell {} of them",
-            free.freedoms(),
-            pivots.len()
-        );
+        let others: Vec<&str> = free
+            .equations
+            .shafts
+            .iter()
+            .map(String::as_str)
+            .filter(|shaft| !measured.iter().any(|m| m == shaft))
+            .collect();
+        let message =
+            format!("the model has {} degrees of freedom, and the logs tell {} of them", free.freedoms(), pivots.len());
         let help = if measured.is_empty() {
             "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
         } else {
-            format!("measured are {}; log the motion of one of {} too", quoted(measured.iter().map(String::as_str)), quoted(others.into_iter()))
+            format!(
+                "measured are {}; log the motion of one of {} too",
+                quoted(measured.iter().map(String::as_str)),
+                quoted(others.into_iter())
+            )
         };
         return Err(wrong(message, help));
     }
@@ -372,7 +373,10 @@ fn plant(
         names.iter().zip(&sensors).filter(|(_, (angle, _))| angle.is_none()).map(|(name, _)| name.as_str()).collect();
     if position_matters && !blind.is_empty() {
         return Err(wrong(
-            format!("the torques depend on angles, but of {} only the speed is in the logs", quoted(blind.iter().copied())),
+            format!(
+                "the torques depend on angles, but of {} only the speed is in the logs",
+                quoted(blind.iter().copied())
+            ),
             "log the angles too: springs and universal joints need them".into(),
         ));
     }
@@ -399,7 +403,8 @@ fn plant(
     let out = Plant { reduced, model, sensors, torques, unmeasured, steps };
     let regressor = Regressor::new(&out.reduced, &[], &out.unmeasured, 0.0);
     if regressor.rows() == 0 {
-        let names: Vec<&str> = out.unmeasured.iter().map(|&k| out.reduced.equations.inputs[k].element.as_str()).collect();
+        let names: Vec<&str> =
+            out.unmeasured.iter().map(|&k| out.reduced.equations.inputs[k].element.as_str()).collect();
         return Err(wrong(
             format!("nothing is left to compare: the torques of {} are not in the logs", quoted(names.iter().copied())),
             "log them, or name those that did nothing under `absent` in `[identification]`".into(),
@@ -439,16 +444,29 @@ struct Built {
 }
 
 /// Rows of the torque balance in every window that tells one.
-fn rows(plant: &Plant, asked: &Asked, columns: &Columns, recorded: &[Recording], slots: &[Quantity], window: f64) -> Built {
+fn rows(
+    plant: &Plant,
+    asked: &Asked,
+    columns: &Columns,
+    recorded: &[Recording],
+    slots: &[Quantity],
+    window: f64,
+) -> Built {
     let reduced = &plant.reduced;
     let (r, m) = (reduced.freedoms(), reduced.equations.inputs.len());
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
-    // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step.
+    // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
     let noise: Vec<f64> = (0..slots.len())
         .map(|slot| {
             let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
             let stated = recorded.iter().any(|one| one.noise[slot].1);
-            if stated { seen } else { seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()) }
+            let readings = || recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
+            let largest = readings().filter(|x| x.is_finite()).fold(0.0, f64::max);
+            if stated {
+                seen
+            } else {
+                seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
+            }
         })
         .collect();
     // The largest speed along each friction, and what noise hides of it.
@@ -458,7 +476,9 @@ fn rows(plant: &Plant, asked: &Asked, columns: &Columns, recorded: &[Recording],
         .frictions
         .iter()
         .map(|term| {
-            (0..r).map(|j| term.row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum()).collect()
+            (0..r)
+                .map(|j| term.row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum())
+                .collect()
         })
         .collect();
     let mut motion = Moving::new(r, m);
@@ -492,11 +512,7 @@ fn rows(plant: &Plant, asked: &Asked, columns: &Columns, recorded: &[Recording],
                 count.incomplete += 1;
                 continue;
             }
-            let place = Where {
-                log,
-                time: recording.origin + (*number as f64 + 0.5) * window,
-                duration: window,
-            };
+            let place = Where { log, time: recording.origin + (*number as f64 + 0.5) * window, duration: window };
             let room = samples.push(place, [&motion.position, &motion.speed, &motion.acceleration], &motion.torques);
             let at = Motion { position: &motion.position, speed: &motion.speed, acceleration: &motion.acceleration };
             let variances = Variances {
@@ -505,8 +521,13 @@ fn rows(plant: &Plant, asked: &Asked, columns: &Columns, recorded: &[Recording],
                 speed: &motion.speed_variance,
                 acceleration: &motion.acceleration_variance,
             };
-            let known =
-                regressor.fill_weighted(at, &motion.torques, variances, (room.x, room.y), (room.covariance, room.speeds));
+            let known = regressor.fill_weighted(
+                at,
+                &motion.torques,
+                variances,
+                (room.x, room.y),
+                (room.covariance, room.speeds),
+            );
             let finite = samples.x(samples.len() - 1).iter().chain(samples.y(samples.len() - 1)).all(|x| x.is_finite());
             if !known || !finite {
                 samples.pop();
@@ -650,14 +671,18 @@ fn compare(
             parameters,
             extras,
         };
-        specs.push(spec("without Coulomb friction", names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]), Vec::new()));
+        specs.push(spec(
+            "without Coulomb friction",
+            names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]),
+            Vec::new(),
+        ));
         specs.push(spec("without damping", names(&[Kind::Inertia, Kind::Friction, Kind::Stiffness]), Vec::new()));
         specs.push(spec("as asked, no extra terms", all.clone(), Vec::new()));
-        for extra in &asked.extras {
+        for extra in &asked.declared {
             specs.push(spec(&format!("with {}", extra.name), all.clone(), vec![extra.name.clone()]));
         }
-        if asked.extras.len() > 1 {
-            let every = asked.extras.iter().map(|extra| extra.name.clone()).collect();
+        if asked.declared.len() > 1 {
+            let every = asked.declared.iter().map(|extra| extra.name.clone()).collect();
             specs.push(spec("with all extra terms", all.clone(), every));
         }
         specs.retain(|spec| !spec.parameters.is_empty());
@@ -679,21 +704,25 @@ fn compare(
         let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
         let mut own = self::asked(document, &plant.model, set, &given, &mut mistakes);
         for name in &spec.extras {
-            if !own.extras.iter().any(|extra| extra.name == *name) {
+            if !own.declared.iter().any(|extra| extra.name == *name) {
                 mistakes.push(
-                    Diagnostic::error("name::unknown", format!("candidate `{}`: there is no extra term `{name}`", spec.name))
-                        .help("declare it as `[[identification.extra]]`"),
+                    Diagnostic::error(
+                        "name::unknown",
+                        format!("candidate `{}`: there is no extra term `{name}`", spec.name),
+                    )
+                    .help("declare it as `[[identification.extra]]`"),
                 );
             }
         }
         if !mistakes.is_empty() {
             return Err(mistakes);
         }
-        own.extras.retain(|extra| spec.extras.contains(&extra.name));
+        own.extras = own.declared.iter().filter(|extra| spec.extras.contains(&extra.name)).cloned().collect();
         own.loss = asked.loss;
         own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
         // What is not among its parameters is left out of the model, not taken from the file.
-        let silent: Vec<&asked::Wanted> = asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
+        let silent: Vec<&asked::Wanted> =
+            asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
         let found = {
             let mut trial = plant_without(plant, &silent);
             trial.unmeasured.clone_from(&plant.unmeasured);
@@ -705,7 +734,8 @@ fn compare(
             let options = fit_options(&own, &columns, method);
             let chosen: Vec<usize> = (0..samples.len()).collect();
             let folds = folds(&samples, method == "steady");
-            cross_validate(&samples, &chosen, &folds, &options).map(|predicted| fold_errors(&samples, &folds, &predicted))
+            cross_validate(&samples, &chosen, &folds, &options)
+                .map(|predicted| fold_errors(&samples, &folds, &predicted))
         };
         let mut candidate = Candidate {
             name: spec.name,

@@ -151,8 +151,12 @@ pub(super) fn read(
     bytes: &dyn Fn() -> f64,
     progress: &dyn Fn(f64),
 ) -> Result<Recording, (String, LogError)> {
-    let mut out =
-        Recording { windows: BTreeMap::new(), origin: f64::NAN, logs: Vec::new(), noise: vec![(0.0, false); slots.len()] };
+    let mut out = Recording {
+        windows: BTreeMap::new(),
+        origin: f64::NAN,
+        logs: Vec::new(),
+        noise: vec![(0.0, false); slots.len()],
+    };
     for mut open in logs {
         let name = open.name.clone();
         open.log.choose(&wanted(&open)).map_err(|error| (name.clone(), error))?;
@@ -207,7 +211,9 @@ pub(super) fn read(
                 read.rows += block.rows as u64;
                 let slots_of = || {
                     own.iter()
-                        .map(|one| slots.iter().position(|slot| *slot == one.quantity).expect("a slot for each channel"))
+                        .map(|one| {
+                            slots.iter().position(|slot| *slot == one.quantity).expect("a slot for each channel")
+                        })
                         .collect::<Vec<_>>()
                 };
                 let tick = ticking[group].get_or_insert_with(|| {

@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::{Columns, Plant};
 use crate::assemble::CoefficientKind as Kind;
-use crate::identify::{Extra, Fit, Loss, Samples, TestKind, residual_tests};
+use crate::identify::{Coefficient, Extra, Fit, Loss, Samples, TestKind, residual_tests};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, dot, rational_from_f64, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{Found, FrictionCurve, Identification, NamedMatrix, ResidualTest, Trace, Validation};
@@ -226,7 +226,10 @@ fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
             .map(|(x, name)| format!("{} {name}", short(x / largest)))
             .collect();
         out.push(match parts.as_slice() {
-            [_] => format!("{}: what it acts on never moved in the logs", names[row.iter().position(|x| x.abs() > 1e-6 * largest).unwrap_or(0)]),
+            [_] => format!(
+                "{}: what it acts on never moved in the logs",
+                names[row.iter().position(|x| x.abs() > 1e-6 * largest).unwrap_or(0)]
+            ),
             _ => format!("in these logs {} are always seen together", parts.join(" : ")),
         });
     }
@@ -251,7 +254,13 @@ fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
 /// Kᵀ D K at what was found, where dampings were asked for.
 fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<(NamedMatrix, bool)> {
     let Story { plant, columns, .. } = story;
-    if !columns.asked.iter().any(|one| one.kind == Kind::Damping) {
+    let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
+    let told = |one: &Coefficient| {
+        parameters
+            .iter()
+            .any(|found| found.name == one.name && (found.interval.0.is_finite() || found.standard_error.is_nan()))
+    };
+    if asked().next().is_none() || !asked().all(told) {
         return None;
     }
     let reduced = &plant.reduced;
@@ -265,7 +274,9 @@ fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<(NamedMatrix, bool
             None => term.value.to_rational(),
         };
         let g: Vec<Rational> = (0..r)
-            .map(|j| term.row.iter().fold(Rational::ZERO, |sum, (s, a)| sum + a.clone() * linear.basis[(*s, j)].clone()))
+            .map(|j| {
+                term.row.iter().fold(Rational::ZERO, |sum, (s, a)| sum + a.clone() * linear.basis[(*s, j)].clone())
+            })
             .collect();
         for i in 0..r {
             for j in 0..r {
@@ -309,7 +320,8 @@ fn row_names(story: &Story<'_>) -> Vec<String> {
 fn tests(story: &Story<'_>) -> Vec<ResidualTest> {
     let chosen: Vec<usize> = (0..story.samples.len()).collect();
     let (rows, coordinates) = (row_names(story), story.plant.reduced.coordinate_names());
-    let told = |kind: TestKind| match kind {
+    let told = |kind: TestKind| {
+        match kind {
         TestKind::Mean(row) => (
             format!("mean zero: {}", rows[row]),
             "a constant torque is left over: an offset of a torque sensor, or friction that differs with the sense".into(),
@@ -328,6 +340,7 @@ fn tests(story: &Story<'_>) -> Vec<ResidualTest> {
             format!("no dependence on {}.w", coordinates[k]),
             "friction is no straight line over the speed: try the extra term stribeck, or load".into(),
         ),
+    }
     };
     residual_tests(story.samples, &chosen, story.fit)
         .into_iter()
@@ -396,7 +409,14 @@ fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
             elements.push(&one.0);
         }
     }
-    elements.extend(asked.extras.iter().map(|extra| extra.element.as_str()).filter(|name| !elements.contains(name)).collect::<Vec<_>>());
+    elements.extend(
+        asked
+            .extras
+            .iter()
+            .map(|extra| extra.element.as_str())
+            .filter(|name| !elements.contains(name))
+            .collect::<Vec<_>>(),
+    );
     let mut out = Vec::new();
     for element in elements {
         let Some(term) = reduced.equations.frictions.iter().find(|term| term.element == element) else { continue };
@@ -410,8 +430,9 @@ fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
         let mut mine = vec![false; samples.columns];
         for (column, (k, _)) in columns.kept.iter().enumerate() {
             let one = &asked.wanted[*k];
-            mine[column] = one.keys.iter().any(|(e, kind)| e == element && matches!(kind, Kind::Damping | Kind::Friction))
-                && (own(&one.name) || one.parameter);
+            mine[column] =
+                one.keys.iter().any(|(e, kind)| e == element && matches!(kind, Kind::Damping | Kind::Friction))
+                    && (own(&one.name) || one.parameter);
         }
         let first = columns.kept.len();
         for (k, extra) in asked.extras.iter().enumerate() {
