@@ -4,7 +4,6 @@
 
 mod document;
 mod manual;
-mod mat;
 pub mod parse;
 mod resolve;
 mod state_space;
