@@ -4,6 +4,8 @@
 //! |---|---|---|
 //! | [`csv()`] | one table, a column for each signal | anything |
 //! | [`parquet()`] | the same table, with units in the metadata | pyarrow, polars, DuckDB, MATLAB |
+//! | [`mat()`] | the same table | MATLAB, Octave, SciPy |
+//! | [`mdf()`] | tables with a time of their own each | CANape, dSPACE, asammdf |
 //! | [`json`] | the outcome of a study in a few numbers | scripts |
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
@@ -18,6 +20,8 @@ mod design;
 mod extremes;
 mod identification;
 mod json;
+mod mat;
+mod mdf;
 mod parquet;
 
 pub use analysis::analysis_json;
@@ -26,6 +30,8 @@ pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
+pub use mat::mat;
+pub use mdf::mdf;
 pub use parquet::{ParquetError, parquet};
 
 #[cfg(test)]

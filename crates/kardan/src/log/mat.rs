@@ -1,22 +1,541 @@
-use super::*;
-use std::sync::Arc;
-pub(super) struct MatLog;
-impl MatLog {
-    pub(super) fn open(_b: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        Err(LogError::Empty)
+//! MAT files of version 5 as logs.
+//!
+//! The numbers of a variable stand one column behind the other, so a column is a place in the file, or in what a
+//! compressed variable inflates to. Each chosen column has an inflater of its own that runs along; no variable is ever
+//! in memory as a whole.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use miniz_oxide::inflate::stream::{InflateState, inflate};
+use miniz_oxide::{DataFormat, MZFlush, MZStatus};
+use rayon::prelude::*;
+
+use super::mat5::{Array, Broken, Content, Fields, Input, Numbers, Reader, Storage, word};
+use super::source::Source;
+use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
+
+const MAT: &str = "MAT";
+const HEADER: u64 = 128;
+/// The most variables, fields and cells that are looked at.
+const ARRAY_LIMIT: usize = 100_000;
+/// The most columns of a matrix.
+const COLUMN_LIMIT: usize = 10_000;
+const DEPTH_LIMIT: usize = 8;
+/// Numbers of this many bytes are kept when they are passed.
+const SHORT: usize = 64;
+/// How many bytes of a column are read at once.
+const STEP: usize = 1 << 20;
+
+type Shared = Arc<Mutex<Source>>;
+
+fn append(source: &Shared, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
+    source.lock().unwrap_or_else(PoisonError::into_inner).append(at, count, out)
+}
+
+fn size(source: &Shared) -> u64 {
+    source.lock().unwrap_or_else(PoisonError::into_inner).size
+}
+
+/// The bytes of a variable, from front to back.
+enum Stream {
+    Plain(Shared),
+    Packed(Box<Inflater>),
+}
+
+struct Inflater {
+    source: Shared,
+    state: InflateState,
+    /// Where the next compressed bytes are.
+    at: u64,
+    end: u64,
+    packed: Vec<u8>,
+    used: usize,
+    /// How many bytes were given.
+    given: u64,
+    ended: bool,
+}
+
+impl Stream {
+    fn open(source: &Shared, variable: Variable) -> Self {
+        if !variable.packed {
+            return Self::Plain(source.clone());
+        }
+        Self::Packed(Box::new(Inflater {
+            source: source.clone(),
+            state: InflateState::new(DataFormat::Zlib),
+            at: variable.at,
+            end: variable.end,
+            packed: Vec::new(),
+            used: 0,
+            given: 0,
+            ended: false,
+        }))
+    }
+
+    /// Appends bytes from a place on, which is never before the last one; what was read before an error stays.
+    fn append(&mut self, at: u64, count: usize, out: &mut Vec<u8>) -> Result<(), LogError> {
+        match self {
+            Self::Plain(source) => {
+                let there = size(source).saturating_sub(at).min(count as u64) as usize;
+                append(source, at, there, out)?;
+                if there < count { append(source, at + there as u64, count - there, out) } else { Ok(()) }
+            }
+            Self::Packed(inflater) => {
+                let mut passed = [0; 4096];
+                while inflater.given < at {
+                    let count = (at - inflater.given).min(4096) as usize;
+                    inflater.read(&mut passed[..count])?;
+                }
+                let mut piece = [0; 4096];
+                let mut left = count;
+                while left > 0 {
+                    let count = left.min(4096);
+                    let before = inflater.given;
+                    let outcome = inflater.read(&mut piece[..count]);
+                    out.extend_from_slice(&piece[..(inflater.given - before) as usize]);
+                    outcome?;
+                    left -= count;
+                }
+                Ok(())
+            }
+        }
     }
 }
-impl Log for MatLog {
-    fn groups(&self) -> &[Group] {
-        &[]
-    }
-    fn choose(&mut self, _: &[(usize, usize)]) -> Result<(), LogError> {
+
+impl Inflater {
+    /// Fills a piece.
+    fn read(&mut self, piece: &mut [u8]) -> Result<(), LogError> {
+        let mut filled = 0;
+        while filled < piece.len() {
+            if self.used == self.packed.len() && self.at < self.end {
+                self.packed.clear();
+                self.used = 0;
+                let count = (self.end - self.at).min(16 << 10) as usize;
+                let there = size(&self.source).saturating_sub(self.at).min(count as u64) as usize;
+                if there == 0 {
+                    let what = "a compressed variable goes on".to_owned();
+                    return Err(LogError::Truncated { format: MAT, what, end: size(&self.source) });
+                }
+                append(&self.source, self.at, there, &mut self.packed)?;
+                self.at += there as u64;
+            }
+            let result = inflate(&mut self.state, &self.packed[self.used..], &mut piece[filled..], MZFlush::None);
+            self.used += result.bytes_consumed;
+            filled += result.bytes_written;
+            self.given += result.bytes_written as u64;
+            let stuck = result.bytes_consumed == 0 && result.bytes_written == 0;
+            let over = match result.status {
+                Ok(MZStatus::Ok) => stuck && self.used < self.packed.len(),
+                Ok(MZStatus::StreamEnd) => true,
+                Ok(MZStatus::NeedDict) => true,
+                Err(_) => stuck && (self.used < self.packed.len() || self.at == self.end),
+            };
+            if filled < piece.len() && (over || self.ended) {
+                let place = format!("in the compressed variable that ends at byte {}", self.end);
+                let what = format!("it cannot be inflated beyond {} bytes", self.given);
+                return Err(LogError::damaged(MAT, place, what));
+            }
+            self.ended = stuck && self.at == self.end && self.used == self.packed.len();
+        }
         Ok(())
     }
-    fn next(&mut self, _: &mut Block) -> Result<bool, LogError> {
-        Ok(false)
+}
+
+/// Where a variable is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Variable {
+    packed: bool,
+    at: u64,
+    end: u64,
+}
+
+/// What the walk over a variable reads; long runs stay where they are.
+struct Walk {
+    stream: Stream,
+    buffer: Vec<u8>,
+}
+
+#[derive(Debug, Clone)]
+enum Run {
+    Here(Vec<u8>),
+    At(u64),
+}
+
+fn broken(error: LogError) -> Broken {
+    Broken::Log(error)
+}
+
+impl Input for Walk {
+    type Run = Run;
+    const SPARSE: bool = false;
+    const TEXT: usize = 1 << 20;
+
+    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
+        self.buffer.clear();
+        self.stream.append(at, count, &mut self.buffer).map_err(broken)?;
+        Ok(Cow::Borrowed(&self.buffer))
     }
+
+    fn run(&mut self, at: u64, count: usize) -> Result<Run, Broken> {
+        if count > SHORT {
+            return Ok(Run::At(at));
+        }
+        self.read(at, count).map(|bytes| Run::Here(bytes.into_owned()))
+    }
+}
+
+/// Where the values of a channel are.
+#[derive(Debug, Clone)]
+struct Column {
+    variable: Variable,
+    run: Run,
+    storage: Storage,
+    little: bool,
+    /// The first value.
+    first: usize,
+    /// From one value to the next.
+    stride: usize,
+}
+
+/// A channel before it has a group.
+struct Found {
+    /// What keeps channels with as many rows apart: structure and raster.
+    family: (String, String),
+    rows: usize,
+    channel: Channel,
+    is_time: bool,
+    column: Column,
+}
+
+pub(super) struct MatLog {
+    source: Shared,
+    groups: Vec<Group>,
+    columns: Vec<Vec<Column>>,
+    constants: Vec<(String, f64)>,
+    notes: Vec<String>,
+    damage: Option<LogError>,
+    reading: Vec<Reading>,
+    pending: Option<LogError>,
+}
+
+struct Reading {
+    group: usize,
+    given: usize,
+    cursors: Vec<Cursor>,
+}
+
+struct Cursor {
+    column: Column,
+    stream: Stream,
+    bytes: Vec<u8>,
+}
+
+impl MatLog {
+    pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
+        let source = Arc::new(Mutex::new(Source::open(&*bytes, MAT)?));
+        let mut walk = Index {
+            source,
+            little: true,
+            budget: ARRAY_LIMIT,
+            found: Vec::new(),
+            constants: Vec::new(),
+            notes: Vec::new(),
+        };
+        let damage = walk.variables().err();
+        let Index { source, found, constants, notes, .. } = walk;
+        if found.is_empty() {
+            return Err(damage.unwrap_or_else(|| LogError::NoChannels {
+                format: MAT,
+                why: "there is no vector or matrix of numbers with at least two rows in it".into(),
+            }));
+        }
+        let mut families: Vec<(&(String, String), usize)> = Vec::new();
+        for one in &found {
+            if !families.contains(&(&one.family, one.rows)) {
+                families.push((&one.family, one.rows));
+            }
+        }
+        let (mut groups, mut columns) = (Vec::new(), Vec::new());
+        for (family, rows) in families {
+            let own = || found.iter().filter(|one| &one.family == family && one.rows == rows);
+            let mut channels: Vec<Channel> = own().map(|one| one.channel.clone()).collect();
+            make_unique(&mut channels);
+            let time = own().position(|one| one.is_time).or_else(|| find_time(&channels));
+            let name = [&family.0[..], &family.1[..]]
+                .iter()
+                .filter(|part| !part.is_empty())
+                .copied()
+                .collect::<Vec<_>>()
+                .join(" ");
+            groups.push(Group { name, channels, time, rows: Some(rows as u64) });
+            columns.push(own().map(|one| one.column.clone()).collect());
+        }
+        Ok(Self { source, groups, columns, constants, notes, damage, reading: Vec::new(), pending: None })
+    }
+}
+
+/// Walks over the variables.
+struct Index {
+    source: Shared,
+    little: bool,
+    budget: usize,
+    found: Vec<Found>,
+    constants: Vec<(String, f64)>,
+    notes: Vec<String>,
+}
+
+impl Index {
+    fn variables(&mut self) -> Result<(), LogError> {
+        let end = size(&self.source);
+        let bytes = |source: &Shared, at, count| {
+            let mut out = Vec::new();
+            append(source, at, count, &mut out).map(|()| out)
+        };
+        let header = bytes(&self.source, 0, HEADER as usize)?;
+        self.little = match &header[126..] {
+            b"IM" => true,
+            b"MI" => false,
+            _ => return Err(LogError::damaged(MAT, "at byte 126", "the byte order mark is neither `IM` nor `MI`")),
+        };
+        let mut at = HEADER;
+        while at < end {
+            let tag = bytes(&self.source, at, 8)?;
+            let (kind, length) = (word(&tag[..4], self.little), word(&tag[4..], self.little));
+            let body = at + 8;
+            let variable = Variable { packed: kind == 15, at: body, end: body + length };
+            if !matches!(kind, 14 | 15) {
+                let what = format!("no variable begins there (element type {kind})");
+                return Err(LogError::damaged(MAT, format!("at byte {at}"), what));
+            }
+            self.variable(variable).map_err(|broken| match broken {
+                Broken::Log(error) => error,
+                Broken::Damaged(what) | Broken::TooLarge(what) => {
+                    LogError::damaged(MAT, format!("in the variable at byte {at}"), what)
+                }
+            })?;
+            at = variable.end;
+            if variable.end > end {
+                let what = format!("the variable at byte {} has {length} bytes", body - 8);
+                return Err(LogError::Truncated { format: MAT, what, end });
+            }
+        }
+        Ok(())
+    }
+
+    fn variable(&mut self, variable: Variable) -> Result<(), Broken> {
+        let walk = Walk { stream: Stream::open(&self.source, variable), buffer: Vec::new() };
+        let mut reader = Reader::new(walk, self.little, variable.at, variable.end);
+        if variable.packed {
+            reader = Reader::new(reader.input, self.little, 0, 8);
+            let tag = reader.input.read(0, 8)?;
+            let (kind, length) = (word(&tag[..4], self.little), word(&tag[4..], self.little));
+            if kind != 14 {
+                return Ok(());
+            }
+            reader = Reader::new(reader.input, self.little, 8, 8 + length);
+        }
+        let array = reader.array(DEPTH_LIMIT, &mut self.budget)?;
+        if !array.name.is_empty() {
+            let name = array.name.clone();
+            let family = match array.content {
+                Content::Struct(_) | Content::Structs(_) => name.clone(),
+                _ => String::new(),
+            };
+            self.flatten(&name, &array, variable, &(family, String::new()));
+        }
+        Ok(())
+    }
+
+    fn flatten(&mut self, path: &str, array: &Array<Run>, variable: Variable, family: &(String, String)) {
+        match &array.content {
+            Content::Full(numbers) => self.numbers(path, "", array, numbers, variable, family, false),
+            Content::Struct(fields) => self.fields(path, fields, variable, family),
+            Content::Structs(structs) => {
+                for (k, fields) in structs.iter().enumerate() {
+                    self.fields(&format!("{path}({})", k + 1), fields, variable, family);
+                }
+            }
+            Content::Cell(cells) => {
+                for (k, cell) in cells.iter().enumerate() {
+                    self.flatten(&format!("{path}{{{}}}", k + 1), cell, variable, family);
+                }
+            }
+            Content::Text(_) | Content::Other("nothing") => {}
+            Content::Sparse { .. } => self.notes.push(format!("`{path}` is a sparse matrix and left out")),
+            Content::Other(what) => self.notes.push(format!("`{path}` is {what} and left out")),
+        }
+    }
+
+    fn fields(&mut self, path: &str, fields: &Fields<Run>, variable: Variable, family: &(String, String)) {
+        let text = |names: &[&str]| {
+            let of = |name: &&str| {
+                fields.iter().find_map(|(field, array)| match &array.content {
+                    Content::Text(letters) if field == name => {
+                        Some(letters.iter().collect::<String>().trim().to_owned()).filter(|text| !text.is_empty())
+                    }
+                    _ => None,
+                })
+            };
+            names.iter().find_map(of)
+        };
+        // ControlDesk: X and Y are structures with Name, Data, Unit and Raster. Simulink: signals with label and values.
+        let named = text(&["Name", "label", "title", "blockName"]);
+        let unit = text(&["Unit", "unit", "units"]).unwrap_or_default();
+        let family = (family.0.clone(), text(&["Raster"]).unwrap_or_else(|| family.1.clone()));
+        let is_time = path.rsplit('.').next().is_some_and(|last| last == "X" || last.starts_with("X("));
+        for (field, array) in fields {
+            match (&array.content, &named) {
+                (Content::Full(numbers), Some(name)) if matches!(&field[..], "Data" | "values" | "data") => {
+                    self.numbers(name, &unit, array, numbers, variable, &family, is_time);
+                }
+                _ => self.flatten(&format!("{path}.{field}"), array, variable, &family),
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn numbers(
+        &mut self,
+        path: &str,
+        unit: &str,
+        array: &Array<Run>,
+        numbers: &Numbers<Run>,
+        variable: Variable,
+        family: &(String, String),
+        is_time: bool,
+    ) {
+        let sides: Vec<usize> = array.dimensions.iter().copied().filter(|side| *side != 1).collect();
+        let (rows, columns, across) = match sides[..] {
+            _ if array.complex => return self.notes.push(format!("`{path}` is complex and left out")),
+            [] => {
+                if let Run::Here(bytes) = &numbers.bytes {
+                    self.constants.push((path.to_owned(), value(numbers.storage, numbers.little, bytes)));
+                }
+                return;
+            }
+            [rows] => (rows, 1, false),
+            [rows, columns] if rows >= columns => (rows, columns, false),
+            [columns, rows] => (rows, columns, true),
+            _ => return self.notes.push(format!("`{path}` has more than two dimensions and is left out")),
+        };
+        if columns > COLUMN_LIMIT || columns > self.budget {
+            return self.notes.push(format!("`{path}` has {columns} columns, too many, and is left out"));
+        }
+        self.budget -= columns;
+        for k in 0..if rows == 0 { 0 } else { columns } {
+            let name = match (columns, across) {
+                (1, _) => path.to_owned(),
+                (_, false) => format!("{path}(:,{})", k + 1),
+                (_, true) => format!("{path}({},:)", k + 1),
+            };
+            let (first, stride) = if across { (k, columns) } else { (k * rows, 1) };
+            let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
+            let column = Column { variable, run, storage, little, first, stride };
+            let channel = Channel { name, unit: unit.to_owned() };
+            self.found.push(Found { family: family.clone(), rows, channel, is_time, column });
+        }
+    }
+}
+
+fn value(storage: Storage, little: bool, bytes: &[u8]) -> f64 {
+    let word = word(bytes, little);
+    match storage {
+        Storage::Unsigned(_) => word as f64,
+        Storage::Signed(size) => {
+            let shift = 64 - 8 * size as u32;
+            ((word << shift) as i64 >> shift) as f64
+        }
+        Storage::Single => f64::from(f32::from_bits(word as u32)),
+        Storage::Double => f64::from_bits(word),
+    }
+}
+
+impl Cursor {
+    /// Appends values; those before an error stay.
+    fn read(&mut self, from: usize, count: usize, out: &mut Vec<f64>) -> Result<(), LogError> {
+        let Column { storage, little, first, stride, .. } = self.column;
+        let width = storage.size();
+        let start = (first + from * stride) * width;
+        let length = ((count - 1) * stride + 1) * width;
+        self.bytes.clear();
+        let outcome = match &self.column.run {
+            Run::Here(bytes) => {
+                self.bytes.extend_from_slice(bytes.get(start..start + length).unwrap_or(&[]));
+                Ok(())
+            }
+            Run::At(at) => self.stream.append(at + start as u64, length, &mut self.bytes),
+        };
+        let values = self.bytes.chunks(stride * width).filter_map(|chunk| chunk.get(..width));
+        match storage {
+            Storage::Double if little => {
+                out.extend(values.map(|bytes| bytes.try_into().map_or(f64::NAN, f64::from_le_bytes)));
+            }
+            _ => out.extend(values.map(|bytes| value(storage, little, bytes))),
+        }
+        outcome
+    }
+}
+
+impl Log for MatLog {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, wanted)?;
+        self.reading.clear();
+        self.pending = if wanted.is_empty() { None } else { self.damage.clone() };
+        for (group, channels) in channels.into_iter().enumerate().filter(|(_, channels)| !channels.is_empty()) {
+            let cursor = |channel: &usize| {
+                let column = self.columns[group][*channel].clone();
+                let stream = Stream::open(&self.source, column.variable);
+                Cursor { column, stream, bytes: Vec::new() }
+            };
+            self.reading.push(Reading { group, given: 0, cursors: channels.iter().map(cursor).collect() });
+        }
+        Ok(())
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
+        let share =
+            |reading: &Reading| reading.given as f64 / self.groups[reading.group].rows.unwrap_or(1).max(1) as f64;
+        let next = (0..self.reading.len()).min_by(|a, b| share(&self.reading[*a]).total_cmp(&share(&self.reading[*b])));
+        let Some(next) = next else { return self.pending.take().map_or(Ok(false), Err) };
+        let reading = &mut self.reading[next];
+        let rows = self.groups[reading.group].rows.unwrap_or(0) as usize;
+        let widest = reading.cursors.iter().map(|cursor| cursor.column.stride * cursor.column.storage.size()).max();
+        let count = (rows - reading.given).min(BLOCK_ROWS).min((STEP / widest.unwrap_or(8)).max(1));
+        block.reset(reading.group, reading.cursors.len());
+        let from = reading.given;
+        let errors: Vec<Option<LogError>> = reading
+            .cursors
+            .par_iter_mut()
+            .zip(&mut block.columns)
+            .map(|(cursor, column)| cursor.read(from, count, column).err())
+            .collect();
+        block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
+        let there = block.rows;
+        block.columns.iter_mut().for_each(|column| column.truncate(there));
+        reading.given += there;
+        if there < count || reading.given == rows {
+            self.reading.remove(next);
+        }
+        if let Some(error) = errors.into_iter().flatten().next() {
+            if there == 0 {
+                self.pending = None;
+                return Err(error);
+            }
+            self.pending = Some(error);
+        }
+        if there == 0 { self.next(block) } else { Ok(true) }
+    }
+
     fn notes(&self) -> Vec<String> {
-        vec![]
+        self.notes.clone()
+    }
+
+    fn constants(&self) -> &[(String, f64)] {
+        &self.constants
     }
 }

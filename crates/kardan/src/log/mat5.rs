@@ -1,1 +1,519 @@
+//! MAT files of version 5 (`save -v7`, `save -v6`, SciPy): arrays with names, from bytes that may be anything.
+//!
+//! The element structure is walked here, with every length checked against what is there, and only inflating is left to
+//! `miniz_oxide` with a bound: the crates that read MAT files panic on truncated ones (`matrw`) or know neither
+//! structures nor all storage types (`matfile`). The walk is the same for files in memory ([`MatFile`]) and for logs,
+//! whose numbers stay where they are ([`Input`]).
 
+use std::borrow::Cow;
+
+use super::LogError;
+use crate::num::{Rational, rational_from_f64};
+
+/// The most bytes that the compressed variables of a file may inflate to, all together.
+pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
+/// The most variables and fields that are looked at.
+const ARRAY_LIMIT: usize = 10_000;
+/// Structures and cells inside each other.
+const DEPTH_LIMIT: usize = 3;
+const HEADER: usize = 128;
+
+/// Why a file cannot be read, and at which byte of the file (of its inflated variable).
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Broken {
+    /// Not what the format says.
+    Damaged(String),
+    /// Inflates beyond [`INFLATED_LIMIT`] or has too many parts.
+    TooLarge(String),
+    /// Cannot be read from where it is.
+    Log(LogError),
+}
+
+fn damaged<T>(what: impl Into<String>) -> Result<T, Broken> {
+    Err(Broken::Damaged(what.into()))
+}
+
+/// How numbers are stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Storage {
+    Signed(usize),
+    Unsigned(usize),
+    Single,
+    Double,
+}
+
+impl Storage {
+    fn of(data_type: u32) -> Option<Self> {
+        Some(match data_type {
+            1 => Self::Signed(1),
+            2 => Self::Unsigned(1),
+            3 => Self::Signed(2),
+            4 => Self::Unsigned(2),
+            5 => Self::Signed(4),
+            6 => Self::Unsigned(4),
+            7 => Self::Single,
+            9 => Self::Double,
+            12 => Self::Signed(8),
+            13 => Self::Unsigned(8),
+            16 => Self::Unsigned(1), // UTF-8
+            17 => Self::Unsigned(2), // UTF-16
+            18 => Self::Unsigned(4), // UTF-32
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn size(self) -> usize {
+        match self {
+            Self::Signed(size) | Self::Unsigned(size) => size,
+            Self::Single => 4,
+            Self::Double => 8,
+        }
+    }
+}
+
+/// A run of stored numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Numbers<R> {
+    pub(crate) storage: Storage,
+    pub(crate) little: bool,
+    /// How many numbers there are.
+    pub(crate) count: usize,
+    pub(crate) bytes: R,
+}
+
+impl<R> Numbers<R> {
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+}
+
+impl Numbers<&[u8]> {
+    fn word(&self, i: usize) -> u64 {
+        let size = self.storage.size();
+        word(&self.bytes[i * size..(i + 1) * size], self.little)
+    }
+
+    /// The exact value; `Err` with its name if it is not finite.
+    pub(crate) fn value(&self, i: usize) -> Result<Rational, &'static str> {
+        let word = self.word(i);
+        let float = match self.storage {
+            Storage::Unsigned(_) => return Ok(Rational::from(word)),
+            Storage::Signed(size) => {
+                let shift = 64 - 8 * size as u32;
+                return Ok(Rational::from((word << shift) as i64 >> shift));
+            }
+            Storage::Single => f64::from(f32::from_bits(word as u32)),
+            Storage::Double => f64::from_bits(word),
+        };
+        rational_from_f64(float).ok_or(if float.is_nan() {
+            "NaN"
+        } else if float > 0.0 {
+            "Inf"
+        } else {
+            "-Inf"
+        })
+    }
+}
+
+pub(crate) fn word(bytes: &[u8], little: bool) -> u64 {
+    let step = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+    if little { bytes.iter().rev().fold(0, step) } else { bytes.iter().fold(0, step) }
+}
+
+/// What an array holds.
+#[derive(Debug, Clone)]
+pub(crate) enum Content<R> {
+    /// Numbers column by column.
+    Full(Numbers<R>),
+    /// Row of each nonzero, where each column starts, the nonzeros.
+    Sparse { rows: Vec<usize>, starts: Vec<usize>, values: Numbers<R> },
+    /// Letters column by column.
+    Text(Vec<char>),
+    /// Fields of a 1×1 structure.
+    Struct(Fields<R>),
+    /// The structures of an array of them, column by column.
+    Structs(Vec<Fields<R>>),
+    /// Cells column by column.
+    Cell(Vec<Array<R>>),
+    /// Something else, in words.
+    Other(&'static str),
+}
+
+/// Fields with their names.
+pub(crate) type Fields<R> = Vec<(String, Array<R>)>;
+
+/// An array of a MAT file.
+#[derive(Debug, Clone)]
+pub(crate) struct Array<R> {
+    pub(crate) name: String,
+    pub(crate) dimensions: Vec<usize>,
+    pub(crate) complex: bool,
+    pub(crate) content: Content<R>,
+}
+
+/// A MAT file whose compressed variables are inflated.
+#[derive(Debug)]
+pub(crate) struct MatFile<'a> {
+    little: bool,
+    elements: Vec<Cow<'a, [u8]>>,
+}
+
+impl<'a> MatFile<'a> {
+    /// Splits a file into its variables and inflates them.
+    pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, Broken> {
+        let little = match bytes.get(126..HEADER) {
+            Some(b"IM") => true,
+            Some(b"MI") => false,
+            Some(_) => return damaged("its byte order mark (bytes 126 and 127) is neither `IM` nor `MI`"),
+            None => return damaged(format!("it ends inside its header, after {} of {HEADER} bytes", bytes.len())),
+        };
+        let mut reader = Reader::new(Slice(bytes), little, HEADER as u64, bytes.len() as u64);
+        let mut elements = Vec::new();
+        let mut budget = INFLATED_LIMIT;
+        while !reader.ended() {
+            if elements.len() == ARRAY_LIMIT {
+                return Err(Broken::TooLarge(format!("it has more than {ARRAY_LIMIT} variables")));
+            }
+            let at = reader.at;
+            let (data_type, body) = reader.element()?;
+            match data_type {
+                14 => elements.push(Cow::Borrowed(body)),
+                15 => {
+                    let inflated = inflate(body, budget, at)?;
+                    budget -= inflated.len();
+                    let (data_type, inside) = whole(&inflated, little).element()?;
+                    if data_type == 14 {
+                        elements.push(Cow::Owned(inside.to_vec()));
+                    }
+                }
+                _ => return damaged(format!("at byte {at} there is no variable (element type {data_type})")),
+            }
+        }
+        Ok(Self { little, elements })
+    }
+
+    /// The variables with a name.
+    pub(crate) fn arrays(&self) -> Result<Vec<Array<&[u8]>>, Broken> {
+        let mut budget = ARRAY_LIMIT;
+        let mut out = Vec::with_capacity(self.elements.len());
+        for element in &self.elements {
+            let array = whole(element, self.little).array(DEPTH_LIMIT, &mut budget)?;
+            if !array.name.is_empty() {
+                out.push(array);
+            }
+        }
+        Ok(out)
+    }
+}
+
+fn whole(bytes: &[u8], little: bool) -> Reader<Slice<'_>> {
+    Reader::new(Slice(bytes), little, 0, bytes.len() as u64)
+}
+
+fn inflate(body: &[u8], budget: usize, at: u64) -> Result<Vec<u8>, Broken> {
+    use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
+    decompress_to_vec_zlib_with_limit(body, budget).map_err(|error| match error.status {
+        TINFLStatus::HasMoreOutput => {
+            Broken::TooLarge(format!("its compressed variables inflate to more than {} MiB", INFLATED_LIMIT >> 20))
+        }
+        _ => Broken::Damaged(format!("the compressed variable at byte {at} cannot be inflated")),
+    })
+}
+
+/// Where the bytes of elements come from.
+pub(crate) trait Input {
+    /// A run of bytes, or where it is.
+    type Run;
+    /// Whether sparse matrices are read: their indices must be in memory.
+    const SPARSE: bool;
+    /// The most bytes of a text or of names that are read.
+    const TEXT: usize;
+
+    /// Reads few bytes from a place on, which is never before the last one.
+    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken>;
+
+    /// A run of bytes from a place on.
+    fn run(&mut self, at: u64, count: usize) -> Result<Self::Run, Broken>;
+}
+
+/// Bytes in memory.
+struct Slice<'a>(&'a [u8]);
+
+impl<'a> Slice<'a> {
+    fn get(&self, at: u64, count: usize) -> Result<&'a [u8], Broken> {
+        let at = at as usize;
+        match at.checked_add(count).and_then(|end| self.0.get(at..end)) {
+            Some(bytes) => Ok(bytes),
+            None => damaged("it breaks off"),
+        }
+    }
+}
+
+impl<'a> Input for Slice<'a> {
+    type Run = &'a [u8];
+    const SPARSE: bool = true;
+    const TEXT: usize = usize::MAX;
+
+    fn read(&mut self, at: u64, count: usize) -> Result<Cow<'_, [u8]>, Broken> {
+        self.get(at, count).map(Cow::Borrowed)
+    }
+
+    fn run(&mut self, at: u64, count: usize) -> Result<&'a [u8], Broken> {
+        self.get(at, count)
+    }
+}
+
+/// Reads elements one after the other.
+pub(crate) struct Reader<I> {
+    pub(crate) input: I,
+    pub(crate) at: u64,
+    end: u64,
+    little: bool,
+}
+
+/// Type, place and length of the body of an element, and where the next begins.
+#[derive(Clone, Copy)]
+struct Tag {
+    data_type: u32,
+    at: u64,
+    length: usize,
+    next: u64,
+}
+
+impl<I: Input> Reader<I> {
+    /// Reads what is between two places.
+    pub(crate) fn new(input: I, little: bool, at: u64, end: u64) -> Self {
+        Self { input, at, end, little }
+    }
+
+    fn ended(&self) -> bool {
+        self.at >= self.end
+    }
+
+    fn within(&self, at: u64, count: usize) -> Result<(), Broken> {
+        let left = self.end.saturating_sub(at);
+        if count as u64 > left {
+            return damaged(format!("it breaks off: {count} bytes are announced where {left} are left"));
+        }
+        Ok(())
+    }
+
+    /// The tag of the next element; the element with the padding behind it is passed over.
+    fn tag(&mut self) -> Result<Tag, Broken> {
+        let (at, little) = (self.at, self.little);
+        self.within(at, 4)?;
+        let first = word(&self.input.read(at, 4)?, little) as u32;
+        let tag = if first >> 16 != 0 {
+            let length = (first >> 16) as usize;
+            self.within(at + 4, 4)?;
+            if length > 4 {
+                return damaged(format!("a small element announces {length} bytes, more than 4"));
+            }
+            Tag { data_type: first & 0xffff, at: at + 4, length, next: at + 8 }
+        } else {
+            self.within(at + 4, 4)?;
+            let length = word(&self.input.read(at + 4, 4)?, little) as usize;
+            self.within(at + 8, length)?;
+            // Compressed variables follow each other without padding.
+            let padded = if first == 15 { length } else { length.next_multiple_of(8) };
+            Tag { data_type: first, at: at + 8, length, next: (at + 8 + padded as u64).min(self.end) }
+        };
+        self.at = tag.next;
+        Ok(tag)
+    }
+
+    /// Type and body of the next element.
+    fn element(&mut self) -> Result<(u32, I::Run), Broken> {
+        let tag = self.tag()?;
+        Ok((tag.data_type, self.input.run(tag.at, tag.length)?))
+    }
+
+    /// Type and body of the next element, which is read.
+    fn small(&mut self) -> Result<(u32, Cow<'_, [u8]>), Broken> {
+        let tag = self.tag()?;
+        if tag.length > I::TEXT {
+            return Err(Broken::TooLarge(format!("names or sizes of it have {} bytes", tag.length)));
+        }
+        Ok((tag.data_type, self.input.read(tag.at, tag.length)?))
+    }
+
+    fn numbers(&mut self) -> Result<Numbers<I::Run>, Broken> {
+        let tag = self.tag()?;
+        match Storage::of(tag.data_type) {
+            Some(storage) if tag.length.is_multiple_of(storage.size()) => {
+                let bytes = self.input.run(tag.at, tag.length)?;
+                Ok(Numbers { storage, little: self.little, count: tag.length / storage.size(), bytes })
+            }
+            _ => damaged(format!("{} bytes of element type {} are no list of numbers", tag.length, tag.data_type)),
+        }
+    }
+
+    /// Counts: integers that are not negative.
+    fn counts(&mut self) -> Result<Vec<usize>, Broken> {
+        let little = self.little;
+        let (data_type, bytes) = self.small()?;
+        match Storage::of(data_type) {
+            Some(Storage::Signed(4) | Storage::Unsigned(4)) if bytes.len().is_multiple_of(4) => bytes
+                .chunks_exact(4)
+                .map(|bytes| match word(bytes, little) {
+                    word if word < 1 << 31 => Ok(word as usize),
+                    _ => damaged("a dimension or an index is negative"),
+                })
+                .collect(),
+            _ => damaged("dimensions or indices are not stored as 32-bit integers"),
+        }
+    }
+
+    fn text(&mut self) -> Result<String, Broken> {
+        let (_, bytes) = self.small()?;
+        Ok(String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_string())
+    }
+
+    /// The field names of a structure.
+    fn fields(&mut self, name: &str) -> Result<Vec<String>, Broken> {
+        let length = match self.counts()?[..] {
+            [length] if length > 0 => length,
+            _ => return damaged(format!("structure `{name}` does not say how long its field names are")),
+        };
+        let (_, names) = self.small()?;
+        let field = |field: &[u8]| {
+            let end = field.iter().position(|byte| *byte == 0).unwrap_or(field.len());
+            String::from_utf8_lossy(&field[..end]).to_string()
+        };
+        Ok(names.chunks(length).map(field).collect())
+    }
+
+    /// The body of an array element.
+    pub(crate) fn array(&mut self, depth: usize, budget: &mut usize) -> Result<Array<I::Run>, Broken> {
+        if *budget == 0 {
+            return Err(Broken::TooLarge(format!("it has more than {ARRAY_LIMIT} variables, fields and cells")));
+        }
+        *budget -= 1;
+        if self.ended() {
+            // An empty field may be stored as nothing at all.
+            let content = Content::Other("nothing");
+            return Ok(Array { name: String::new(), dimensions: vec![0, 0], complex: false, content });
+        }
+        let little = self.little;
+        let (flags_type, flags) = self.small()?;
+        if flags_type != 6 || flags.len() != 8 {
+            return damaged("a variable does not begin with its flags");
+        }
+        let flags = word(&flags[..4], little);
+        let (class, complex) = (flags & 0xff, flags & 0x0800 != 0);
+        if class == 17 {
+            let (name, content) = (self.text()?, Content::Other("a MATLAB object"));
+            return Ok(Array { name, dimensions: Vec::new(), complex: false, content });
+        }
+        let dimensions = self.counts()?;
+        let Some(count) = dimensions.iter().try_fold(1usize, |product, d| product.checked_mul(*d)) else {
+            return damaged("its dimensions are beyond all bounds");
+        };
+        if dimensions.len() < 2 {
+            return damaged("a variable has fewer than two dimensions");
+        }
+        let name = self.text()?;
+        let array = |content| Array { name: name.clone(), dimensions: dimensions.clone(), complex, content };
+        let content = match class {
+            1 | 2 if depth == 0 => Content::Other("a structure or cell array deep inside others"),
+            1 => {
+                let mut cells = Vec::new();
+                for _ in 0..count {
+                    cells.push(self.inner(depth, budget)?);
+                }
+                Content::Cell(cells)
+            }
+            2 if count == 1 => {
+                let mut fields = Vec::new();
+                for field in self.fields(&name)? {
+                    fields.push((field, self.inner(depth, budget)?));
+                }
+                Content::Struct(fields)
+            }
+            2 => {
+                let names = self.fields(&name)?;
+                let mut structs = Vec::new();
+                for _ in 0..if names.is_empty() { 0 } else { count } {
+                    let mut fields = Vec::new();
+                    for field in &names {
+                        fields.push((field.clone(), self.inner(depth, budget)?));
+                    }
+                    structs.push(fields);
+                }
+                Content::Structs(structs)
+            }
+            3 => Content::Other("a MATLAB object"),
+            4 => {
+                let Some(letters) = self.letters()? else {
+                    return Ok(array(Content::Other("a long text")));
+                };
+                if letters.len() != count {
+                    return damaged(format!("text `{name}` has {} letters instead of {count}", letters.len()));
+                }
+                Content::Text(letters)
+            }
+            5 if !I::SPARSE => Content::Other("a sparse matrix"),
+            5 => {
+                let (rows, starts) = (self.counts()?, self.counts()?);
+                let values = self.numbers()?;
+                let [height, width] = dimensions[..] else {
+                    return damaged(format!("sparse matrix `{name}` has more than two dimensions"));
+                };
+                let used = starts.last().copied().unwrap_or(0);
+                let sound = starts.len() == width + 1
+                    && starts.is_sorted()
+                    && used <= rows.len()
+                    && used <= values.len()
+                    && rows[..used].iter().all(|row| *row < height);
+                if !sound {
+                    return damaged(format!("the indices of sparse matrix `{name}` do not fit its size"));
+                }
+                Content::Sparse { rows, starts, values }
+            }
+            6..=15 => {
+                let numbers = self.numbers()?;
+                if numbers.len() != count {
+                    return damaged(format!("`{name}` has {} entries instead of {count}", numbers.len()));
+                }
+                Content::Full(numbers)
+            }
+            16 => Content::Other("a function"),
+            _ => return damaged(format!("`{name}` is of the unknown class {class}")),
+        };
+        Ok(array(content))
+    }
+
+    fn inner(&mut self, depth: usize, budget: &mut usize) -> Result<Array<I::Run>, Broken> {
+        let tag = self.tag()?;
+        if tag.data_type != 14 {
+            return damaged(format!("a field or cell is of element type {}, not an array", tag.data_type));
+        }
+        let (end, next) = (self.end, self.at);
+        (self.at, self.end) = (tag.at, tag.at + tag.length as u64);
+        let array = self.array(depth - 1, budget);
+        (self.at, self.end) = (next, end);
+        array
+    }
+
+    /// A text, if it is not longer than what is read.
+    fn letters(&mut self) -> Result<Option<Vec<char>>, Broken> {
+        let (little, tag) = (self.little, self.tag()?);
+        if tag.length > I::TEXT {
+            return Ok(None);
+        }
+        let (data_type, bytes) = (tag.data_type, self.input.read(tag.at, tag.length)?);
+        let utf_16 = |size: usize| -> Vec<char> {
+            let units = bytes.chunks_exact(size).map(|unit| word(unit, little) as u16);
+            char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect()
+        };
+        Ok(Some(match data_type {
+            1 | 2 | 16 => String::from_utf8_lossy(&bytes).chars().collect(),
+            3 | 4 | 17 => utf_16(2),
+            5 | 6 | 18 => bytes
+                .chunks_exact(4)
+                .map(|unit| char::from_u32(word(unit, little) as u32).unwrap_or('\u{fffd}'))
+                .collect(),
+            _ => return damaged(format!("a text is stored as element type {data_type}")),
+        }))
+    }
+}

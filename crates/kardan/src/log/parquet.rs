@@ -1,22 +1,333 @@
-use super::*;
-use std::sync::Arc;
-pub(super) struct ParquetLog;
-impl ParquetLog {
-    pub(super) fn open(_b: Arc<dyn Bytes>) -> Result<Self, LogError> {
-        Err(LogError::Empty)
+//! Apache Parquet: row groups one after the other, the chosen columns side by side.
+
+mod pages;
+mod units;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
+
+use ::parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical};
+use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use ::parquet::data_type::DataType;
+use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
+use ::parquet::file::reader::SerializedPageReader;
+use ::parquet::schema::types::ColumnDescriptor;
+use rayon::prelude::*;
+
+use super::source::Source;
+use super::{BLOCK_ROWS, Block, Bytes, Channel, Group, Log, LogError, chosen, find_time, make_unique};
+use pages::{Inflated, LIMIT, Shared};
+
+const PARQUET: &str = "Parquet";
+
+/// What the whole numbers of a column mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Meaning {
+    Plain,
+    Unsigned,
+    /// Divided by this.
+    Scaled(f64),
+    /// The same after the first value is taken off.
+    Since(f64),
+}
+
+struct Column {
+    leaf: usize,
+    meaning: Meaning,
+}
+
+pub(super) struct ParquetLog {
+    file: Shared,
+    metadata: ParquetMetaData,
+    groups: [Group; 1],
+    columns: Vec<Column>,
+    notes: Vec<String>,
+    reading: Option<Reading>,
+}
+
+struct Reading {
+    row_group: usize,
+    /// Rows of the row group that are not read.
+    left: usize,
+    cursors: Vec<Cursor>,
+    failed: Option<LogError>,
+}
+
+struct Cursor {
+    column: usize,
+    /// The first value of a column of stamps.
+    start: Option<i64>,
+    reader: Option<ColumnReader>,
+    levels: Vec<i16>,
+}
+
+/// Runs what may panic on bytes that lie: the crate `parquet` checks much, but asserts some.
+fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(value)) => Ok(value),
+        Ok(Err(error)) => Err(LogError::damaged(PARQUET, place, error.to_string())),
+        Err(_) => Err(LogError::damaged(PARQUET, place, "its numbers contradict each other")),
     }
 }
-impl Log for ParquetLog {
-    fn groups(&self) -> &[Group] {
-        &[]
+
+impl ParquetLog {
+    pub(super) fn open(bytes: Arc<dyn Bytes>) -> Result<Self, LogError> {
+        let mut source = Source::open(&*bytes, PARQUET)?;
+        let end = source.size;
+        let tail = if end < 12 { Vec::new() } else { source.bytes(end - 8, 8)? };
+        if tail.get(4..) != Some(b"PAR1") {
+            let what =
+                "the description of its columns, which is written last, is missing, and no row can be read without it";
+            return Err(LogError::Truncated { format: PARQUET, what: what.into(), end });
+        }
+        let length = tail[..4].iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
+        if length > (end - 12).min(LIMIT as u64) {
+            let what = format!("the description of its columns is said to have {length} bytes");
+            return Err(LogError::damaged(PARQUET, format!("at byte {}", end - 8), what));
+        }
+        let file = Shared(Arc::new(Mutex::new(source)));
+        let place = format!("in the description of its columns, at byte {}", end - 8 - length);
+        let metadata = guarded(&place, || ParquetMetaDataReader::new().parse_and_finish(&file))?;
+        let mut log =
+            Self { file, metadata, groups: [Group::default()], columns: Vec::new(), notes: Vec::new(), reading: None };
+        log.find_columns()?;
+        Ok(log)
     }
-    fn choose(&mut self, _: &[(usize, usize)]) -> Result<(), LogError> {
+
+    fn find_columns(&mut self) -> Result<(), LogError> {
+        let schema = self.metadata.file_metadata().schema_descr_ptr();
+        let pairs = self.metadata.file_metadata().key_value_metadata();
+        let pair = |key: &str| pairs?.iter().find(|pair| pair.key == key)?.value.as_deref();
+        let units = pair("ARROW:schema").map(units::units).unwrap_or_default();
+        let mut unread = None;
+        for (leaf, descriptor) in schema.columns().iter().enumerate() {
+            let name = descriptor.path().string();
+            let Some((meaning, own_unit)) = meaning(descriptor) else {
+                self.notes
+                    .push(format!("`{name}` holds no plain numbers ({}) and is left out", descriptor.physical_type()));
+                continue;
+            };
+            let compression = self
+                .metadata
+                .row_groups()
+                .iter()
+                .filter_map(|group| group.columns().get(leaf))
+                .map(|column| column.compression());
+            if let Some(compression) = compression.into_iter().find(|compression| !pages::is_read(*compression)) {
+                self.notes.push(format!("`{name}` is compressed with {compression} and is left out"));
+                unread = Some(compression);
+                continue;
+            }
+            let unit = units.iter().find(|(column, _)| *column == name).map(|(_, unit)| unit.as_str());
+            let unit = own_unit.or(unit).or_else(|| pair(&format!("unit:{name}"))).unwrap_or("").to_owned();
+            self.groups[0].channels.push(Channel { name, unit });
+            self.columns.push(Column { leaf, meaning });
+        }
+        let group = &mut self.groups[0];
+        if let (true, Some(compression)) = (group.channels.is_empty(), unread) {
+            return Err(LogError::unsupported(
+                format!("the columns of the Parquet file are compressed with {compression}"),
+                "write it with Snappy, Zstandard, gzip or no compression (pyarrow: `compression=\"snappy\"`)",
+            ));
+        }
+        if group.channels.is_empty() {
+            let why = "none of its columns holds plain numbers".into();
+            return Err(LogError::NoChannels { format: PARQUET, why });
+        }
+        make_unique(&mut group.channels);
+        let of_stamps = || self.columns.iter().position(|column| matches!(column.meaning, Meaning::Since(_)));
+        group.time = find_time(&group.channels).or_else(of_stamps);
+        group.rows = u64::try_from(self.metadata.file_metadata().num_rows()).ok();
         Ok(())
     }
-    fn next(&mut self, _: &mut Block) -> Result<bool, LogError> {
-        Ok(false)
+}
+
+/// What the numbers of a column mean and their unit, if that follows.
+fn meaning(descriptor: &ColumnDescriptor) -> Option<(Meaning, Option<&'static str>)> {
+    let per_second = |unit: &TimeUnit| match unit {
+        TimeUnit::MILLIS => 1e3,
+        TimeUnit::MICROS => 1e6,
+        TimeUnit::NANOS => 1e9,
+    };
+    if descriptor.max_rep_level() > 0 {
+        return None;
     }
+    let whole = match descriptor.physical_type() {
+        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => return Some((Meaning::Plain, None)),
+        Physical::INT32 | Physical::INT64 => (descriptor.logical_type_ref(), descriptor.converted_type()),
+        _ => return None,
+    };
+    Some(match whole {
+        (Some(LogicalType::Timestamp(kind)), _) => (Meaning::Since(per_second(&kind.unit)), Some("s")),
+        (Some(LogicalType::Time(kind)), _) => (Meaning::Scaled(per_second(&kind.unit)), Some("s")),
+        (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => (Meaning::Unsigned, None),
+        (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(10f64.powi(kind.scale)), None),
+        (_, ConvertedType::TIMESTAMP_MILLIS) => (Meaning::Since(1e3), Some("s")),
+        (_, ConvertedType::TIMESTAMP_MICROS) => (Meaning::Since(1e6), Some("s")),
+        (_, ConvertedType::TIME_MILLIS) => (Meaning::Scaled(1e3), Some("s")),
+        (_, ConvertedType::TIME_MICROS) => (Meaning::Scaled(1e6), Some("s")),
+        (_, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
+            (Meaning::Unsigned, None)
+        }
+        (_, ConvertedType::DECIMAL) => (Meaning::Scaled(10f64.powi(descriptor.type_scale())), None),
+        _ => (Meaning::Plain, None),
+    })
+}
+
+impl Cursor {
+    /// Goes to the beginning of a row group.
+    fn open(&mut self, log: &ParquetLog, row_group: usize) -> Result<(), LogError> {
+        let leaf = log.columns[self.column].leaf;
+        let place = place(&log.groups[0], row_group, self.column);
+        let chunk = log.metadata.row_group(row_group).columns().get(leaf);
+        let chunk = chunk.ok_or_else(|| LogError::damaged(PARQUET, &place, "the column is missing there"))?;
+        self.reader = Some(guarded(&place, || {
+            let compression = chunk.compression();
+            let plain = chunk.clone().into_builder().set_compression(Compression::UNCOMPRESSED).build()?;
+            let rows = usize::try_from(log.metadata.row_group(row_group).num_rows())?;
+            let pages = SerializedPageReader::new(Arc::new(log.file.clone()), &plain, rows, None)?;
+            Ok(get_column_reader(chunk.column_descr_ptr(), Box::new(Inflated { pages, compression })))
+        })?);
+        Ok(())
+    }
+
+    /// Appends values; those before an error stay.
+    fn read(&mut self, meaning: Meaning, depth: i16, count: usize, out: &mut Vec<f64>) -> Result<(), ParquetError> {
+        let (levels, start) = (&mut self.levels, &mut self.start);
+        let mut whole = |value: i64, unsigned: u64| match meaning {
+            Meaning::Plain => value as f64,
+            Meaning::Unsigned => unsigned as f64,
+            Meaning::Scaled(scale) => value as f64 / scale,
+            Meaning::Since(scale) => (i128::from(value) - i128::from(*start.get_or_insert(value))) as f64 / scale,
+        };
+        match &mut self.reader {
+            Some(ColumnReader::BoolColumnReader(reader)) => {
+                records(reader, levels, depth, count, out, |x| f64::from(u8::from(*x)))
+            }
+            Some(ColumnReader::Int32ColumnReader(reader)) => {
+                records(reader, levels, depth, count, out, |x| whole(i64::from(*x), u64::from(*x as u32)))
+            }
+            Some(ColumnReader::Int64ColumnReader(reader)) => {
+                records(reader, levels, depth, count, out, |x| whole(*x, *x as u64))
+            }
+            Some(ColumnReader::FloatColumnReader(reader)) => {
+                records(reader, levels, depth, count, out, |x| f64::from(*x))
+            }
+            Some(ColumnReader::DoubleColumnReader(reader)) => records(reader, levels, depth, count, out, |x| *x),
+            _ => Err(ParquetError::General("the column has another type than the description says".into())),
+        }
+    }
+}
+
+/// Appends the values of some rows; where there is none, NaN.
+fn records<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    levels: &mut Vec<i16>,
+    depth: i16,
+    count: usize,
+    out: &mut Vec<f64>,
+    mut value: impl FnMut(&T::T) -> f64,
+) -> Result<(), ParquetError> {
+    let end = out.len() + count;
+    let mut values = Vec::new();
+    while out.len() < end {
+        levels.clear();
+        values.clear();
+        let (rows, ..) =
+            reader.read_records(end - out.len(), (depth > 0).then_some(&mut *levels), None, &mut values)?;
+        if rows == 0 {
+            return Err(ParquetError::General(format!("{} rows are missing", end - out.len())));
+        }
+        if depth == 0 {
+            out.extend(values.iter().take(end - out.len()).map(&mut value));
+        } else {
+            let mut given = values.iter();
+            let of = |level: &i16| if *level == depth { given.next().map_or(f64::NAN, &mut value) } else { f64::NAN };
+            out.extend(levels.iter().take(end - out.len()).map(of));
+        }
+    }
+    Ok(())
+}
+
+fn place(group: &Group, row_group: usize, column: usize) -> String {
+    format!("in row group {}, column `{}`", row_group + 1, group.channels[column].name)
+}
+
+impl ParquetLog {
+    fn rows(&self, row_group: usize) -> Result<usize, LogError> {
+        let rows = self.metadata.row_group(row_group).num_rows();
+        usize::try_from(rows).map_err(|_| {
+            LogError::damaged(
+                PARQUET,
+                format!("in row group {}", row_group + 1),
+                format!("it is said to have {rows} rows"),
+            )
+        })
+    }
+
+    fn advance(&self, reading: &mut Reading, block: &mut Block) -> Result<bool, LogError> {
+        if let Some(error) = reading.failed.take() {
+            return Err(error);
+        }
+        while reading.left == 0 {
+            if reading.row_group == self.metadata.num_row_groups() {
+                return Ok(false);
+            }
+            reading.left = self.rows(reading.row_group)?;
+            for cursor in &mut reading.cursors {
+                cursor.open(self, reading.row_group)?;
+            }
+            reading.row_group += 1;
+        }
+        let row_group = reading.row_group - 1;
+        let count = reading.left.min(BLOCK_ROWS);
+        let schema = self.metadata.file_metadata().schema_descr();
+        block.reset(0, reading.cursors.len());
+        let (columns, group) = (&self.columns, &self.groups[0]);
+        let read = |(cursor, column): (&mut Cursor, &mut Vec<f64>)| {
+            let Column { leaf, meaning } = columns[cursor.column];
+            let depth = schema.column(leaf).max_def_level();
+            guarded(&place(group, row_group, cursor.column), || cursor.read(meaning, depth, count, column)).err()
+        };
+        let errors: Vec<Option<LogError>> = reading.cursors.par_iter_mut().zip(&mut block.columns).map(read).collect();
+        block.rows = block.columns.iter().map(Vec::len).min().unwrap_or(0).min(count);
+        let there = block.rows;
+        block.columns.iter_mut().for_each(|column| column.truncate(there));
+        reading.left -= there;
+        match errors.into_iter().flatten().next() {
+            Some(error) if there == 0 => Err(error),
+            error => {
+                reading.failed = error;
+                Ok(true)
+            }
+        }
+    }
+}
+
+impl Log for ParquetLog {
+    fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
+        let channels = chosen(&self.groups, wanted)?.remove(0);
+        let cursor = |column| Cursor { column, start: None, reader: None, levels: Vec::new() };
+        let cursors: Vec<Cursor> = channels.into_iter().map(cursor).collect();
+        self.reading = (!cursors.is_empty()).then_some(Reading { row_group: 0, left: 0, cursors, failed: None });
+        Ok(())
+    }
+
+    fn next(&mut self, block: &mut Block) -> Result<bool, LogError> {
+        let Some(mut reading) = self.reading.take() else { return Ok(false) };
+        let more = self.advance(&mut reading, block)?;
+        if more {
+            self.reading = Some(reading);
+        }
+        Ok(more)
+    }
+
     fn notes(&self) -> Vec<String> {
-        vec![]
+        self.notes.clone()
     }
 }

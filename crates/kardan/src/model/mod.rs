@@ -5,7 +5,6 @@
 mod document;
 mod identification;
 mod manual;
-mod mat;
 pub mod parse;
 mod resolve;
 mod state_space;

@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use serde_json::value::RawValue;
 
-use super::mat::{Array, Broken, Content, MatFile};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::log::mat5::{Array, Broken, Content, MatFile};
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::units::parse_number;
 
@@ -450,17 +450,18 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
                 .help("was it copied completely and as binary? write it again with `save -v7 FILE A B C D`"),
             Broken::TooLarge(what) => Diagnostic::error("mat::too-large", format!("the MAT file is too large: {what}"))
                 .help("save only the matrices of the system: `save -v7 FILE A B C D`"),
+            Broken::Log(error) => Diagnostic::error("mat::damaged", error.to_string()),
         }]
     };
     let file = MatFile::open(bytes).map_err(broken)?;
     let arrays = file.arrays().map_err(broken)?;
     let mut mistakes = Vec::new();
-    let has_a = |arrays: &[(String, Array<'_>)]| arrays.iter().any(|(name, _)| name == "A");
-    let variables: Vec<(String, Array<'_>)> = arrays.into_iter().map(|array| (array.name.clone(), array)).collect();
+    let has_a = |arrays: &[(String, Array<&[u8]>)]| arrays.iter().any(|(name, _)| name == "A");
+    let variables: Vec<(String, Array<&[u8]>)> = arrays.into_iter().map(|array| (array.name.clone(), array)).collect();
     if has_a(&variables) {
         return mat_parts(&variables, "", &mut mistakes).system(mistakes);
     }
-    let systems: Vec<(&str, &[(String, Array<'_>)])> = variables
+    let systems: Vec<(&str, &[(String, Array<&[u8]>)])> = variables
         .iter()
         .filter_map(|(name, array)| match &array.content {
             Content::Struct(fields) if has_a(fields) => Some((name.as_str(), fields.as_slice())),
@@ -509,7 +510,7 @@ fn discrete(key: &str) -> Diagnostic {
         .help("give the continuous-time system (d2c), or leave the key out")
 }
 
-fn mat_parts(fields: &[(String, Array<'_>)], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Parts {
+fn mat_parts(fields: &[(String, Array<&[u8]>)], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Parts {
     let mut parts = Parts::default();
     for (name, array) in fields {
         if let Some(key) = MATRICES.iter().find(|key| *key == name) {
@@ -528,7 +529,7 @@ fn mat_parts(fields: &[(String, Array<'_>)], prefix: &str, mistakes: &mut Vec<Di
     parts
 }
 
-fn mat_matrix(name: &str, array: &Array<'_>, mistakes: &mut Vec<Diagnostic>) -> Option<Found> {
+fn mat_matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) -> Option<Found> {
     let mut refuse = |code, message: String, help: &str| {
         mistakes.push(Diagnostic::error(code, message).help(help));
         None
@@ -538,6 +539,7 @@ fn mat_matrix(name: &str, array: &Array<'_>, mistakes: &mut Vec<Diagnostic>) -> 
         Content::Text(_) => Some("a text"),
         Content::Struct(_) => Some("a structure"),
         Content::Cell(_) => Some("a cell array"),
+        Content::Structs(_) => Some("an array of structures"),
         Content::Other(what) => Some(*what),
     };
     if let Some(what) = what {
@@ -605,7 +607,7 @@ fn more(name: &str, count: usize, span: Option<&Range<usize>>, mistakes: &mut Ve
 }
 
 /// Names from a cell array of texts, or from the rows of a text.
-fn mat_names(array: &Array<'_>) -> Option<Vec<String>> {
+fn mat_names(array: &Array<&[u8]>) -> Option<Vec<String>> {
     match &array.content {
         Content::Cell(cells) => cells
             .iter()

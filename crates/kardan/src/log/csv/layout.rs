@@ -10,8 +10,8 @@ use super::cell::{self, Cell};
 const HEAD: usize = 256 << 10;
 /// How much, if there is no end of a line in that.
 const LONG_HEAD: usize = 16 << 20;
-/// How many lines are split when delimiters are compared.
-const SAMPLE: usize = 200;
+/// How many lines are split when delimiters are compared, at the beginning and at the end of what is looked at.
+const SAMPLE: usize = 500;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Encoding {
@@ -132,7 +132,7 @@ fn is_value(cell: &Cell) -> bool {
     matches!(cell, Cell::Number(_) | Cell::Stamp(_))
 }
 
-/// The form that makes most of the last rows seen rows of numbers, of those the one with most cells.
+/// The form that makes most of the rows seen rows of numbers, of those the one with most cells.
 fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     let delimiters = options.delimiter.map_or_else(|| b"\t;,| ".to_vec(), |delimiter| vec![delimiter]);
     let points: &[u8] = match options.decimal_comma {
@@ -144,7 +144,8 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
     for &delimiter in &delimiters {
         for &point in points.iter().filter(|point| **point != delimiter) {
             if let Some((share, form)) = try_form(rows, delimiter, point) {
-                let score = (share, form.cells);
+                // Whole numbers between commas are no column of decimal commas.
+                let score = (if form.cells == 1 { 0.5 * share } else { share }, form.cells);
                 if best.as_ref().is_none_or(|(other, _)| score > *other) {
                     best = Some((score, form));
                 }
@@ -155,17 +156,15 @@ fn form(rows: &[(usize, &[u8])], options: &CsvOptions) -> Option<Form> {
 }
 
 fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, Form)> {
-    // The rows are judged by the last of those seen, which no header reaches in a long file.
+    let (front, back) = (rows.len().min(SAMPLE), rows.len().saturating_sub(SAMPLE).max(rows.len().min(SAMPLE)));
     let sample: Vec<Vec<Cell>> =
-        rows[rows.len().saturating_sub(SAMPLE)..].iter().map(|(_, line)| cells_of(line, delimiter, point)).collect();
-    let plain = |row: &Vec<Cell>| row.iter().any(is_value) && !row.contains(&Cell::Text);
-    let half = &sample[sample.len() / 2..];
-    let plain_rows: Vec<&Vec<Cell>> = half.iter().filter(|row| plain(row)).collect();
-    let judged: Vec<&Vec<Cell>> = if 2 * plain_rows.len() >= half.len() || half.len() < 4 {
-        sample.iter().filter(|row| plain(row)).collect()
-    } else {
-        half.iter().collect()
-    };
+        rows[..front].iter().chain(&rows[back..]).map(|(_, line)| cells_of(line, delimiter, point)).collect();
+    let plain = |row: &&Vec<Cell>| row.iter().any(is_value) && !row.contains(&Cell::Text);
+    let mut judged: Vec<&Vec<Cell>> = sample.iter().filter(plain).collect();
+    if 5 * judged.len() < sample.len() && sample.len() >= 4 {
+        // Some cells are texts: the rows are judged by the last, which no header reaches in a long file.
+        judged = sample[sample.len() / 2..].iter().collect();
+    }
     let mut counts = std::collections::BTreeMap::new();
     for row in &judged {
         *counts.entry(row.len()).or_insert(0usize) += 1;
@@ -184,20 +183,13 @@ fn try_form(rows: &[(usize, &[u8])], delimiter: u8, point: u8) -> Option<(f64, F
     }
     let share = good as f64 / (cells * judged.len()) as f64 * judged.len() as f64 / sample.len() as f64;
     let mut form = Form { delimiter, point, cells, numeric, start: 0 };
-    // The first row of numbers that goes on being followed by such rows.
-    let mut run = [false; 8];
-    let mut start = None;
-    for (line, text) in rows.iter().rev() {
-        let is_row = form.is_row(text);
-        run.rotate_right(1);
-        run[0] = is_row;
-        let seen = (rows.last()?.0 - line + 1).min(run.len());
-        if is_row && 2 * run[..seen].iter().filter(|row| **row).count() >= seen.min(3) {
-            start = Some(*line);
-        } else if start.is_some() && seen == run.len() && !run[..4].contains(&true) {
-            break;
-        }
-    }
+    // The first row of numbers that is followed by such rows.
+    let are_rows: Vec<bool> = rows.iter().map(|(_, line)| form.is_row(line)).collect();
+    let goes_on = |index: &usize| {
+        let next = &are_rows[*index..are_rows.len().min(index + 8)];
+        next[0] && 2 * next.iter().filter(|is_row| **is_row).count() >= next.len().min(3)
+    };
+    let start = (0..rows.len()).find(goes_on).map(|index| rows[index].0);
     form.start = start?;
     Some((share, form))
 }

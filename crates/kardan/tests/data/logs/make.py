@@ -91,3 +91,63 @@ schema = pa.schema([
 columns = [stamps["ms"], stamps["us"], stamps["ns"], holes, pa.array([2**63 + 2048 * j for j in range(N)], pa.uint64()), pa.nulls(N, pa.float64())]
 pq.write_table(pa.table(columns, schema=schema), "nulls.parquet", row_group_size=40)
 pq.write_table(table.select(["time", "ramp"]), "delta.parquet", use_dictionary=False, column_encoding={"time": "BYTE_STREAM_SPLIT", "ramp": "DELTA_BINARY_PACKED"})
+
+
+# No tool at hand writes unsorted or unfinished MDF files, so these are put together from the standard; asammdf reads
+# the first one below and must find the same values.
+def unsorted(name, finished):
+    out = bytearray(64)
+    out[0:24] = (b"MDF     " if finished else b"UnFinMF ") + b"4.10    make.py "
+    struct.pack_into("<H", out, 28, 410)
+    if not finished:
+        struct.pack_into("<HH", out, 60, 0b101, 0)  # rows and length of the last block are not known
+
+    def block(kind, links, data):
+        out.extend(bytes(-len(out) % 8))
+        at = len(out)
+        out.extend(b"##" + kind + bytes(4) + struct.pack("<QQ", 24 + 8 * len(links) + len(data), len(links)))
+        out.extend(struct.pack(f"<{len(links)}Q", *links) + data)
+        return at
+
+    def text(words):
+        raw = words.encode() + b"\0"
+        return block(b"TX", [], raw + bytes(-len(raw) % 8))
+
+    def channel(after, name, kind, data_type, bit, byte, bits):
+        data = struct.pack("<BBBBIIIIBBH6d", kind, 1 if kind == 2 else 0, data_type, bit, byte, bits, 0, 0, 0, 0, 0, *[0] * 6)
+        return block(b"CN", [after, 0, text(name), 0, 0, 0, text("s" if kind == 2 else "1"), 0], data)
+
+    block(b"HD", [0] * 6, bytes(32))
+    history = block(b"FH", [0, block(b"MD", [], b"<FHcomment><TX>x</TX></FHcomment>\0\0\0\0\0\0\0")], bytes(16))
+    struct.pack_into("<Q", out, 64 + 24 + 8, history)
+    # group 1: time double, big-endian int16, three bits inside a byte; group 2: time double, big-endian single
+    first = channel(0, "bits", 0, 0, 2, 10, 3)
+    first = channel(first, "word", 0, 3, 0, 8, 16)
+    first = channel(first, "t", 2, 4, 0, 0, 64)
+    second = channel(0, "single", 0, 5, 0, 8, 32)
+    second = channel(second, "t", 2, 4, 0, 0, 64)
+    group = lambda after, channels, number, rows, size: block(b"CG", [after, channels, 0, 0, 0, 0], struct.pack("<QQHHIII", number, rows if finished else 0, 0, 0, 0, size, 0))
+    groups = group(0, second, 2, 20, 12)
+    groups = group(groups, first, 1, 60, 11)
+    data = bytearray()
+    for j in range(60):
+        data += b"\x01" + struct.pack("<d", 0.5 * j) + struct.pack(">h", 1000 - j) + bytes([0b11100011 & ~0b11100 | (j % 8) << 2])
+        if j % 3 == 0:
+            data += b"\x02" + struct.pack("<d", 0.5 * j) + struct.pack(">f", -(j // 3))
+    if not finished:
+        data += b"\x01\x00\x00"  # the recorder stopped here
+    dg = block(b"DG", [0, groups, 0, 0], bytes([1]) + bytes(7))
+    dt = block(b"DT", [], bytes(data))
+    struct.pack_into("<Q", out, dg + 40, dt)
+    struct.pack_into("<Q", out, 64 + 24, dg)
+    if not finished:
+        struct.pack_into("<Q", out, dt + 8, 24)
+    open(name, "wb").write(out)
+
+
+unsorted("unsorted.mf4", True)
+unsorted("unfinished.mf4", False)
+with MDF("unsorted.mf4") as file:
+    assert np.array_equal(file.get("word").samples, 1000 - np.arange(60)), file.get("word").samples
+    assert np.array_equal(file.get("bits").samples, np.arange(60) % 8)
+    assert np.array_equal(file.get("single").samples, -np.arange(20.0))

@@ -1,0 +1,106 @@
+//! Series as a MAT file of version 5.
+
+use std::collections::HashSet;
+
+use crate::results::Series;
+
+/// MATLAB's limit for names.
+const NAME: usize = 63;
+
+/// Gives a series as a MAT file (version 5, not compressed): the column `time` (s) and one column of doubles for each
+/// signal, in SI and bit for bit. Names that MATLAB would not take are changed: `rk.phi` becomes `rk_phi`, a second one
+/// `rk_phi_2`. The rows of the texts `names` and `units` tell the name and the unit of each column in the order of the
+/// file, time first.
+///
+/// `None` if a column is longer than the 2 GiB that the format allows.
+///
+/// # Panics
+/// If a signal has not as many values as there are times.
+///
+/// ```
+/// use kardan::results::{Physical, Series, Signal};
+///
+/// let angle = Signal { name: "rk.phi".into(), physical: Physical::Angle, description: String::new(), values: vec![0.5, 0.6] };
+/// let bytes = kardan::export::mat(&Series { time: vec![0.0, 0.1], signals: vec![angle] }).unwrap();
+///
+/// let log = kardan::log::open(kardan::log::in_memory(bytes), &Default::default()).unwrap();
+/// assert_eq!((log.groups()[0].time, log.groups()[0].channels[1].name.as_str()), (Some(0), "rk_phi"));
+/// ```
+pub fn mat(series: &Series) -> Option<Vec<u8>> {
+    if series.time.len() >= (1 << 31) / 8 - 16 {
+        return None;
+    }
+    let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
+    out.resize(124, b' ');
+    out.extend(0x0100u16.to_le_bytes());
+    out.extend(b"IM");
+    let mut used: HashSet<String> = ["names", "units"].map(String::from).into();
+    column(&mut out, &valid("time", &mut used), &series.time);
+    for signal in &series.signals {
+        assert_eq!(signal.values.len(), series.time.len(), "`{}` has another length than time", signal.name);
+        column(&mut out, &valid(&signal.name, &mut used), &signal.values);
+    }
+    let names = std::iter::once("time").chain(series.signals.iter().map(|signal| &signal.name[..]));
+    texts(&mut out, "names", &names.collect::<Vec<_>>());
+    let units = std::iter::once("s").chain(series.signals.iter().map(|signal| signal.physical.unit()));
+    texts(&mut out, "units", &units.collect::<Vec<_>>());
+    Some(out)
+}
+
+/// A name that MATLAB takes and that is not used yet.
+fn valid(name: &str, used: &mut HashSet<String>) -> String {
+    let mut plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(NAME).collect();
+    if !plain.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        plain = format!("x{plain}");
+        plain.truncate(NAME);
+    }
+    let mut unique = plain.clone();
+    let mut count = 1;
+    while !used.insert(unique.clone()) {
+        count += 1;
+        let end = format!("_{count}");
+        unique = format!("{}{end}", &plain[..plain.len().min(NAME - end.len())]);
+    }
+    unique
+}
+
+/// An element: type, length, body, padding to eight bytes.
+fn element(out: &mut Vec<u8>, data_type: u32, body: &[u8]) {
+    out.extend(data_type.to_le_bytes());
+    out.extend((body.len() as u32).to_le_bytes());
+    out.extend(body);
+    out.resize(out.len().next_multiple_of(8), 0);
+}
+
+/// An array: class, size and name, then what `content` writes.
+fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str, content: impl FnOnce(&mut Vec<u8>)) {
+    out.extend(14u32.to_le_bytes());
+    let length = out.len();
+    out.extend([0; 4]);
+    let start = out.len();
+    element(out, 6, &[class.to_le_bytes(), [0; 4]].concat());
+    element(out, 5, &[(rows as i32).to_le_bytes(), (columns as i32).to_le_bytes()].concat());
+    element(out, 1, name.as_bytes());
+    content(out);
+    let written = (out.len() - start) as u32;
+    out[length..start].copy_from_slice(&written.to_le_bytes());
+}
+
+fn column(out: &mut Vec<u8>, name: &str, values: &[f64]) {
+    array(out, 6, values.len(), 1, name, |out| {
+        out.extend(9u32.to_le_bytes());
+        out.extend((8 * values.len() as u32).to_le_bytes());
+        out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    });
+}
+
+/// Texts as the rows of an array of letters, filled up with blanks.
+fn texts(out: &mut Vec<u8>, name: &str, rows: &[&str]) {
+    let rows: Vec<Vec<u16>> = rows.iter().map(|row| row.encode_utf16().collect()).collect();
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    array(out, 4, rows.len(), columns, name, |out| {
+        let letter = |column: usize| rows.iter().map(move |row| row.get(column).copied().unwrap_or(u16::from(b' ')));
+        let letters: Vec<u8> = (0..columns).flat_map(letter).flat_map(u16::to_le_bytes).collect();
+        element(out, 4, &letters);
+    });
+}
