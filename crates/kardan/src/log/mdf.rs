@@ -164,15 +164,12 @@ impl MdfLog {
         let layout = &data.groups[data.index_of(records.group)];
         let record = data.id_bytes + layout.stride();
         let left = layout.rows.map_or(usize::MAX, |rows| usize::try_from(rows - records.given).unwrap_or(usize::MAX));
-        let count = left.min(BLOCK_ROWS).min((STEP / record.max(1)).max(1));
+        let count = left.min(BLOCK_ROWS).min((STEP / record).max(1));
         if count == 0 || reading.ended {
             return Ok(false);
         }
-        let mut failed = None;
-        if record > 0 {
-            failed = reading.stream.fill(&mut reading.raw, count * record).err();
-        }
-        let there = if record > 0 { (reading.raw.len() / record).min(count) } else { count };
+        let failed = reading.stream.fill(&mut reading.raw, count * record).err();
+        let there = (reading.raw.len() / record).min(count);
         if there == 0 {
             reading.ended = true;
             let records = &reading.records[0];

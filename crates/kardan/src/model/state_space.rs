@@ -443,6 +443,9 @@ fn rank_modulo(matrix: &Matrix<Rational>, prime: u64) -> Option<usize> {
 
 // ---------------------------------------------------------------------------------------------------------------- MAT
 
+/// A variable or a field with its name.
+type Part<'a> = (String, Array<&'a [u8]>);
+
 fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
     let broken = |broken| {
         vec![match broken {
@@ -456,12 +459,12 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
     let file = MatFile::open(bytes).map_err(broken)?;
     let arrays = file.arrays().map_err(broken)?;
     let mut mistakes = Vec::new();
-    let has_a = |arrays: &[(String, Array<&[u8]>)]| arrays.iter().any(|(name, _)| name == "A");
-    let variables: Vec<(String, Array<&[u8]>)> = arrays.into_iter().map(|array| (array.name.clone(), array)).collect();
+    let has_a = |arrays: &[Part<'_>]| arrays.iter().any(|(name, _)| name == "A");
+    let variables: Vec<Part<'_>> = arrays.into_iter().map(|array| (array.name.clone(), array)).collect();
     if has_a(&variables) {
         return mat_parts(&variables, "", &mut mistakes).system(mistakes);
     }
-    let systems: Vec<(&str, &[(String, Array<&[u8]>)])> = variables
+    let systems: Vec<(&str, &[Part<'_>])> = variables
         .iter()
         .filter_map(|(name, array)| match &array.content {
             Content::Struct(fields) if has_a(fields) => Some((name.as_str(), fields.as_slice())),
@@ -510,7 +513,7 @@ fn discrete(key: &str) -> Diagnostic {
         .help("give the continuous-time system (d2c), or leave the key out")
 }
 
-fn mat_parts(fields: &[(String, Array<&[u8]>)], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Parts {
+fn mat_parts(fields: &[Part<'_>], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> Parts {
     let mut parts = Parts::default();
     for (name, array) in fields {
         if let Some(key) = MATRICES.iter().find(|key| *key == name) {

@@ -151,9 +151,9 @@ impl Stream {
         if !rest.is_empty() {
             return Err(header.unexpected("a block of records inside a list"));
         }
-        let Some((next, blocks)) = links.split_first() else { return Ok(()) };
-        self.next_list = *next;
-        self.fragments = blocks.to_vec().into_iter();
+        let mut links = links.into_iter();
+        self.next_list = links.next().unwrap_or(0);
+        self.fragments = links;
         Ok(())
     }
 
