@@ -68,7 +68,7 @@ pub fn written(source: &str, values: &[NewValue]) -> Result<(String, Vec<String>
     let (after, mistakes) = read(&text);
     let mut mistakes = errors(mistakes);
     for variant in after.variant_settings() {
-        mistakes.extend(errors(after.model_with(&variant.settings, None).1));
+        mistakes.extend(errors(after.model_with(&variant.settings, variant.controls.as_deref()).1));
     }
     if mistakes.is_empty() { Ok((text, left)) } else { Err(mistakes) }
 }

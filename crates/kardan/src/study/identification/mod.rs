@@ -14,7 +14,7 @@ use reading::{Counted, Recording, read as read_logs, usual_window};
 
 use super::Progress;
 use super::prepare::is_error;
-use crate::assemble::{CoefficientKind as Kind, assemble};
+use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, nearest, quoted};
 use crate::equations::Term;
 use crate::identify::{
@@ -452,7 +452,12 @@ fn rows(
     slots: &[Quantity],
     window: f64,
 ) -> Built {
-    let reduced = &plant.reduced;
+    let mut reduced = plant.reduced.clone();
+    // What enters a combination is found with it, not known.
+    for &(free, _) in columns.kept.iter().flat_map(|(_, with)| with) {
+        silence(&mut reduced.equations, &columns.asked[free]);
+    }
+    let reduced = &reduced;
     let (r, m) = (reduced.freedoms(), reduced.equations.inputs.len());
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
@@ -764,15 +769,8 @@ fn compare(
 fn plant_without(plant: &Plant, silent: &[&asked::Wanted]) -> Plant {
     let mut reduced = plant.reduced.clone();
     for one in silent {
-        let Some(coefficient) = coefficients(&reduced.equations, &[(*one).clone()]).pop() else { continue };
-        for term in coefficient.terms {
-            let equations = &mut reduced.equations;
-            match coefficient.kind {
-                Kind::Inertia => equations.inertias[term].value = Exact::zero(),
-                Kind::Damping => equations.dampers[term].value = Exact::zero(),
-                Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
-                Kind::Friction => equations.frictions[term].value = Exact::zero(),
-            }
+        for coefficient in coefficients(&reduced.equations, &[(*one).clone()]) {
+            silence(&mut reduced.equations, &coefficient);
         }
     }
     Plant {
@@ -782,6 +780,18 @@ fn plant_without(plant: &Plant, silent: &[&asked::Wanted]) -> Plant {
         torques: plant.torques.clone(),
         unmeasured: plant.unmeasured.clone(),
         steps: plant.steps.clone(),
+    }
+}
+
+/// Sets a coefficient to zero.
+fn silence(equations: &mut Equations, coefficient: &Coefficient) {
+    for &term in &coefficient.terms {
+        match coefficient.kind {
+            Kind::Inertia => equations.inertias[term].value = Exact::zero(),
+            Kind::Damping => equations.dampers[term].value = Exact::zero(),
+            Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
+            Kind::Friction => equations.frictions[term].value = Exact::zero(),
+        }
     }
 }
 
