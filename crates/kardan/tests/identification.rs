@@ -122,7 +122,9 @@ fn refused(source: &str, logs: Vec<(&str, String)>, settings: &IdentifySettings)
     match identify(source, files, settings, &Silent) {
         Ok(_) => panic!("that should not work"),
         Err(wrong) => {
-            assert!(wrong.iter().all(|one| !one.message.is_empty() && one.help.is_some() || one.code.starts_with("log")));
+            assert!(
+                wrong.iter().all(|one| !one.message.is_empty() && one.help.is_some() || one.code.starts_with("log"))
+            );
             plain(source, &wrong)
         }
     }
@@ -169,7 +171,8 @@ fn table_6_1_from_a_log() {
     let (damping, passive) = found.damping.as_ref().expect("dampings were asked for");
     assert!(*passive);
     let [wg, cs, fs] = ["wg.damping", "cs.damping", "fs.damping"].map(|name| one(&found, name).value);
-    let expected = [[wg + fs / 2500.0, -51.0 / 2500.0 * fs], [-51.0 / 2500.0 * fs, cs + (51.0_f64 / 50.0).powi(2) * fs]];
+    let expected =
+        [[wg + fs / 2500.0, -51.0 / 2500.0 * fs], [-51.0 / 2500.0 * fs, cs + (51.0_f64 / 50.0).powi(2) * fs]];
     for i in 0..2 {
         for j in 0..2 {
             assert!((damping.values[i][j] - expected[i][j]).abs() < 1e-12, "(6.34), {i} {j}");
@@ -217,7 +220,10 @@ fn a_torque_that_nobody_measured() {
     let log = csv(&grid(0.6), 7, |_, _| 0.0);
     let blind: String = log.lines().map(|line| line.rsplit_once(',').expect("columns").0.to_string() + "\n").collect();
     let found = found(drive(), vec![blind], &settings(&["wg.damping", "wg.friction"], "steady"));
-    assert_eq!((found.eliminated.as_slice(), found.measured.as_slice()), (&["cs_motor".to_string()][..], &["wg_motor".into()][..]));
+    assert_eq!(
+        (found.eliminated.as_slice(), found.measured.as_slice()),
+        (&["cs_motor".to_string()][..], &["wg_motor".into()][..])
+    );
     // The other frictions are known to the model.
     near(&found, "wg.damping", DAMPING[0], 4.0);
     near(&found, "wg.friction", FRICTION[0], 4.0);
@@ -443,7 +449,12 @@ fn written_and_read_again() {
     let new: Vec<NewValue> = found
         .parameters
         .iter()
-        .map(|one| NewValue { name: one.name.clone(), value: one.value, interval: Some(one.interval), confidence: 0.95 })
+        .map(|one| NewValue {
+            name: one.name.clone(),
+            value: one.value,
+            interval: Some(one.interval),
+            confidence: 0.95,
+        })
         .collect();
     let (text, left) = written(drive(), &new).unwrap_or_else(|wrong| panic!("{}", plain(drive(), &wrong)));
     assert_eq!(left, Vec::<String>::new());
@@ -505,13 +516,21 @@ fn nonsense_is_refused() {
     let width = IdentifySettings { window: Some(f64::NAN), ..IdentifySettings::default() };
     says(SHAFT, &good, &width, &["window"]);
     let two = format!("{SHAFT}[log.a]\nfile = \"a*\"\n[log.b]\nfile = \"b*\"\n");
-    let unpaired = refused(&two, vec![("a1.csv", good.clone()), ("a2.csv", good.clone()), ("b1.csv", good.clone())], &plain_settings);
+    let unpaired = refused(
+        &two,
+        vec![("a1.csv", good.clone()), ("a2.csv", good.clone()), ("b1.csv", good.clone())],
+        &plain_settings,
+    );
     assert!(unpaired.contains("2 of `a`, 1 of `b`"), "{unpaired}");
     let unknown = refused(&two, vec![("c.csv", good.clone())], &plain_settings);
     assert!(unknown.contains("describes `c.csv`"), "{unknown}");
     let twice = refused(&two, vec![("a.csv", good.clone()), ("b.csv", good.clone())], &plain_settings);
     assert!(twice.contains("in the logs twice"), "{twice}");
-    let differ = refused(SHAFT, vec![("a.csv", good.clone()), ("b.csv", "time,s.w,m.tau\n0,1,1\n1,2,1\n".into())], &plain_settings);
+    let differ = refused(
+        SHAFT,
+        vec![("a.csv", good.clone()), ("b.csv", "time,s.w,m.tau\n0,1,1\n1,2,1\n".into())],
+        &plain_settings,
+    );
     assert!(differ.contains("lacks `load.tau`"), "{differ}");
     let none = refused(SHAFT, vec![], &plain_settings);
     assert!(none.contains("no log"), "{none}");

@@ -68,6 +68,16 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/two-bodies.toml"),
     },
     Builtin {
+        name: "rack-and-pinion",
+        summary: "A measured rack-and-pinion mechanism: `kardan identify rack-and-pinion a3MR.csv a3NI.csv`",
+        source: include_str!("../../../../models/rack-and-pinion.toml"),
+    },
+    Builtin {
+        name: "two-motor-drive",
+        summary: "Two measured servo motors on one shaft: `kardan identify two-motor-drive idf_*.mat`",
+        source: include_str!("../../../../models/two-motor-drive.toml"),
+    },
+    Builtin {
         name: "rlc-ladder",
         summary: "A lossy line as an electrical ladder of four sections, driven by a voltage step (source, Table 4.3)",
         source: include_str!("../../../../models/rlc-ladder.toml"),
