@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, NamedTerm, Sensor, Term};
+use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, NamedTerm, Sensor, Stribeck, Term};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::units::Exact;
 
@@ -32,6 +32,15 @@ pub struct SpringLaw {
     pub stiffness: Exact,
     /// rad.
     pub rest: Exact,
+}
+
+/// The torque of a friction at speed, and what holds at rest.
+#[derive(Debug, Clone)]
+pub struct FrictionLaw {
+    /// Coulomb torque, N m.
+    pub torque: Exact,
+    /// More than that at rest and in slow motion.
+    pub stribeck: Option<Stribeck>,
 }
 
 /// The kind of a coefficient.
@@ -114,8 +123,8 @@ pub struct Equations {
     pub springs: Vec<Along<SpringLaw>>,
     /// Dampers, N m s/rad.
     pub dampers: Vec<Along<Exact>>,
-    /// Coulomb friction torques, N m, all above zero.
-    pub frictions: Vec<Along<Exact>>,
+    /// Frictions; none holds nothing at rest.
+    pub frictions: Vec<Along<FrictionLaw>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
     /// Nonlinear transmissions.
@@ -165,8 +174,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Damper { along, damping } => {
                 next.dampers.push(Along { element, row: row(along), value: damping.clone() });
             }
-            Term::Friction { along, torque } => {
-                next.frictions.push(Along { element, row: row(along), value: torque.clone() });
+            Term::Friction { along, torque, stribeck } => {
+                let value = FrictionLaw { torque: torque.clone(), stribeck: stribeck.clone() };
+                next.frictions.push(Along { element, row: row(along), value });
             }
             Term::Constraint { along, offset } => {
                 next.constraints.push(Along { element, row: row(along), value: offset.clone() });
@@ -253,7 +263,7 @@ impl Equations {
             of(&self.inertias, CoefficientKind::Inertia, Exact::to_f64),
             of(&self.dampers, CoefficientKind::Damping, Exact::to_f64),
             of(&self.springs, CoefficientKind::Stiffness, |spring| spring.stiffness.to_f64()),
-            of(&self.frictions, CoefficientKind::Friction, Exact::to_f64),
+            of(&self.frictions, CoefficientKind::Friction, |friction| friction.torque.to_f64()),
         ]
         .concat()
     }

@@ -76,6 +76,15 @@ pub struct Motor {
     pub lag: Option<Exact>,
 }
 
+/// How friction falls when motion begins: the torque of sliding is `c + (c_b − c) exp(−(v/v_s)²)`, at rest up to `c_b` either way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stribeck {
+    /// c_b, N m, not below c.
+    pub breakaway: Exact,
+    /// v_s, rad/s, above zero.
+    pub speed: Exact,
+}
+
 /// What an input is for.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InputKind {
@@ -139,12 +148,15 @@ pub enum Term {
         /// d
         damping: Exact,
     },
-    /// Coulomb friction, c·|aᵀq̇|, set-valued at rest; c in N m.
+    /// Coulomb friction, c·|aᵀq̇|, set-valued at rest; c in N m. With `stribeck` it falls from the breakaway torque to c as the
+    /// motion gets faster.
     Friction {
         /// a
         along: Direction,
         /// c
         torque: Exact,
+        /// What holds at rest, and how it falls.
+        stribeck: Option<Stribeck>,
     },
     /// aᵀq = offset.
     Constraint {

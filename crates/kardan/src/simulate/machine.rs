@@ -298,7 +298,8 @@ impl Machine {
         let r = self.freedoms;
         for (k, mode) in self.modes.iter().enumerate() {
             if *mode != Mode::Stick {
-                let torque = mode.sign() * self.dynamics.friction_torques()[k];
+                let speed = self.dynamics.friction_speed(k, &self.work);
+                let torque = mode.sign() * self.dynamics.sliding_torque(k, speed);
                 for (force, g) in self.force.iter_mut().zip(&self.work.friction_rows[k * r..(k + 1) * r]) {
                     *force -= torque * g;
                 }
@@ -417,7 +418,8 @@ impl Machine {
         }
         let mut loss = self.dynamics.damping_power(&self.work);
         for (k, mode) in self.modes.iter().enumerate() {
-            loss += mode.sign() * self.dynamics.friction_torques()[k] * self.dynamics.friction_speed(k, &self.work);
+            let speed = self.dynamics.friction_speed(k, &self.work);
+            loss += mode.sign() * self.dynamics.sliding_torque(k, speed) * speed;
         }
         out[self.size - 2] = input_power;
         out[self.size - 1] = loss;
@@ -429,7 +431,8 @@ impl Machine {
         self.slip_forces();
         self.accelerate();
         for (k, mode) in self.modes.iter().enumerate() {
-            self.friction_torques[k] = mode.sign() * self.dynamics.friction_torques()[k];
+            let speed = self.dynamics.friction_speed(k, &self.work);
+            self.friction_torques[k] = mode.sign() * self.dynamics.sliding_torque(k, speed);
         }
         for a in 0..self.holding.len() {
             self.friction_torques[self.holding[a]] = self.hold_torque[a];
@@ -440,11 +443,11 @@ impl Machine {
     }
 
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
-    /// each direction's Coulomb torque, `min Σ (λ/c)²`.
+    /// what each direction can hold at rest, `min Σ (λ/c)²`.
     fn split_friction(&mut self) {
         let (r, count) = (self.freedoms, self.holding.len());
         self.factor_holding();
-        let c = self.dynamics.friction_torques();
+        let c = self.dynamics.breakaway_torques();
         // Rows of B: each sticking direction as a combination of the holding ones.
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let mut combination = vec![0.0; sticking.len() * count];
@@ -528,7 +531,7 @@ impl Machine {
         let w: Vec<f64> =
             (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
         let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
-        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.friction_torques()[k]).collect();
+        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.breakaway_torques()[k]).collect();
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, &c, &mut torques);
         let accelerations = (0..m)
@@ -552,7 +555,7 @@ impl Machine {
         self.forces(time, state);
         self.slip_forces();
         self.accelerate();
-        let c = self.dynamics.friction_torques();
+        let c = self.dynamics.breakaway_torques();
         if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
             return false;
         }
