@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, NamedTerm, Sensor, Stribeck, Term};
+use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::units::Exact;
 
@@ -127,6 +127,9 @@ pub struct Equations {
     pub frictions: Vec<Along<FrictionLaw>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
+    /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
+    /// scale: torque of the spring and damper over it is the multiplier.
+    pub compliances: Vec<Along<Exact>>,
     /// Nonlinear transmissions.
     pub transmissions: Vec<TransmissionRow>,
     /// Inputs.
@@ -181,6 +184,18 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Constraint { along, offset } => {
                 next.constraints.push(Along { element, row: row(along), value: offset.clone() });
             }
+            Term::Compliance { along, offset, scale, stiffness, damping } => {
+                let constrained = row(along);
+                let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&scale.to_rational()));
+                let row: Vec<(usize, Rational)> = constrained.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
+                let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
+                if !damping.is_zero() {
+                    next.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
+                }
+                let law = SpringLaw { stiffness: stiffness.clone(), rest };
+                next.springs.push(Along { element: element.clone(), row, value: law });
+                next.compliances.push(Along { element, row: constrained, value: scale.clone() });
+            }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
                     let along = Direction::difference(driven, Some(driving));
@@ -215,6 +230,13 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             let row = shares.into_iter().collect();
             next.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
             next.nodes.push(node);
+        }
+    }
+    for (_, sensor) in &mut next.sensors {
+        if let Measured::ConstraintTorque(element, shaft) = &sensor.measured
+            && next.compliances.iter().any(|compliance| compliance.element == *element)
+        {
+            sensor.measured = Measured::ComplianceTorque(element.clone(), shaft.clone());
         }
     }
     sort(&mut next.inertias);

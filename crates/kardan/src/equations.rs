@@ -105,6 +105,8 @@ pub enum Measured {
     SpringTorque(String),
     /// The constraint torque of an element on one of its shafts.
     ConstraintTorque(String, String),
+    /// The torque of the springs and dampers of a compliant element on one of its shafts.
+    ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
 }
@@ -164,6 +166,20 @@ pub enum Term {
         along: Direction,
         /// rad
         offset: Exact,
+    },
+    /// aᵀq = offset but for the twist θ = (offset − aᵀq)/scale, which the torque s θ + d θ̇ resists: a spring (and a damper) in
+    /// place of a constraint, along the same direction. Its torque over the scale is what the multiplier of the constraint would be.
+    Compliance {
+        /// a
+        along: Direction,
+        /// rad
+        offset: Exact,
+        /// Twist along a for one of θ; above zero.
+        scale: Exact,
+        /// s, N m/rad.
+        stiffness: Exact,
+        /// d, N m s/rad; none if zero.
+        damping: Exact,
     },
     /// q_driven = γ(q_driving).
     Transmission {

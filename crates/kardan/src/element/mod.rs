@@ -292,7 +292,11 @@ fn check_losses(values: &Values) -> Vec<Mistake> {
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
         let message =
             format!("the breakaway torque {} N m is below the friction {} N m", breakaway.to_f64(), friction.to_f64());
-        out.push(Mistake::new("breakaway", message, "friction holds at rest at least what it does in motion: raise it"));
+        out.push(Mistake::new(
+            "breakaway",
+            message,
+            "friction holds at rest at least what it does in motion: raise it",
+        ));
     }
     out
 }

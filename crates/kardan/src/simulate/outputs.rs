@@ -1,7 +1,7 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
 use super::Machine;
-use super::sampler::{Sampler, stiffness};
+use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured};
@@ -25,6 +25,7 @@ enum Read {
         springs: Vec<usize>,
         dampers: Vec<usize>,
     },
+    Compliance(Compliance),
     Friction(usize),
     Source(usize),
     Sensor(usize),
@@ -119,6 +120,17 @@ impl Outputs {
                 add(format!("{element}.{name}.tau"), Physical::Torque, description, Read::ConstraintTorque(k, shaft));
             }
         }
+        for compliance in &equations.compliances {
+            let element = &compliance.element;
+            let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
+            let description = format!("torque of {element} in place of a constraint multiplier");
+            add(format!("{element}.tau"), Physical::Torque, description, torque(None));
+            for (shaft, _) in &compliance.row {
+                let name = &equations.shafts[*shaft];
+                let description = format!("torque of {element} on shaft {name}");
+                add(format!("{element}.{name}.tau"), Physical::Torque, description, torque(Some(*shaft)));
+            }
+        }
         let numbered = |name: &str, elements: Vec<&str>| -> Vec<usize> {
             elements.iter().enumerate().filter(|(_, element)| **element == name).map(|(k, _)| k).collect()
         };
@@ -130,6 +142,7 @@ impl Outputs {
         couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
         couplings.sort_unstable();
         couplings.dedup();
+        couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
         for element in couplings {
             let read = Read::SpringDamper { springs: springs_of(element), dampers: dampers_of(element) };
             add(format!("{element}.tau"), Physical::Torque, format!("spring and damper torque of {element}"), read);
@@ -163,6 +176,10 @@ impl Outputs {
                     Physical::Torque,
                     Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))),
                 ),
+                Measured::ComplianceTorque(element, s) => {
+                    let torque = Compliance::new(reduced, element, Some(shaft(s)));
+                    ("tau", Physical::Torque, Read::Compliance(torque.expect("a sensor names a compliance")))
+                }
                 Measured::ConstraintTorque(element, s) => {
                     let k =
                         multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
@@ -234,6 +251,7 @@ impl Outputs {
                 let dampers = dampers.iter().map(|&k| machine.dynamics.damper_torque(k, &machine.work));
                 springs.chain(dampers).sum()
             }
+            Read::Compliance(compliance) => compliance.read(&machine.dynamics, &machine.work),
             Read::Friction(k) => machine.friction_torques[*k],
             Read::Source(k) => machine.sources[*k],
             Read::Sensor(k) => self.samplers[*k].1.held,

@@ -103,6 +103,41 @@ pub(super) enum Quantity {
     Angle(usize),
     Speed(usize),
     Springs(Vec<usize>),
+    Compliance(Compliance),
+}
+
+/// The torque of a compliant element times a factor: by springs and dampers, by number.
+#[derive(Debug, Clone)]
+pub(super) struct Compliance {
+    springs: Vec<usize>,
+    dampers: Vec<usize>,
+    factor: f64,
+}
+
+impl Compliance {
+    /// The torque on a shaft, or the multiplier; `None` if the element is not compliant or does not act there.
+    pub fn new(reduced: &Reduced, element: &str, shaft: Option<usize>) -> Option<Self> {
+        let equations = &reduced.equations;
+        let numbers = |elements: Vec<&str>| -> Vec<usize> {
+            elements.iter().enumerate().filter(|(_, name)| **name == element).map(|(k, _)| k).collect()
+        };
+        let compliance = equations.compliances.iter().find(|compliance| compliance.element == element)?;
+        let share = match shaft {
+            Some(shaft) => compliance.row_f64().into_iter().find(|(k, _)| *k == shaft)?.1,
+            None => 1.0,
+        };
+        Some(Self {
+            springs: numbers(equations.springs.iter().map(|spring| spring.element.as_str()).collect()),
+            dampers: numbers(equations.dampers.iter().map(|damper| damper.element.as_str()).collect()),
+            factor: share / compliance.value.to_f64(),
+        })
+    }
+
+    pub fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+        let springs: f64 = self.springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum();
+        let dampers: f64 = self.dampers.iter().map(|&k| dynamics.damper_torque(k, work)).sum();
+        self.factor * (springs + dampers)
+    }
 }
 
 impl Quantity {
@@ -117,6 +152,9 @@ impl Quantity {
             Measured::Speed(name) if !differentiates => Some(Self::Speed(shaft(name))),
             Measured::Angle(name) | Measured::Speed(name) => Some(Self::Angle(shaft(name))),
             Measured::SpringTorque(element) => Some(Self::Springs(springs(element))),
+            Measured::ComplianceTorque(element, name) => {
+                Compliance::new(reduced, element, Some(shaft(name))).map(Self::Compliance)
+            }
             Measured::ConstraintTorque(..) | Measured::NetTorque(_) => None,
         }
     }
@@ -126,6 +164,7 @@ impl Quantity {
             Self::Angle(shaft) => work.kinematics.angles[*shaft],
             Self::Speed(shaft) => work.kinematics.speeds[*shaft],
             Self::Springs(springs) => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),
+            Self::Compliance(compliance) => compliance.read(dynamics, work),
         }
     }
 }

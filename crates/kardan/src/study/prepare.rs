@@ -205,19 +205,23 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Damper { along, .. }
         | Term::Friction { along, .. }
         | Term::Constraint { along, .. }
+        | Term::Compliance { along, .. }
         | Term::Balance { along, .. }
         | Term::Input { along, .. } => of_element(named, along),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Output(_) | Term::Charge { .. } => true,
     });
     let constrains = |element: &String| {
-        let is_row = |term: &Term| matches!(term, Term::Constraint { .. } | Term::Transmission { .. });
+        let is_row =
+            |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
         good.iter().any(|named| named.element == *element && is_row(&named.term))
     };
     let (sensors, lost): (Vec<_>, Vec<_>) = others.into_iter().partition(|named| match &named.term {
         Term::Output(sensor) => match &sensor.measured {
             Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => known(shaft),
-            Measured::ConstraintTorque(element, shaft) => known(shaft) && constrains(element),
+            Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
+                known(shaft) && constrains(element)
+            }
             Measured::SpringTorque(_) => true,
         },
         _ => true,
