@@ -74,6 +74,17 @@ pub struct Motor {
     pub rate_limit: Option<Exact>,
     /// Time constant of the first-order lag, s.
     pub lag: Option<Exact>,
+    /// What acts on the shaft beside the torque that the drive reports.
+    pub ripple: Option<Ripple>,
+}
+
+/// A torque that a motor adds: `torque · sin(order · angle)` of its shaft against its stator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ripple {
+    /// Amplitude, N m.
+    pub torque: Exact,
+    /// Periods per turn.
+    pub order: Exact,
 }
 
 /// How friction falls when motion begins: the torque of sliding is `c + (c_b − c) exp(−(v/v_s)²)`, at rest up to `c_b` either way.

@@ -255,6 +255,11 @@ impl Dynamics {
         along(&self.inputs.rows[input], &work.kinematics.speeds)
     }
 
+    /// Angle along an input direction, rad, at the last update.
+    pub fn input_angle(&self, input: usize, work: &Work) -> f64 {
+        along(&self.inputs.rows[input], &work.kinematics.angles)
+    }
+
     /// Speed along a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
         along(&self.frictions.rows[friction], &work.kinematics.speeds)

@@ -20,7 +20,7 @@ struct Wired {
     references: Vec<usize>,
     reference_values: Vec<f64>,
     commands: Vec<f64>,
-    /// Torques that its inputs apply.
+    /// Torques that its inputs report.
     torques: Vec<f64>,
     /// Where its own states are; nowhere, if it has a clock.
     states: Range<usize>,
@@ -68,7 +68,10 @@ pub struct Machine {
     size: usize,
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
+    /// Torques that the inputs report.
     pub(super) torques: Vec<f64>,
+    /// Torques that they apply: ripple too.
+    pub(super) applied: Vec<f64>,
     force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
     weighted: Vec<f64>,
@@ -118,6 +121,7 @@ impl Machine {
                     limit: number(&motor.torque_limit),
                     rate: number(&motor.rate_limit),
                     lag: number(&motor.lag),
+                    ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
                     limit_mode: Limit::Inside,
                     rate_mode: Rate::Follow,
                     rate_state: place(motor.rate_limit.is_some()),
@@ -169,6 +173,7 @@ impl Machine {
             size: size + 2,
             commands: vec![0.0; inputs.len()],
             torques: vec![0.0; inputs.len()],
+            applied: vec![0.0; inputs.len()],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
             weighted: vec![0.0; m * r],
@@ -286,6 +291,11 @@ impl Machine {
                 None => drive.after_rate(self.commands[k], state),
             };
             self.torques[k] = torque;
+            let torque = match drive.ripple {
+                Some((size, order)) => torque + size * (order * self.dynamics.input_angle(k, &self.work)).sin(),
+                None => torque,
+            };
+            self.applied[k] = torque;
             for (force, g) in self.force.iter_mut().zip(&self.work.input_rows[k * r..(k + 1) * r]) {
                 *force += torque * g;
             }
@@ -407,7 +417,7 @@ impl Machine {
             if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
                 out[place] = (drive.after_rate(self.commands[k], state) - state[place]) / lag;
             }
-            input_power += self.torques[k] * self.dynamics.input_speed(k, &self.work);
+            input_power += self.applied[k] * self.dynamics.input_speed(k, &self.work);
         }
         for wired in self.laws.iter_mut().filter(|wired| !wired.states.is_empty()) {
             for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {

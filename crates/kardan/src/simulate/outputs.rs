@@ -15,6 +15,7 @@ enum Read {
     Speed(usize),
     Torque(usize),
     Command(usize),
+    Ripple(usize),
     Multiplier(usize),
     /// Shaft and its own inertia, kg m².
     NetTorque(usize, f64),
@@ -88,6 +89,10 @@ impl Outputs {
                 if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
                     let description = format!("torque asked of {name}, before limits and lag");
                     add(format!("{name}.command"), Physical::Torque, description, Read::Command(k));
+                }
+                if motor.ripple.is_some() {
+                    let description = format!("torque that {name} adds to what it reports");
+                    add(format!("{name}.ripple"), Physical::Torque, description, Read::Ripple(k));
                 }
             }
         }
@@ -224,7 +229,7 @@ impl Outputs {
         machine.dynamics.constraint_force(
             &machine.work,
             &machine.acceleration,
-            &machine.torques,
+            &machine.applied,
             &machine.friction_torques,
             &mut self.constraint_force,
         );
@@ -238,6 +243,7 @@ impl Outputs {
             Read::Speed(shaft) => kinematics.speeds[*shaft],
             Read::Torque(input) => machine.torques[*input],
             Read::Command(input) => machine.commands[*input],
+            Read::Ripple(input) => machine.applied[*input] - machine.torques[*input],
             Read::Multiplier(constraint) => self.lambda[*constraint],
             Read::NetTorque(shaft, inertia) => {
                 inertia * (dot(kinematics.row(*shaft), &machine.acceleration) + kinematics.bias[*shaft])
