@@ -75,7 +75,7 @@ pub struct Motor {
     /// Time constant of the first-order lag, s.
     pub lag: Option<Exact>,
     /// What acts on the shaft beside the torque that the drive reports.
-    pub ripple: Option<Ripple>,
+    pub ripple: Option<Box<Ripple>>,
 }
 
 /// A torque that a motor adds: `torque · sin(order · angle)` of its shaft against its stator.
@@ -133,6 +133,8 @@ pub struct Sensor {
     pub phase: f64,
     /// Time between two readings, s; held in between.
     pub sample_time: Option<Exact>,
+    /// Standard deviation of what is added to each reading before it is rounded, SI.
+    pub noise: Option<f64>,
 }
 
 /// A scalar law along a direction.

@@ -86,7 +86,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
             torque_limit: values.exact("torque_limit").cloned(),
             rate_limit: values.exact("rate_limit").cloned(),
             lag: values.exact("lag").filter(|x| !x.is_zero()).cloned(),
-            ripple: ripple.map(|(torque, order)| Ripple { torque: torque.clone(), order: order.clone() }),
+            ripple: ripple.map(|(torque, order)| Box::new(Ripple { torque: torque.clone(), order: order.clone() })),
         }),
     }]
 }

@@ -46,6 +46,11 @@ pub const SCENARIO: &[Field] = &[
         "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: \
          { \"rk.phi\" = \"10 deg\" }; left out: zero.",
     ),
+    Field::optional(
+        "seed",
+        Kind::Number(Sign::NonNegative),
+        "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.",
+    ),
     Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
     Field::optional("fault", Kind::Tables(FAULT), "Sensors that fail: `[[scenario.fault]]`."),
 ];

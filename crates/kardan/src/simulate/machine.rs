@@ -139,7 +139,7 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-                let clocked = Clocked::new(&*law, setup.reduced, &scenario.faults);
+                let clocked = Clocked::new(&*law, setup.reduced, scenario);
                 let first = size;
                 size += if clocked.is_some() { 0 } else { law.states().len() };
                 Wired {

@@ -201,7 +201,7 @@ impl Outputs {
                 format!("reading of sensor {name}"),
                 Read::Sensor(samplers.len()),
             );
-            samplers.push((quantity, Sampler::new(sensor, stiffness(reduced, measured))));
+            samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed)));
         }
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
         for (name, physical, description, read) in columns {

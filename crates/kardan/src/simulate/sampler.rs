@@ -1,7 +1,7 @@
 //! A sensor in a run: resolution, phase, sample and hold.
 
 use crate::equations::{Measured, Sensor};
-use crate::num::{Rational, rational_to_f64};
+use crate::num::{Random, Rational, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
@@ -48,6 +48,8 @@ pub(super) struct Sampler {
     differentiate: bool,
     next: u64,
     last_angle: f64,
+    /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
+    noise: Option<(f64, Random)>,
     /// What it reads.
     pub held: f64,
 }
@@ -55,16 +57,27 @@ pub(super) struct Sampler {
 impl Sampler {
     /// A sensor that reads exactly and at once.
     pub fn ideal() -> Self {
-        Self { step: None, phase: 0.0, period: None, differentiate: false, next: 0, last_angle: f64::NAN, held: 0.0 }
+        Self {
+            step: None,
+            phase: 0.0,
+            period: None,
+            differentiate: false,
+            next: 0,
+            last_angle: f64::NAN,
+            noise: None,
+            held: 0.0,
+        }
     }
 
-    /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1.
-    pub fn new(sensor: &Sensor, stiffness: f64) -> Self {
+    /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1. Its noise depends on its name
+    /// and the seed alone.
+    pub fn new(name: &str, sensor: &Sensor, stiffness: f64, seed: u64) -> Self {
         Self {
             step: sensor.resolution.map(|step| step * stiffness),
             phase: sensor.phase,
             period: sensor.sample_time.as_ref().map(Period::new),
             differentiate: Self::differentiates(sensor),
+            noise: sensor.noise.map(|noise| (noise, Random::named(seed, name))),
             ..Self::ideal()
         }
     }
@@ -84,12 +97,13 @@ impl Sampler {
         if self.next_time().is_some_and(|next| next > time) {
             return;
         }
-        let exact = exact();
+        let noise = self.noise.as_mut().map_or(0.0, |(size, random)| *size * random.normal());
+        let exact = if self.differentiate { exact() } else { exact() + noise };
         let rounded = self.step.map_or(exact, |step| (exact / step + self.phase).floor() * step);
         self.held = if self.differentiate {
             let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
             self.last_angle = rounded;
-            (rounded - before) / self.period.map_or(1.0, |period| period.at(1))
+            (rounded - before) / self.period.map_or(1.0, |period| period.at(1)) + noise
         } else {
             rounded
         };

@@ -91,6 +91,8 @@ pub struct Scenario {
     pub events: Vec<SignalEvent>,
     /// Sensors that fail.
     pub faults: Vec<SensorFault>,
+    /// Seed of the noise of sensors.
+    pub seed: u64,
     /// Initial reduced coordinates, rad.
     pub position: Vec<f64>,
     /// Initial reduced speeds, rad/s.
