@@ -2,10 +2,12 @@
 //! any model.
 
 mod determined;
+mod excitation;
 mod least_squares;
 mod regressor;
 
 pub use determined::{Excitation, undetermined};
+pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Motion, Regressor};
 
