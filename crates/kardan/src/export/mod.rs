@@ -8,22 +8,28 @@
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
+//! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
+//! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
 
 mod analysis;
 mod arrow_schema;
+mod bench;
 mod csv;
 mod design;
 mod extremes;
 mod json;
 mod parquet;
+mod truth;
 
 pub use analysis::analysis_json;
+pub use bench::{WrittenLog, bench_json};
 pub use csv::csv;
 pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
 pub use json::{Files, json, json_error};
 pub use parquet::{ParquetError, parquet};
+pub use truth::truth_toml;
 
 #[cfg(test)]
 mod example {

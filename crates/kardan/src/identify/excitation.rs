@@ -94,7 +94,7 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
         let Some((out, enter, _)) = best else {
             let scale: f64 = scales.iter().map(|scale| 2.0 * scale.ln()).sum();
             let chosen: Vec<usize> = (0..taken.len()).filter(|&k| taken[k]).collect();
-            return now.is_finite().then(|| Selection { chosen, log_det: now + scale, exchanges });
+            return now.is_finite().then_some(Selection { chosen, log_det: now + scale, exchanges });
         };
         (taken[out], taken[enter]) = (false, true);
         exchanges += 1;

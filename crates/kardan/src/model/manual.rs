@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::{ANALYSIS, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
+use super::document::{ANALYSIS, BENCH, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis;
@@ -35,11 +35,23 @@ const STUDY: &[(&str, &str)] = &[
     ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
     ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
     ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
+    ("[bench]", "The virtual test bench of `kardan bench`: true values that the model does not know, excitation, log."),
 ];
 
 /// The names of the manual pages that are neither an element nor a law.
-pub const STUDY_PAGES: &[&str] =
-    &["model", "parameters", "variants", "variant", "scenario", "event", "fault", "requirement", "plot", "analysis"];
+pub const STUDY_PAGES: &[&str] = &[
+    "model",
+    "parameters",
+    "variants",
+    "variant",
+    "scenario",
+    "event",
+    "fault",
+    "requirement",
+    "plot",
+    "analysis",
+    "bench",
+];
 
 const VARIANTS: &str = "\
 [variants]
@@ -124,6 +136,7 @@ pub fn manual_of(name: &str) -> Option<String> {
             "requirement" => ("[[requirement]]", REQUIREMENT),
             "plot" => ("[[plot]]", PLOT),
             "analysis" => ("[analysis]", ANALYSIS),
+            "bench" => ("[bench]", BENCH),
             _ => return None,
         };
         let _ = writeln!(out, "{header}\n\nKeys");
@@ -197,6 +210,7 @@ mod tests {
             ("requirement", REQUIREMENT),
             ("plot", PLOT),
             ("analysis", ANALYSIS),
+            ("bench", BENCH),
         ] {
             assert!(STUDY_PAGES.contains(&name));
             let page = manual_of(name).unwrap_or_default();

@@ -602,7 +602,7 @@ impl Machine {
         out: &mut Vec<usize>,
     ) {
         out.clear();
-        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) {
+        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) || self.commands_rest() {
             return;
         }
         self.forces(time, state);
@@ -635,6 +635,15 @@ impl Machine {
         }
     }
 
+    /// Whether commands and rate limiters stay as they are until the next sample or breakpoint: sampled laws alone command.
+    fn commands_rest(&self) -> bool {
+        let steady =
+            |(target, line): (&SourceTarget, &(f64, f64, f64))| *target == SourceTarget::Reference || line.1 == 0.0;
+        self.laws.iter().all(|wired| wired.clocked.is_some())
+            && self.drives.iter().all(|drive| drive.rate.is_none())
+            && self.targets.iter().zip(&self.lines).all(steady)
+    }
+
     /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
     fn command_rates(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64]) -> Vec<f64> {
         self.derivative(time, state, derivative);
@@ -665,6 +674,10 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
+        if !everything && crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
+            // Nothing is at rest, and nothing comes to rest.
+            return events;
+        }
         self.forces(time, state);
         let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
         for k in passing {

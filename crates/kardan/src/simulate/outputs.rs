@@ -45,6 +45,7 @@ pub(super) struct Outputs {
     /// What each sensor reads, and the sensor.
     samplers: Vec<(Read, Sampler)>,
     multipliers: Multipliers,
+    needs_multipliers: bool,
     lambda: Vec<f64>,
     constraint_force: Vec<f64>,
 }
@@ -204,12 +205,18 @@ impl Outputs {
             samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed)));
         }
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        for (name, physical, description, read) in columns {
+        let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|names| names.contains(name));
+        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
         let (constraints, shafts) = (multipliers.elements.len(), equations.shafts.len());
+        let constrained =
+            |read: &Read| matches!(read, Read::Multiplier(_) | Read::ConstraintTorque(..) | Read::Potentials(_));
+        let used = |k: usize| reads.iter().any(|read| matches!(read, Read::Sensor(number) if *number == k));
+        let sampled = samplers.iter().enumerate().any(|(k, (read, _))| used(k) && constrained(read));
         Self {
+            needs_multipliers: sampled || reads.iter().any(constrained),
             reads,
             signals,
             samplers,
@@ -226,6 +233,9 @@ impl Outputs {
 
     /// Finds the constraint torques at the point that the machine has observed; before `sample` and `record`.
     pub fn solve_multipliers(&mut self, machine: &Machine) {
+        if !self.needs_multipliers {
+            return;
+        }
         machine.dynamics.constraint_force(
             &machine.work,
             &machine.acceleration,

@@ -141,6 +141,7 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
         add_new(out, mistakes, (k > 0).then_some(label));
     }
     let mut mistakes = Vec::new();
+    let all_settings_of_first = all_settings.first().map(|first| first.settings.clone()).unwrap_or_default();
     let known = match (prepared.variants.first(), first) {
         (Some(variant), _) => {
             let signals = signal_names(&variant.reduced, &variant.scenario);
@@ -161,6 +162,9 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
     prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
+    if !document.doubts.equations {
+        super::bench::check(document, &all_settings_of_first, &mut mistakes);
+    }
     add_new(out, mistakes, None);
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.span.start), d.severity == Severity::Warning)

@@ -199,7 +199,7 @@ pub(super) fn scenario(
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or(1);
-    Scenario { duration, times, sources, events, faults, seed, position, speed }
+    Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
 }
 
 /// A whole number of a table; `None` if it is left out or wrong, which is reported.
