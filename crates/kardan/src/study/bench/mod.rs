@@ -216,7 +216,7 @@ pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Dia
 /// Reads and checks everything, and makes the plan.
 ///
 /// # Errors
-/// As [`bench`].
+/// As [`bench()`].
 pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
     let (document, mut out) = read(source);
     let mut prepared = prepare_document(Purpose::Run, &document, &mut out);

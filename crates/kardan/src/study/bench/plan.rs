@@ -444,12 +444,13 @@ fn sines(samples: usize, period: f64, ramp: usize, random: &mut Random) -> Vec<f
     out
 }
 
-/// Random speeds from −1 to 1, held for random times, with ramps between them and from and to rest.
+/// Random speeds of 0.3 to 1 either way, held for random times, with ramps between them and from and to rest.
 fn steps(samples: usize, ramp: usize, random: &mut Random) -> Vec<f64> {
     let mut out = Vec::with_capacity(samples);
     let mut now = 0.0;
     while out.len() + 2 * ramp < samples {
-        let next = 2.0 * random.unit() - 1.0;
+        let size = 0.3 + 0.7 * random.unit();
+        let next = if random.below(2) == 0 { size } else { -size };
         let hold = 1 + random.below(2 * ramp as u64) as usize;
         let hold = hold.min(samples - 2 * ramp - out.len());
         out.extend((0..ramp).map(|k| now + (next - now) * k as f64 / ramp as f64));
