@@ -34,11 +34,11 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         variant: args.variant.clone(),
         run: args.control.clone().map_or(BenchRun::Excitation, BenchRun::Control),
     };
-    let folder = Folder::prepare(&args.out)?;
     let bench = study::prepare_bench(&source.text, &settings).map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error);
         Failure { source: Some(source.clone()), diagnostics }
     })?;
+    let folder = Folder::prepare(&args.out)?;
     let (files, logs, problems) = write(&bench, folder, args, quiet);
     render::show(None, &problems);
     if args.json {

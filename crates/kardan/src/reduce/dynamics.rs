@@ -170,7 +170,9 @@ impl Dynamics {
     /// (Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30, 1994, (4)).
     pub fn sliding_torque(&self, friction: usize, speed: f64) -> f64 {
         let (torque, (more, scale)) = (self.frictions.coefficients[friction], self.stribeck[friction]);
-        if more == 0.0 { torque } else { torque + more * (-(speed / scale) * (speed / scale)).exp() }
+        let square = (speed / scale) * (speed / scale);
+        // Beyond, nothing is left, and `exp` would be slow to say so.
+        if more == 0.0 || square > 700.0 { torque } else { torque + more * (-square).exp() }
     }
 
     /// Number of inputs.

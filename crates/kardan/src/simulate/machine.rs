@@ -842,6 +842,9 @@ impl Machine {
 
     /// Before a restart: a rate limiter that followed its command takes its value as state.
     pub fn remember_commands(&mut self, time: f64, state: &mut [f64]) {
+        if self.drives.iter().all(|drive| drive.rate_state.is_none()) {
+            return;
+        }
         self.forces(time, state);
         for (k, drive) in self.drives.iter().enumerate() {
             if let Some(place) = drive.rate_state
