@@ -29,6 +29,7 @@ pub enum Command {
     Analyze(AnalyzeArgs),
     Design(DesignArgs),
     Identify(IdentifyArgs),
+    Bench(BenchArgs),
     Equations(EquationsArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
@@ -254,6 +255,49 @@ impl IdentifyLoss {
     }
 }
 
+/// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, moved by an excitation that
+/// is designed to tell parameters best, or under the controllers of the file.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  kardan bench\n  kardan bench my.toml --plan multisine --format csv,parquet --out logs\n  \
+                        kardan bench my.toml --truth hidden.toml --seed 7 --repetitions 20\n  \
+                        kardan bench harmonic-drive-bench --control drive\n  \
+                        kardan bench --json | jq '.plan.parameters[] | {name, standard_error}'"
+)]
+pub struct BenchArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
+    /// model needs `./` before it.
+    #[arg(default_value = "harmonic-drive-bench")]
+    pub model: PathBuf,
+    /// Folder for the logs, `plan.txt` and `truth.toml`; made if it is not there.
+    #[arg(long, value_name = "DIR", default_value = "kardan-out")]
+    pub out: PathBuf,
+    /// Formats of the logs, separated by commas.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "csv")]
+    pub format: Vec<Format>,
+    /// Seed of noise, drawn true values and drawn excitations; that of the file, or 1, if not given.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// How the motors move the plant: constant_speeds, multisine or random_steps; that of the file if not given.
+    #[arg(long, value_name = "PLAN")]
+    pub plan: Option<String>,
+    /// A file with the table `[bench.truth]`, which then stays out of the model file.
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+    /// Logs to write, each with the next seed: other noise, another start, the same plant and plan.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub repetitions: u32,
+    /// Variant whose parameter values hold; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Run the scenario of the file under its controllers, this one among them, instead of an excitation.
+    #[arg(long, value_name = "NAME", conflicts_with = "plan")]
+    pub control: Option<String>,
+    /// Print one JSON object instead of the text.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// How outputs are to be decoupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FeedbackKind {
@@ -272,6 +316,10 @@ pub enum Format {
     Csv,
     /// Apache Parquet, with units in the metadata.
     Parquet,
+    /// MATLAB's MAT files, version 5: a variable for each signal, units beside.
+    Mat,
+    /// ASAM MDF 4.
+    Mdf,
 }
 
 /// Print the equations of motion of a model.

@@ -84,6 +84,15 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     Ok((name, bytes))
 }
 
+/// Reads a file of text that is no model.
+pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
+    let name = path.display().to_string();
+    let bytes = file(path, &name, &|name| {
+        Diagnostic::error("file::not-found", format!("there is no file `{name}`")).help("check the path")
+    })?;
+    decode(&name, &bytes)
+}
+
 /// `a, b, c` of the built-in models.
 pub fn builtin_names() -> String {
     BUILTIN.iter().map(|builtin| builtin.name).collect::<Vec<_>>().join(", ")

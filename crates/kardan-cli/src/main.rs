@@ -4,6 +4,7 @@
 
 mod analysis_text;
 mod args;
+mod bench_text;
 mod commands;
 mod design_text;
 mod identify_text;

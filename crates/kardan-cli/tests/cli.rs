@@ -8,7 +8,8 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 const BUILTIN: &str = "sia-steering";
-const COMMANDS: [&str; 8] = ["run", "analyze", "design", "equations", "check", "models", "elements", "completions"];
+const COMMANDS: [&str; 9] =
+    ["run", "analyze", "design", "bench", "equations", "check", "models", "elements", "completions"];
 
 fn kardan(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
@@ -63,7 +64,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
     }
     for (model, code, parts) in cases {
-        for command in ["run", "analyze", "design", "equations", "check"] {
+        for command in ["run", "analyze", "design", "bench", "equations", "check"] {
             let got = output(&at, &[command, model]);
             let said = words(&got.stderr);
             assert_eq!(got.status.code(), Some(2), "{command} {model}: {said}");
@@ -73,7 +74,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
             }
             assert!(!said.contains("panicked"));
         }
-        for command in ["run", "analyze", "design"] {
+        for command in ["run", "analyze", "design", "bench"] {
             let got = output(&at, &[command, model, "--json"]);
             assert_eq!(got.status.code(), Some(2));
             let object: Value = serde_json::from_slice(&got.stdout).unwrap();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, NamedTerm, Sensor, Term};
+use crate::equations::{Curve, Direction, Domain, GROUND, InputKind, Measured, NamedTerm, Sensor, Stribeck, Term};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
 use crate::units::Exact;
 
@@ -32,6 +32,15 @@ pub struct SpringLaw {
     pub stiffness: Exact,
     /// rad.
     pub rest: Exact,
+}
+
+/// The torque of a friction at speed, and what holds at rest.
+#[derive(Debug, Clone)]
+pub struct FrictionLaw {
+    /// Coulomb torque, N m.
+    pub torque: Exact,
+    /// More than that at rest and in slow motion.
+    pub stribeck: Option<Stribeck>,
 }
 
 /// The kind of a coefficient.
@@ -114,10 +123,13 @@ pub struct Equations {
     pub springs: Vec<Along<SpringLaw>>,
     /// Dampers, N m s/rad.
     pub dampers: Vec<Along<Exact>>,
-    /// Coulomb friction torques, N m, all above zero.
-    pub frictions: Vec<Along<Exact>>,
+    /// Frictions; none holds nothing at rest.
+    pub frictions: Vec<Along<FrictionLaw>>,
     /// Linear constraints, those of elements and behind them those of nodes; the value is the offset, rad or C.
     pub constraints: Vec<Along<Exact>>,
+    /// Constraints that springs and dampers stand for, which are among `springs` and `dampers` under the same name; the value is the
+    /// scale: torque of the spring and damper over it is the multiplier.
+    pub compliances: Vec<Along<Exact>>,
     /// Nonlinear transmissions.
     pub transmissions: Vec<TransmissionRow>,
     /// Inputs.
@@ -165,11 +177,24 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             Term::Damper { along, damping } => {
                 next.dampers.push(Along { element, row: row(along), value: damping.clone() });
             }
-            Term::Friction { along, torque } => {
-                next.frictions.push(Along { element, row: row(along), value: torque.clone() });
+            Term::Friction { along, torque, stribeck } => {
+                let value = FrictionLaw { torque: torque.clone(), stribeck: stribeck.clone() };
+                next.frictions.push(Along { element, row: row(along), value });
             }
             Term::Constraint { along, offset } => {
                 next.constraints.push(Along { element, row: row(along), value: offset.clone() });
+            }
+            Term::Compliance { along, offset, scale, stiffness, damping } => {
+                let constrained = row(along);
+                let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&scale.to_rational()));
+                let row: Vec<(usize, Rational)> = constrained.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
+                let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
+                if !damping.is_zero() {
+                    next.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
+                }
+                let law = SpringLaw { stiffness: stiffness.clone(), rest };
+                next.springs.push(Along { element: element.clone(), row, value: law });
+                next.compliances.push(Along { element, row: constrained, value: scale.clone() });
             }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
@@ -205,6 +230,13 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             let row = shares.into_iter().collect();
             next.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
             next.nodes.push(node);
+        }
+    }
+    for (_, sensor) in &mut next.sensors {
+        if let Measured::ConstraintTorque(element, shaft) = &sensor.measured
+            && next.compliances.iter().any(|compliance| compliance.element == *element)
+        {
+            sensor.measured = Measured::ComplianceTorque(element.clone(), shaft.clone());
         }
     }
     sort(&mut next.inertias);
@@ -253,7 +285,7 @@ impl Equations {
             of(&self.inertias, CoefficientKind::Inertia, Exact::to_f64),
             of(&self.dampers, CoefficientKind::Damping, Exact::to_f64),
             of(&self.springs, CoefficientKind::Stiffness, |spring| spring.stiffness.to_f64()),
-            of(&self.frictions, CoefficientKind::Friction, Exact::to_f64),
+            of(&self.frictions, CoefficientKind::Friction, |friction| friction.torque.to_f64()),
         ]
         .concat()
     }

@@ -74,6 +74,26 @@ pub struct Motor {
     pub rate_limit: Option<Exact>,
     /// Time constant of the first-order lag, s.
     pub lag: Option<Exact>,
+    /// What acts on the shaft beside the torque that the drive reports.
+    pub ripple: Option<Box<Ripple>>,
+}
+
+/// A torque that a motor adds: `torque · sin(order · angle)` of its shaft against its stator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ripple {
+    /// Amplitude, N m.
+    pub torque: Exact,
+    /// Periods per turn.
+    pub order: Exact,
+}
+
+/// How friction falls when motion begins: the torque of sliding is `c + (c_b − c) exp(−(v/v_s)²)`, at rest up to `c_b` either way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stribeck {
+    /// c_b, N m, not below c.
+    pub breakaway: Exact,
+    /// v_s, rad/s, above zero.
+    pub speed: Exact,
 }
 
 /// What an input is for.
@@ -96,6 +116,8 @@ pub enum Measured {
     SpringTorque(String),
     /// The constraint torque of an element on one of its shafts.
     ConstraintTorque(String, String),
+    /// The torque of the springs and dampers of a compliant element on one of its shafts.
+    ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
 }
@@ -111,6 +133,8 @@ pub struct Sensor {
     pub phase: f64,
     /// Time between two readings, s; held in between.
     pub sample_time: Option<Exact>,
+    /// Standard deviation of what is added to each reading before it is rounded, SI.
+    pub noise: Option<f64>,
 }
 
 /// A scalar law along a direction.
@@ -139,12 +163,15 @@ pub enum Term {
         /// d
         damping: Exact,
     },
-    /// Coulomb friction, c·|aᵀq̇|, set-valued at rest; c in N m.
+    /// Coulomb friction, c·|aᵀq̇|, set-valued at rest; c in N m. With `stribeck` it falls from the breakaway torque to c as the
+    /// motion gets faster.
     Friction {
         /// a
         along: Direction,
         /// c
         torque: Exact,
+        /// What holds at rest, and how it falls.
+        stribeck: Option<Stribeck>,
     },
     /// aᵀq = offset.
     Constraint {
@@ -152,6 +179,20 @@ pub enum Term {
         along: Direction,
         /// rad
         offset: Exact,
+    },
+    /// aᵀq = offset but for the twist θ = (offset − aᵀq)/scale, which the torque s θ + d θ̇ resists: a spring (and a damper) in
+    /// place of a constraint, along the same direction. Its torque over the scale is what the multiplier of the constraint would be.
+    Compliance {
+        /// a
+        along: Direction,
+        /// rad
+        offset: Exact,
+        /// Twist along a for one of θ; above zero.
+        scale: Exact,
+        /// s, N m/rad.
+        stiffness: Exact,
+        /// d, N m s/rad; none if zero.
+        damping: Exact,
     },
     /// q_driven = γ(q_driving).
     Transmission {

@@ -486,3 +486,112 @@ fn a_direction_that_cancels_does_not_stop_the_drive() {
     assert!((run.energy.dissipated - torque * way).abs() < 1e-7, "{} against {}", run.energy.dissipated, torque * way);
     assert!(run.energy.residual.abs() < 1e-7);
 }
+
+/// Friction of the shaft `a`: what holds, what slides, and the speed between.
+const HOLDS: f64 = 0.1;
+const SLIDES: f64 = 0.06;
+const SPEED: f64 = 0.5;
+
+fn falling(speed: f64) -> f64 {
+    SLIDES + (HOLDS - SLIDES) * (-(speed / SPEED).powi(2)).exp()
+}
+
+/// ```text
+///     T --> [ a ]--c(w)--///
+/// ```
+fn pulled(keys: &str, events: &str) -> Run {
+    run(&format!(
+        "[shaft.a]\ninertia = \"0.01 kg m^2\"\nfriction = \"{SLIDES} N m\"\n{keys}\n[disturbance.T]\nshaft = \"a\"\n\
+         [scenario]\nduration = \"2 s\"\n{events}"
+    ))
+}
+
+fn event(at: f64, to: f64, over: f64) -> String {
+    format!("[[scenario.event]]\nat = \"{at} s\"\nsignal = \"T\"\nto = \"{to} N m\"\nover = \"{over} s\"\n")
+}
+
+const STRIBECK: &str = "breakaway = \"0.1 N m\"\nstribeck_speed = \"0.5 rad/s\"";
+
+/// At rest up to the breakaway torque either way, then `J ẇ = T − c(w)`, that is `t = ∫ J dw / (T − c(w))`: the quadrature
+/// (Simpson, 2000 intervals, error below 1e-12) knows nothing of the integration over time. The shown torque is the law's.
+#[test]
+fn friction_falls_from_breakaway_as_speed_grows() {
+    for torque in [HOLDS.next_down(), HOLDS] {
+        let still = pulled(STRIBECK, &event(0.5, -torque, 0.0));
+        assert!(values(&still, "a.phi").iter().all(|x| *x == 0.0), "creeps at {torque:?} N m");
+    }
+    let torque = 0.13;
+    let moving = pulled(STRIBECK, &event(0.5, torque, 0.0));
+    balanced(&moving);
+    let (speeds, shown) = (values(&moving, "a.w"), values(&moving, "a.friction"));
+    let mut seen = 0;
+    for (k, t) in moving.series.time.iter().enumerate().filter(|(_, t)| **t > 0.5) {
+        let (w, n) = (speeds[k], 2000);
+        let at = |i: usize| 0.01 / (torque - falling(w * i as f64 / n as f64));
+        let inner: f64 = (1..n).map(|i| if i % 2 == 1 { 4.0 } else { 2.0 } * at(i)).sum();
+        let expected = w / (3.0 * n as f64) * (at(0) + inner + at(n));
+        assert!((t - 0.5 - expected).abs() < 1e-8, "{w} rad/s at {t} s, expected {expected} s later");
+        assert!((shown[k] - falling(w)).abs() < 1e-15, "{} at {w} rad/s", shown[k]);
+        seen += 1;
+    }
+    assert!(seen > 1000 && speeds.last().is_some_and(|w| *w > 5.0 * SPEED));
+}
+
+/// Steady sliding against a damper: `T = d w + c(w)` at the end.
+#[test]
+fn steady_sliding_balances_the_law() {
+    let run = pulled(&format!("{STRIBECK}\ndamping = \"0.2 N m s/rad\""), &event(0.1, 0.2, 0.0));
+    balanced(&run);
+    let w = *values(&run, "a.w").last().unwrap();
+    assert!(w > 0.2 && (0.2 - 0.2 * w - falling(w)).abs() < 1e-7, "{w}");
+}
+
+/// A breakaway torque equal to the friction is plain Coulomb friction, to the last bit.
+#[test]
+fn equal_breakaway_is_coulomb_friction() {
+    let events = event(0.1, 0.2, 0.3) + &event(0.6, -0.3, 0.1) + &event(1.2, 0.0, 0.2);
+    let same = "breakaway = \"0.06 N m\"\nstribeck_speed = \"1 rad/s\"";
+    let (with, without) = (pulled(same, &events), pulled("", &events));
+    assert_eq!((&with.series, &with.events), (&without.series, &without.events));
+    assert!(with.events.iter().filter(|event| event.what.starts_with("a slips")).count() >= 2, "{:?}", with.events);
+}
+
+/// Pulled through a spring at constant speed below v_s, the mass jerks: every rest ends with the spring at the breakaway torque.
+///
+/// ```text
+///     v --> [ drive ]==/\/\/==[ mass ]--c(w)--///
+/// ```
+#[test]
+fn a_pulled_mass_jerks() {
+    let run = run(r#"
+        [model]
+        coordinates = ["drive", "mass"]
+        [shaft.drive]
+        inertia = "1e6 kg m^2"
+        [shaft.mass]
+        inertia = "0.01 kg m^2"
+        friction = "0.06 N m"
+        breakaway = "0.1 N m"
+        stribeck_speed = "0.5 rad/s"
+        [spring_damper.k]
+        shaft_1 = "drive"
+        shaft_2 = "mass"
+        stiffness = "10 N m/rad"
+        [scenario]
+        duration = "3 s"
+        initial = { "drive.w" = "0.02 rad/s" }
+    "#);
+    balanced(&run);
+    let breaks: Vec<f64> = run.events.iter().filter(|e| e.what == "mass slips forward").map(|e| e.time).collect();
+    let rests = run.events.iter().filter(|e| e.what == "mass sticks").count();
+    assert!(breaks.len() >= 4 && rests >= breaks.len() - 1, "{:?}", run.events);
+    // k v t = c_b for the first time; the drive of 1e6 kg m² keeps its speed to 1e-6.
+    assert!((breaks[0] - 0.5).abs() < 1e-5, "{}", breaks[0]);
+    let (time, spring) = (&run.series.time, values(&run, "k.tau"));
+    for at in &breaks {
+        let row = time.iter().position(|t| t > at).unwrap();
+        // Between two rows the spring goes on by 10 N m/rad · 0.02 rad/s · 1 ms.
+        assert!((spring[row - 1] - HOLDS).abs() < 3e-4, "{} at {at} s", spring[row - 1]);
+    }
+    assert!(values(&run, "mass.friction").iter().all(|x| x.abs() <= HOLDS * (1.0 + 1e-12)));
+}

@@ -1,6 +1,7 @@
 //! One file for each command; here they are chosen, and what went wrong is said.
 
 mod analyze;
+mod bench;
 mod check;
 mod completions;
 mod design;
@@ -43,6 +44,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Command::Analyze(args) => args.json,
         Command::Design(args) => args.json,
         Command::Identify(args) => args.json,
+        Command::Bench(args) => args.json,
         _ => false,
     };
     dispatch(&cli).unwrap_or_else(|failure| {
@@ -61,6 +63,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Analyze(args) => analyze::analyze(args, cli.quiet),
         Command::Design(args) => design::design(args, cli.quiet),
         Command::Identify(args) => identify::identify(args, cli.quiet),
+        Command::Bench(args) => bench::bench(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),

@@ -72,12 +72,19 @@ fn write(study: &Study, mut folder: Folder, args: &RunArgs) -> (Files, Vec<Diagn
     (files, problems)
 }
 
-fn table(model: &str, run: &Run, format: Format) -> Result<(&'static str, Vec<u8>), Diagnostic> {
+/// The signals of a run in a format: extension and bytes.
+pub(super) fn table(model: &str, run: &Run, format: Format) -> Result<(&'static str, Vec<u8>), Diagnostic> {
     match format {
         Format::Csv => Ok(("csv", export::csv(run))),
         Format::Parquet => export::parquet(model, run).map(|bytes| ("parquet", bytes)).map_err(|error| {
             Diagnostic::error("export::parquet", format!("cannot make a Parquet file of `{}`: {error}", run.name))
         }),
+        Format::Mat => export::mat(&run.series).map(|bytes| ("mat", bytes)).ok_or_else(|| {
+            let message =
+                format!("`{}` is too long for a MAT file of version 5, which holds 2 GiB a variable", run.name);
+            Diagnostic::error("export::mat", message).help("take another format, such as parquet")
+        }),
+        Format::Mdf => Ok(("mf4", export::mdf(&[(&run.name, &run.series)]))),
     }
 }
 

@@ -87,7 +87,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
             friction: equations
                 .frictions
                 .iter()
-                .map(|f| (f.element.clone(), f.value.to_f64(), stuck.contains(&f.element)))
+                .map(|f| (f.element.clone(), f.value.torque.to_f64(), stuck.contains(&f.element)))
                 .collect(),
         },
     }
@@ -124,7 +124,10 @@ fn lossy(equations: &Equations) -> Vec<(String, String)> {
         .frictions
         .iter()
         .map(|f| {
-            (f.element.clone(), format!("its Coulomb friction of {} N m is not linear in the speed", f.value.to_f64()))
+            (
+                f.element.clone(),
+                format!("its Coulomb friction of {} N m is not linear in the speed", f.value.torque.to_f64()),
+            )
         })
         .collect();
     if let Definiteness::Indefinite { .. } = definiteness(&equations.damping_matrix()) {

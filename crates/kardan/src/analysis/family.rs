@@ -86,6 +86,17 @@ pub fn loss_pencil(system: &ConstrainedSystem, side: Side, outputs: &[OutputSign
                     }
                 }
             }
+            Measured::ComplianceTorque(element, name) => {
+                for (order, laws) in [(0, &system.springs), (1, &system.dampers)] {
+                    for law in laws.iter().filter(|law| law.element == *element) {
+                        let Some((_, own)) = law.row.iter().find(|(k, _)| *k == shaft(name)) else { continue };
+                        for (j, x) in &law.row {
+                            let factor = law.value.times(x).times(own);
+                            pencil[order][(row, *j)] = pencil[order][(row, *j)].minus(&factor);
+                        }
+                    }
+                }
+            }
             Measured::NetTorque(name) => pencil[2][(row, shaft(name))] = system.own_inertia(shaft(name)),
             Measured::ConstraintTorque(element, name) => {
                 let of_element = (0..c).filter(|&i| system.constraints[i].element == *element);

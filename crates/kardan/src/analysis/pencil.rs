@@ -76,6 +76,18 @@ pub fn linear_system(
                 (0..r).for_each(|j| c[(i, r + j)] = minus(&on_speeds[(0, j)]));
                 (0..m).for_each(|j| d[(i, j)] = on_inputs[(0, j)].clone());
             }
+            Measured::ComplianceTorque(element, name) => {
+                // −(s aᵀq + d aᵀq̇) on the shaft's entry of a.
+                let laws = system.springs.iter().map(|spring| (spring, 0));
+                for (law, first) in laws.chain(system.dampers.iter().map(|damper| (damper, r))) {
+                    let own = law.row.iter().find(|(k, _)| law.element == *element && *k == shaft(name));
+                    let Some((_, own)) = own else { continue };
+                    for (k, x) in &law.row {
+                        let factor = minus(&law.value.times(x).times(own));
+                        (0..r).for_each(|j| c[(i, first + j)] = c[(i, first + j)].plus(&factor.times(&basis[(*k, j)])));
+                    }
+                }
+            }
             Measured::ConstraintTorque(element, name) => {
                 let (on_states, on_inputs) =
                     constraint_torque(system, basis, [&inertia, &damping, &stiffness, &input], element, shaft(name));

@@ -16,7 +16,8 @@ pub const HARMONIC_DRIVE: Element = Element {
             |  cam  |
     wg ====( wave generator )",
     signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
-            `<name>.tau` is the constraint torque on the wave generator, and -(i+1) and i times it act on cs and fs.",
+            `<name>.tau` is the constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i \
+            times it act on cs and fs.",
     fields: &[
         Field::required("wave_generator", Kind::Shaft, "The shaft of the wave generator."),
         Field::required("circular_spline", Kind::Shaft, "The shaft of the circular spline."),
@@ -26,6 +27,17 @@ pub const HARMONIC_DRIVE: Element = Element {
             "offset",
             Kind::Quantity(Dimension::ANGLE, Sign::Any),
             "Mounting offset of the angles; left out: zero.",
+        ),
+        Field::optional(
+            "stiffness",
+            Kind::Quantity(Dimension::STIFFNESS, Sign::Positive),
+            "Torsional stiffness as felt at the flexspline while the other two shafts are held; a spring then stands in place of \
+             the equation of the gear. Left out: rigid.",
+        ),
+        Field::optional(
+            "damping",
+            Kind::Quantity(Dimension::DAMPING, Sign::NonNegative),
+            "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`. Left out: none.",
         ),
     ],
     example: "\
@@ -48,7 +60,16 @@ fn check(values: &Values) -> Vec<Mistake> {
         let message = format!("two of its shafts are `{}`", values.required(keys[k]));
         Mistake::new(keys[k], message, "name three different shafts")
     };
-    (1..keys.len()).filter(again).map(mistake).collect()
+    let mut out: Vec<Mistake> = (1..keys.len()).filter(again).map(mistake).collect();
+    if values.has("damping") && !values.has("stiffness") {
+        let message = "without `stiffness` nothing can twist, so this damping does nothing";
+        out.push(Mistake::new(
+            "damping",
+            message,
+            "add `stiffness`, or remove `damping`; that of a shaft belongs to the shaft",
+        ));
+    }
+    out
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
@@ -58,10 +79,12 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         entries: vec![
             (values.required("wave_generator").into(), Exact::one()),
             (values.required("circular_spline").into(), circular),
-            (values.required("flexspline").into(), ratio),
+            (values.required("flexspline").into(), ratio.clone()),
         ],
     };
-    vec![Term::Constraint { along, offset: -&values.exact_or_zero("offset") }]
+    let offset = -&values.exact_or_zero("offset");
+    let Some(stiffness) = values.exact("stiffness").cloned() else { return vec![Term::Constraint { along, offset }] };
+    vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_zero("damping") }]
 }
 
 #[cfg(test)]

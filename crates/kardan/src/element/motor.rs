@@ -1,5 +1,5 @@
 use super::{Element, Mistake, Values};
-use crate::equations::{Direction, InputKind, Motor, Term};
+use crate::equations::{Direction, InputKind, Motor, Ripple, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
 
@@ -8,7 +8,7 @@ pub const MOTOR: Element = Element {
     keyword: "motor",
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"
-    command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau on shaft",
+    command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau (+ ripple) on shaft",
     signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
             it is given); `<name>.command` is what was asked for.",
     fields: &[
@@ -29,6 +29,18 @@ pub const MOTOR: Element = Element {
             Kind::Quantity(Dimension::TIME, Sign::NonNegative),
             "Time constant of the first-order lag; left out: none.",
         ),
+        Field::optional(
+            "ripple",
+            Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
+            "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft against \
+             `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as `<name>.ripple`; \
+             designs leave it out. Left out: none.",
+        ),
+        Field::optional(
+            "ripple_order",
+            Kind::Number(Sign::Positive),
+            "Periods of the ripple in one turn, such as pole pairs times six; needed with `ripple`.",
+        ),
     ],
     example: "\
 [motor.wg_motor]
@@ -41,6 +53,24 @@ lag = \"160 us\"
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
+    let mut out = check_shafts(values);
+    match (values.has("ripple"), values.has("ripple_order")) {
+        (true, false) => out.push(Mistake::new(
+            "ripple",
+            "a ripple needs its order",
+            "add `ripple_order`, the periods in one turn of the shaft",
+        )),
+        (false, true) => out.push(Mistake::new(
+            "ripple_order",
+            "the order of a ripple stands without a ripple",
+            "add `ripple`, its amplitude, or remove `ripple_order`",
+        )),
+        _ => {}
+    }
+    out
+}
+
+fn check_shafts(values: &Values) -> Vec<Mistake> {
     if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
         return Vec::new();
     }
@@ -49,12 +79,14 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
+    let ripple = values.exact("ripple").filter(|x| !x.is_zero()).zip(values.exact("ripple_order"));
     vec![Term::Input {
         along: Direction::difference(values.required("shaft"), values.word("reaction")),
         kind: InputKind::Motor(Motor {
             torque_limit: values.exact("torque_limit").cloned(),
             rate_limit: values.exact("rate_limit").cloned(),
             lag: values.exact("lag").filter(|x| !x.is_zero()).cloned(),
+            ripple: ripple.map(|(torque, order)| Box::new(Ripple { torque: torque.clone(), order: order.clone() })),
         }),
     }]
 }

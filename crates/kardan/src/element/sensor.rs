@@ -11,7 +11,7 @@ pub const SENSOR: Element = Element {
     summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, or the net \
               torque on a shaft.",
     sketch: r"
-    quantity -->[ resolution ]-->[ sample and hold ]--> reading",
+    quantity --(+ noise)-->[ resolution ]-->[ sample and hold ]--> reading",
     signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
     fields: &[
         Field::required(
@@ -46,6 +46,13 @@ pub const SENSOR: Element = Element {
             Kind::Quantity(Dimension::TIME, Sign::Positive),
             "Time between readings, held in between; a speed is then the difference of two rounded angles. \
              Left out: continuous.",
+        ),
+        Field::optional(
+            "noise",
+            Kind::AnyQuantity,
+            "Standard deviation of the noise in each reading, in the unit of what is measured: Gaussian, white, added before \
+             rounding (to a speed from rounded angles: after), drawn from `seed` of `[scenario]`. Sampled controllers read \
+             it. Needs `sample_time`; left out: none.",
         ),
     ],
     example: "\
@@ -82,6 +89,13 @@ fn check(values: &Values) -> Vec<Mistake> {
             "add `element = \"...\"`: a spring_damper, or a gear together with `shaft`",
         )),
         _ => {}
+    }
+    if values.has("noise") && !values.has("sample_time") {
+        out.push(Mistake::new(
+            "noise",
+            "noise is drawn for each reading, and a sensor without a sample time reads at every instant",
+            "add `sample_time`, such as \"1 ms\"",
+        ));
     }
     if values.has("lines") && values.has("resolution") {
         out.push(Mistake::new("resolution", "both `lines` and `resolution` are given", "keep one of them"));
@@ -135,5 +149,6 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         resolution: lines.or(values.number("resolution")),
         phase: values.number("phase").unwrap_or(0.0),
         sample_time: values.exact("sample_time").cloned(),
+        noise: values.number("noise").filter(|noise| *noise > 0.0),
     })]
 }

@@ -1,4 +1,4 @@
-use super::{Element, Values, losses, no_check};
+use super::{BREAKAWAY, Element, STRIBECK_SPEED, Values, check_losses, losses};
 use crate::equations::{Direction, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
@@ -29,8 +29,10 @@ pub const SHAFT: Element = Element {
         Field::optional(
             "friction",
             Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-            "Coulomb friction torque against the housing, the same at rest and in motion; left out: none.",
+            "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`; left out: none.",
         ),
+        BREAKAWAY,
+        STRIBECK_SPEED,
     ],
     example: "\
 [shaft.fs]
@@ -38,7 +40,7 @@ inertia = \"50000 kg mm^2\"
 damping = \"0.1 N m s/rad\"
 friction = \"0.2 N m\"
 ",
-    check: no_check,
+    check: check_losses,
     terms,
 };
 

@@ -1,4 +1,4 @@
-use super::{Element, Values, gear, losses};
+use super::{BREAKAWAY, Element, Mistake, STRIBECK_SPEED, Values, check_losses, gear, losses};
 use crate::equations::{Direction, Term};
 use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
@@ -28,6 +28,8 @@ pub const SPRING_DAMPER: Element = Element {
             Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
             "Coulomb friction torque; left out: none.",
         ),
+        BREAKAWAY,
+        STRIBECK_SPEED,
         Field::optional(
             "rest",
             Kind::Quantity(Dimension::ANGLE, Sign::Any),
@@ -41,9 +43,13 @@ shaft_2 = \"cj\"
 stiffness = \"100 N m/rad\"
 damping = \"0.02 N m s/rad\"
 ",
-    check: gear::check,
+    check,
     terms,
 };
+
+fn check(values: &Values) -> Vec<Mistake> {
+    [gear::check(values), check_losses(values)].concat()
+}
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction::difference(values.required("shaft_1"), values.word("shaft_2"));

@@ -11,10 +11,13 @@
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
 //! | [`identification_json`] | parameters found in logs | scripts |
+//! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
+//! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
 
 mod analysis;
 mod arrow_schema;
+mod bench;
 mod csv;
 mod design;
 mod extremes;
@@ -23,8 +26,10 @@ mod json;
 mod mat;
 mod mdf;
 mod parquet;
+mod truth;
 
 pub use analysis::analysis_json;
+pub use bench::{WrittenLog, bench_json};
 pub use csv::csv;
 pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
@@ -33,6 +38,7 @@ pub use json::{Files, json, json_error};
 pub use mat::mat;
 pub use mdf::mdf;
 pub use parquet::{ParquetError, parquet};
+pub use truth::truth_toml;
 
 #[cfg(test)]
 mod example {

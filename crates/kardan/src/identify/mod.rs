@@ -2,6 +2,7 @@
 //! any model.
 
 mod determined;
+mod excitation;
 mod fit;
 mod least_squares;
 mod regressor;
@@ -9,6 +10,7 @@ mod samples;
 mod window;
 
 pub use determined::{Excitation, undetermined};
+pub use excitation::{Selection, d_optimal, expected_errors, information};
 pub use fit::{Fit, FitOptions, Loss, Shape, Test, TestKind, cross_validate, fit, residual_tests};
 pub use least_squares::{Estimate, LeastSquares};
 pub use regressor::{Extra, Motion, Regressor, Variances};

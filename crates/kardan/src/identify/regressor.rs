@@ -69,6 +69,8 @@ pub struct Regressor {
     wanted: Vec<(usize, Vec<usize>)>,
     /// Coefficients that are known: kind, term, value.
     known: Vec<(usize, usize, f64)>,
+    /// Stribeck friction that is known: friction, c_b − c, v_s.
+    stribeck: Vec<(usize, f64, f64)>,
     inputs: Vec<Vec<(usize, f64)>>,
     /// Inputs whose torques nobody measured, with independent directions.
     unmeasured: Vec<usize>,
@@ -135,6 +137,15 @@ impl Regressor {
         let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.freedoms();
         Self {
             known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
+            stribeck: equations
+                .frictions
+                .iter()
+                .enumerate()
+                .filter_map(|(k, term)| {
+                    let found = term.value.stribeck.as_ref()?;
+                    Some((k, found.breakaway.to_f64() - term.value.torque.to_f64(), found.speed.to_f64()))
+                })
+                .collect(),
             wanted: wanted.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
             inputs: equations.inputs.iter().map(|input| input.row_f64()).collect(),
             freedoms: reduced.freedoms(),
@@ -166,7 +177,10 @@ impl Regressor {
                 "an input of the model"
             );
         }
-        self.width += extras.len() - self.extras.len();
+        let fitted = |extra: &Extra, k: usize| matches!(extra, Extra::Stribeck { friction } if *friction == k);
+        self.stribeck.retain(|(k, ..)| !extras.iter().any(|extra| fitted(extra, *k)));
+        self.width += extras.len();
+        self.width -= self.extras.len();
         self.extras = extras.to_vec();
         self.all = vec![0.0; self.freedoms * self.width];
         self
@@ -301,6 +315,15 @@ impl Regressor {
             certain &= signal.is_some();
             project(&term.row, &self.kinematics, &mut self.direction);
             let torque = value * signal.unwrap_or(0.0);
+            (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
+        }
+        for &(friction, excess, scale) in &self.stribeck {
+            let sign = self.signal(Kind::Friction as usize, friction);
+            let term = &self.terms[Kind::Friction as usize][friction];
+            certain &= sign.is_some();
+            let ratio = term.along(&self.kinematics.speeds) / scale;
+            project(&term.row, &self.kinematics, &mut self.direction);
+            let torque = excess * (-ratio * ratio).exp() * sign.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
         if let Some(variances) = variances {

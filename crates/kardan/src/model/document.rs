@@ -47,6 +47,11 @@ pub const SCENARIO: &[Field] = &[
         "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: \
          { \"rk.phi\" = \"10 deg\" }; left out: zero.",
     ),
+    Field::optional(
+        "seed",
+        Kind::Number(Sign::NonNegative),
+        "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.",
+    ),
     Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
     Field::optional("fault", Kind::Tables(FAULT), "Sensors that fail: `[[scenario.fault]]`."),
 ];
@@ -174,6 +179,92 @@ pub const ANALYSIS: &[Field] = &[
     ),
     Field::optional("actuator", Kind::Tables(ACTUATOR), "Where motors may sit: `[[analysis.actuator]]`."),
     Field::optional("sensor", Kind::Tables(PLACED_SENSOR), "Where sensors may sit: `[[analysis.sensor]]`."),
+];
+
+/// Keys of `[bench]`.
+pub const BENCH: &[Field] = &[
+    Field::optional(
+        "truth",
+        Kind::Overrides,
+        "What the plant on the bench has and its model does not know: values of parameters and of keys of elements, also keys that \
+         the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn \
+         from `seed`, each inertia, damping and friction within `spread` of its value.",
+    ),
+    Field::optional(
+        "spread",
+        Kind::Number(Sign::NonNegative),
+        "How far drawn true values may be from those of the file, as a part of them, below 1; left out: 0.1.",
+    ),
+    Field::optional(
+        "sample_time",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Time between two rows of a log, and between two commands of the servo loops; left out: 1 ms.",
+    ),
+    Field::optional(
+        "seed",
+        Kind::Number(Sign::NonNegative),
+        "Whole number that noise, drawn true values and drawn excitations come from; left out: 1.",
+    ),
+    Field::optional(
+        "plan",
+        Kind::Choice(&["constant_speeds", "multisine", "random_steps"]),
+        "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random steps of the speeds; \
+         left out: constant_speeds.",
+    ),
+    Field::optional(
+        "parameters",
+        Kind::Signals,
+        "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, damping, stiffness and \
+         friction that this kind of motion can tell at all.",
+    ),
+    Field::optional(
+        "signals",
+        Kind::Signals,
+        "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the torques of all \
+         motors, and the torque sensors.",
+    ),
+    Field::optional(
+        "speed_limit",
+        Kind::Overrides,
+        "Largest speed of a shaft either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs one. Torques keep to \
+         four fifths of the limits of the motors.",
+    ),
+    Field::optional(
+        "levels",
+        Kind::Number(Sign::Positive),
+        "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole number from 2 to 50; \
+         left out: 8.",
+    ),
+    Field::optional(
+        "points",
+        Kind::Number(Sign::Positive),
+        "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to 1000; left out: 16.",
+    ),
+    Field::optional(
+        "dwell",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 s.",
+    ),
+    Field::optional(
+        "ramp",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Shortest time from one speed to the next; left out: 0.5 s.",
+    ),
+    Field::optional(
+        "duration",
+        Kind::Quantity(Dimension::TIME, Sign::Positive),
+        "Longest log; a plan that takes longer is refused. Left out: 10 min.",
+    ),
+    Field::optional(
+        "torque_noise",
+        Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
+        "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own `noise`. Left out: none.",
+    ),
+    Field::optional(
+        "bandwidth",
+        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+        "Triple pole of the servo loops that play the plan; left out: 30 rad/s.",
+    ),
 ];
 
 /// Keys of `[[analysis.actuator]]`.
@@ -305,6 +396,8 @@ pub struct Document {
     pub scenario: Table,
     /// `[analysis]`
     pub analysis: Table,
+    /// `[bench]`
+    pub bench: Table,
     /// `[[requirement]]`
     pub requirements: Vec<Table>,
     /// `[[plot]]`
@@ -416,6 +509,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     document.scenario = single("scenario", SCENARIO, &mut study);
     document.analysis = single("analysis", ANALYSIS, &mut study);
     document.identification = single("identification", IDENTIFICATION, &mut study);
+    document.bench = single("bench", BENCH, &mut study);
     document.requirements = several("requirement", REQUIREMENT, &mut study);
     document.plots = several("plot", PLOT, &mut study);
     read_parameters(&root, source, &mut document, &mut out);
@@ -483,7 +577,7 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
 }
 
 /// The study's tables; all others make the equations.
-const STUDY: [&str; 6] = ["scenario", "requirement", "plot", "analysis", "identification", "log"];
+const STUDY: [&str; 7] = ["scenario", "requirement", "plot", "analysis", "bench", "identification", "log"];
 
 /// Reports tables that a model file does not have.
 fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::{ANALYSIS, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
+use super::document::{ANALYSIS, BENCH, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
 use super::identification::{IDENTIFICATION, LOG};
 use crate::element;
 use crate::schema::{Field, Kind, Sign};
@@ -38,6 +38,7 @@ const STUDY: &[(&str, &str)] = &[
     ("[log.NAME]", "What a measured log holds: which column is which signal."),
     ("[identification]", "What is to be found in logs, and how; extra friction terms, models to compare."),
     ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
+    ("[bench]", "The virtual test bench of `kardan bench`: true values that the model does not know, excitation, log."),
 ];
 
 /// The names of the manual pages that are neither an element nor a law.
@@ -54,6 +55,7 @@ pub const STUDY_PAGES: &[&str] = &[
     "analysis",
     "log",
     "identification",
+    "bench",
 ];
 
 const VARIANTS: &str = "\
@@ -173,6 +175,7 @@ pub fn manual_of(name: &str) -> Option<String> {
             "analysis" => ("[analysis]", ANALYSIS),
             "log" => ("[log.NAME]", LOG),
             "identification" => ("[identification]", IDENTIFICATION),
+            "bench" => ("[bench]", BENCH),
             _ => return None,
         };
         let _ = writeln!(out, "{header}\n\nKeys");
@@ -254,6 +257,7 @@ mod tests {
             ("analysis", ANALYSIS),
             ("log", LOG),
             ("identification", IDENTIFICATION),
+            ("bench", BENCH),
         ] {
             assert!(STUDY_PAGES.contains(&name));
             let page = manual_of(name).unwrap_or_default();

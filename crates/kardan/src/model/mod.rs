@@ -53,6 +53,11 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/harmonic-drive-ecu.toml"),
     },
     Builtin {
+        name: "harmonic-drive-bench",
+        summary: "the same on a virtual test bench, its damping and friction to be identified (source 6.1.4)",
+        source: include_str!("../../../../models/harmonic-drive-bench.toml"),
+    },
+    Builtin {
         name: "harmonic-drive-spring",
         summary: "A harmonic drive with a rack behind a torsion bar (source 6.2, Table 6.3)",
         source: include_str!("../../../../models/harmonic-drive-spring.toml"),

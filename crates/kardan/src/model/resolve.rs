@@ -530,7 +530,9 @@ impl Document {
             let Term::Output(sensor) = &named.term else { continue };
             let (element, shaft) = match &sensor.measured {
                 Measured::SpringTorque(element) => (element, None),
-                Measured::ConstraintTorque(element, shaft) => (element, Some(shaft)),
+                Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
+                    (element, Some(shaft))
+                }
                 Measured::Angle(_) | Measured::Speed(_) | Measured::NetTorque(_) => continue,
             };
             let known = self.elements.iter().any(|e| e.name == *element);
@@ -543,7 +545,7 @@ impl Document {
             // The shafts that a constraint acts on.
             let shafts: Vec<&str> = of_element()
                 .flat_map(|term| match term {
-                    Term::Constraint { along, .. } => {
+                    Term::Constraint { along, .. } | Term::Compliance { along, .. } => {
                         along.entries.iter().filter(|(_, x)| !x.is_zero()).map(|(name, _)| name.as_str()).collect()
                     }
                     Term::Transmission { driven, driving, .. } => vec![driven.as_str(), driving],

@@ -37,6 +37,11 @@ impl Cholesky {
         true
     }
 
+    /// ln det M.
+    pub fn log_det(&self) -> f64 {
+        (0..self.n).map(|j| 2.0 * self.lower[j * self.n + j].ln()).sum()
+    }
+
     /// Overwrites `b` with `M⁻¹ b`.
     pub fn solve(&self, b: &mut [f64]) {
         self.half_solve(b);

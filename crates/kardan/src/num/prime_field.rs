@@ -167,6 +167,13 @@ impl Random {
         Self(seed)
     }
 
+    /// With a seed and a name: other draws for each name.
+    pub fn named(seed: u64, name: &str) -> Self {
+        // FNV-1a over the name, from what the seed draws.
+        let start = Self(seed).next_u64();
+        Self(name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)))
+    }
+
     /// The next 64 bits.
     pub fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -184,6 +191,20 @@ impl Random {
     /// Uniform in `[0, 1)`.
     pub fn unit(&mut self) -> f64 {
         (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Normally distributed with mean 0 and variance 1 (Box, Muller, Ann. Math. Stat. 29, 1958); takes two draws.
+    ///
+    /// ```
+    /// use kardan::num::Random;
+    /// let mut random = Random::new(1);
+    /// let mean = (0..10_000).map(|_| random.normal()).sum::<f64>() / 1e4;
+    /// assert!(mean.abs() < 0.03); // three standard errors
+    /// ```
+    pub fn normal(&mut self) -> f64 {
+        // 1 − u lies in (0, 1].
+        let (radius, angle) = ((-2.0 * (1.0 - self.unit()).ln()).sqrt(), self.unit());
+        radius * (std::f64::consts::TAU * angle).cos()
     }
 
     /// A whole number from −size to size, not zero.

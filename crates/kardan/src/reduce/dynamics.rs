@@ -1,5 +1,5 @@
 use super::{Kinematics, Reduced};
-use crate::assemble::Along;
+use crate::assemble::{Along, FrictionLaw};
 use crate::num::{Cholesky, Matrix, dot, multiply};
 
 /// Directions of one kind of term in reduced coordinates: `g = aᵀK`, constant rows precomputed.
@@ -53,6 +53,9 @@ pub struct Dynamics {
     springs: Directions,
     rests: Vec<f64>,
     frictions: Directions,
+    breakaways: Vec<f64>,
+    /// What the friction of each direction has more when motion begins (N m), and the speed that it falls with (rad/s).
+    stribeck: Vec<(f64, f64)>,
     inputs: Directions,
     inertia_constant: Vec<f64>,
     damping_constant: Vec<f64>,
@@ -89,7 +92,15 @@ impl Dynamics {
         let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics, r);
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics, r);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics, r);
-        let frictions = Directions::new(&equations.frictions, |x| x.to_f64(), &kinematics, r);
+        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics, r);
+        let breakaway = |friction: &Along<FrictionLaw>| {
+            let FrictionLaw { torque, stribeck } = &friction.value;
+            stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
+        };
+        let breakaways: Vec<f64> = equations.frictions.iter().map(breakaway).collect();
+        let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
+        let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
+        let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction))).collect();
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics, r);
         let sum = |d: &Directions| {
             let mut out = Matrix::<f64>::zeros(r, r);
@@ -121,6 +132,8 @@ impl Dynamics {
             dampers,
             springs,
             frictions,
+            breakaways,
+            stribeck,
             inputs,
         };
         let mut factor = Cholesky::new(r);
@@ -146,6 +159,20 @@ impl Dynamics {
     /// Coulomb torques of the friction directions, N m.
     pub fn friction_torques(&self) -> &[f64] {
         &self.frictions.coefficients
+    }
+
+    /// Largest torques of the friction directions at rest, N m; without `breakaway` the Coulomb torques.
+    pub fn breakaway_torques(&self) -> &[f64] {
+        &self.breakaways
+    }
+
+    /// Size of the torque of a friction direction that slides with this speed (rad/s), N m: `c + (c_b − c) exp(−(v/v_s)²)`
+    /// (Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30, 1994, (4)).
+    pub fn sliding_torque(&self, friction: usize, speed: f64) -> f64 {
+        let (torque, (more, scale)) = (self.frictions.coefficients[friction], self.stribeck[friction]);
+        let square = (speed / scale) * (speed / scale);
+        // Beyond, nothing is left, and `exp` would be slow to say so.
+        if more == 0.0 || square > 700.0 { torque } else { torque + more * (-square).exp() }
     }
 
     /// Number of inputs.
@@ -228,6 +255,11 @@ impl Dynamics {
     /// Speed along an input direction, rad/s, at the last update.
     pub fn input_speed(&self, input: usize, work: &Work) -> f64 {
         along(&self.inputs.rows[input], &work.kinematics.speeds)
+    }
+
+    /// Angle along an input direction, rad, at the last update.
+    pub fn input_angle(&self, input: usize, work: &Work) -> f64 {
+        along(&self.inputs.rows[input], &work.kinematics.angles)
     }
 
     /// Speed along a friction direction, rad/s, at the last update.

@@ -287,7 +287,7 @@ fn tabulate(reduced: &Reduced, held: usize) -> Result<MechanismData<f64>, Mechan
     let (inertia, _, inertias) = constant(terms(&equations.inertias, |x| (x.to_f64(), 0.0)));
     let (damping, _, dampers) = constant(terms(&equations.dampers, |x| (x.to_f64(), 0.0)));
     let (stiffness, force, springs) = constant(terms(&equations.springs, |x| (x.stiffness.to_f64(), x.rest.to_f64())));
-    let friction = |term: &assemble::Along<Exact>| (term.row.clone(), term.value.to_f64());
+    let friction = |term: &assemble::Along<assemble::FrictionLaw>| (term.row.clone(), term.value.torque.to_f64());
     let frictions = equations.frictions.iter().map(friction);
     let frictions = frictions.map(|(row, coefficient)| Along { row: enter(&row), coefficient, rest: 0.0 }).collect();
     let inputs = equations.inputs.iter().map(|input| enter(&input.row)).collect();

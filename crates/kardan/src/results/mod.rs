@@ -1,6 +1,7 @@
 //! What a study produces: plain data with names and units, nothing computed here.
 
 mod analysis;
+mod bench;
 mod design;
 #[cfg(test)]
 pub(crate) mod example;
@@ -10,6 +11,7 @@ mod margins;
 mod robustness;
 
 pub use analysis::*;
+pub use bench::*;
 pub use design::*;
 pub use exploration::*;
 pub use identification::*;

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use kardan_rt::Health;
 
 use super::sampler::{Period, Quantity, Sampler, stiffness};
-use super::{FaultKind, SensorFault};
+use super::{FaultKind, Scenario, SensorFault};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Clock, Law, Seen};
 
@@ -102,7 +102,8 @@ impl Clocked {
     ///
     /// # Panics
     /// If a sensor of the law measures what depends on accelerations (its design refuses that).
-    pub fn new(law: &dyn Law, reduced: &Reduced, faults: &[SensorFault]) -> Option<Self> {
+    pub fn new(law: &dyn Law, reduced: &Reduced, scenario: &Scenario) -> Option<Self> {
+        let (faults, seed) = (&scenario.faults, scenario.seed);
         let clock = law.clock()?;
         let sensors: Vec<Source> = law
             .sensors()
@@ -113,8 +114,9 @@ impl Clocked {
                 let differentiates = sensor.is_some_and(Sampler::differentiates);
                 let quantity = Quantity::of(&signal.measured, reduced, differentiates);
                 let quantity = quantity.expect("a law measures angles, speeds and twists");
-                let sampler = sensor
-                    .map_or_else(Sampler::ideal, |sensor| Sampler::new(sensor, stiffness(reduced, &signal.measured)));
+                let sampler = sensor.map_or_else(Sampler::ideal, |sensor| {
+                    Sampler::new(head, sensor, stiffness(reduced, &signal.measured), seed)
+                });
                 let faults = faults.iter().filter(|fault| fault.concerns(&signal.name)).cloned().collect();
                 Source { quantity, sampler, faults, last: 0.0 }
             })

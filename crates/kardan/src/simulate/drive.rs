@@ -22,6 +22,8 @@ pub(super) struct Drive {
     pub(super) limit: Option<f64>,
     pub(super) rate: Option<f64>,
     pub(super) lag: Option<f64>,
+    /// Amplitude of its ripple, N m, and periods per turn.
+    pub(super) ripple: Option<(f64, f64)>,
     pub(super) limit_mode: Limit,
     pub(super) rate_mode: Rate,
     /// Place of the rate limiter's output in the state.

@@ -20,7 +20,7 @@ struct Wired {
     references: Vec<usize>,
     reference_values: Vec<f64>,
     commands: Vec<f64>,
-    /// Torques that its inputs apply.
+    /// Torques that its inputs report.
     torques: Vec<f64>,
     /// Where its own states are; nowhere, if it has a clock.
     states: Range<usize>,
@@ -68,7 +68,10 @@ pub struct Machine {
     size: usize,
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
+    /// Torques that the inputs report.
     pub(super) torques: Vec<f64>,
+    /// Torques that they apply: ripple too.
+    pub(super) applied: Vec<f64>,
     force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
     weighted: Vec<f64>,
@@ -118,6 +121,7 @@ impl Machine {
                     limit: number(&motor.torque_limit),
                     rate: number(&motor.rate_limit),
                     lag: number(&motor.lag),
+                    ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
                     limit_mode: Limit::Inside,
                     rate_mode: Rate::Follow,
                     rate_state: place(motor.rate_limit.is_some()),
@@ -135,7 +139,7 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-                let clocked = Clocked::new(&*law, setup.reduced, &scenario.faults);
+                let clocked = Clocked::new(&*law, setup.reduced, scenario);
                 let first = size;
                 size += if clocked.is_some() { 0 } else { law.states().len() };
                 Wired {
@@ -169,6 +173,7 @@ impl Machine {
             size: size + 2,
             commands: vec![0.0; inputs.len()],
             torques: vec![0.0; inputs.len()],
+            applied: vec![0.0; inputs.len()],
             force: vec![0.0; r],
             acceleration: vec![0.0; r],
             weighted: vec![0.0; m * r],
@@ -286,6 +291,11 @@ impl Machine {
                 None => drive.after_rate(self.commands[k], state),
             };
             self.torques[k] = torque;
+            let torque = match drive.ripple {
+                Some((size, order)) => torque + size * (order * self.dynamics.input_angle(k, &self.work)).sin(),
+                None => torque,
+            };
+            self.applied[k] = torque;
             for (force, g) in self.force.iter_mut().zip(&self.work.input_rows[k * r..(k + 1) * r]) {
                 *force += torque * g;
             }
@@ -298,7 +308,8 @@ impl Machine {
         let r = self.freedoms;
         for (k, mode) in self.modes.iter().enumerate() {
             if *mode != Mode::Stick {
-                let torque = mode.sign() * self.dynamics.friction_torques()[k];
+                let speed = self.dynamics.friction_speed(k, &self.work);
+                let torque = mode.sign() * self.dynamics.sliding_torque(k, speed);
                 for (force, g) in self.force.iter_mut().zip(&self.work.friction_rows[k * r..(k + 1) * r]) {
                     *force -= torque * g;
                 }
@@ -406,7 +417,7 @@ impl Machine {
             if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
                 out[place] = (drive.after_rate(self.commands[k], state) - state[place]) / lag;
             }
-            input_power += self.torques[k] * self.dynamics.input_speed(k, &self.work);
+            input_power += self.applied[k] * self.dynamics.input_speed(k, &self.work);
         }
         for wired in self.laws.iter_mut().filter(|wired| !wired.states.is_empty()) {
             for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
@@ -417,7 +428,8 @@ impl Machine {
         }
         let mut loss = self.dynamics.damping_power(&self.work);
         for (k, mode) in self.modes.iter().enumerate() {
-            loss += mode.sign() * self.dynamics.friction_torques()[k] * self.dynamics.friction_speed(k, &self.work);
+            let speed = self.dynamics.friction_speed(k, &self.work);
+            loss += mode.sign() * self.dynamics.sliding_torque(k, speed) * speed;
         }
         out[self.size - 2] = input_power;
         out[self.size - 1] = loss;
@@ -429,7 +441,8 @@ impl Machine {
         self.slip_forces();
         self.accelerate();
         for (k, mode) in self.modes.iter().enumerate() {
-            self.friction_torques[k] = mode.sign() * self.dynamics.friction_torques()[k];
+            let speed = self.dynamics.friction_speed(k, &self.work);
+            self.friction_torques[k] = mode.sign() * self.dynamics.sliding_torque(k, speed);
         }
         for a in 0..self.holding.len() {
             self.friction_torques[self.holding[a]] = self.hold_torque[a];
@@ -440,11 +453,11 @@ impl Machine {
     }
 
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
-    /// each direction's Coulomb torque, `min Σ (λ/c)²`.
+    /// what each direction can hold at rest, `min Σ (λ/c)²`.
     fn split_friction(&mut self) {
         let (r, count) = (self.freedoms, self.holding.len());
         self.factor_holding();
-        let c = self.dynamics.friction_torques();
+        let c = self.dynamics.breakaway_torques();
         // Rows of B: each sticking direction as a combination of the holding ones.
         let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
         let mut combination = vec![0.0; sticking.len() * count];
@@ -528,7 +541,7 @@ impl Machine {
         let w: Vec<f64> =
             (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
         let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
-        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.friction_torques()[k]).collect();
+        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.breakaway_torques()[k]).collect();
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, &c, &mut torques);
         let accelerations = (0..m)
@@ -552,7 +565,7 @@ impl Machine {
         self.forces(time, state);
         self.slip_forces();
         self.accelerate();
-        let c = self.dynamics.friction_torques();
+        let c = self.dynamics.breakaway_torques();
         if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
             return false;
         }
@@ -589,7 +602,7 @@ impl Machine {
         out: &mut Vec<usize>,
     ) {
         out.clear();
-        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) {
+        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) || self.commands_rest() {
             return;
         }
         self.forces(time, state);
@@ -622,6 +635,15 @@ impl Machine {
         }
     }
 
+    /// Whether commands and rate limiters stay as they are until the next sample or breakpoint: sampled laws alone command.
+    fn commands_rest(&self) -> bool {
+        let steady =
+            |(target, line): (&SourceTarget, &(f64, f64, f64))| *target == SourceTarget::Reference || line.1 == 0.0;
+        self.laws.iter().all(|wired| wired.clocked.is_some())
+            && self.drives.iter().all(|drive| drive.rate.is_none())
+            && self.targets.iter().zip(&self.lines).all(steady)
+    }
+
     /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
     fn command_rates(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64]) -> Vec<f64> {
         self.derivative(time, state, derivative);
@@ -652,6 +674,10 @@ impl Machine {
         let before = self.modes.clone();
         let mut events = Vec::new();
         self.settle_drives(time, state, everything, input_names, &mut events);
+        if !everything && crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
+            // Nothing is at rest, and nothing comes to rest.
+            return events;
+        }
         self.forces(time, state);
         let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
         for k in passing {
@@ -816,6 +842,9 @@ impl Machine {
 
     /// Before a restart: a rate limiter that followed its command takes its value as state.
     pub fn remember_commands(&mut self, time: f64, state: &mut [f64]) {
+        if self.drives.iter().all(|drive| drive.rate_state.is_none()) {
+            return;
+        }
         self.forces(time, state);
         for (k, drive) in self.drives.iter().enumerate() {
             if let Some(place) = drive.rate_state

@@ -1,7 +1,7 @@
 //! The columns of a run: which signals there are and how they are read from the machine.
 
 use super::Machine;
-use super::sampler::{Sampler, stiffness};
+use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured};
@@ -15,6 +15,7 @@ enum Read {
     Speed(usize),
     Torque(usize),
     Command(usize),
+    Ripple(usize),
     Multiplier(usize),
     /// Shaft and its own inertia, kg m².
     NetTorque(usize, f64),
@@ -25,6 +26,7 @@ enum Read {
         springs: Vec<usize>,
         dampers: Vec<usize>,
     },
+    Compliance(Compliance),
     Friction(usize),
     Source(usize),
     Sensor(usize),
@@ -43,6 +45,7 @@ pub(super) struct Outputs {
     /// What each sensor reads, and the sensor.
     samplers: Vec<(Read, Sampler)>,
     multipliers: Multipliers,
+    needs_multipliers: bool,
     lambda: Vec<f64>,
     constraint_force: Vec<f64>,
 }
@@ -88,6 +91,10 @@ impl Outputs {
                     let description = format!("torque asked of {name}, before limits and lag");
                     add(format!("{name}.command"), Physical::Torque, description, Read::Command(k));
                 }
+                if motor.ripple.is_some() {
+                    let description = format!("torque that {name} adds to what it reports");
+                    add(format!("{name}.ripple"), Physical::Torque, description, Read::Ripple(k));
+                }
             }
         }
         for (k, element) in multipliers.elements.iter().enumerate() {
@@ -119,6 +126,17 @@ impl Outputs {
                 add(format!("{element}.{name}.tau"), Physical::Torque, description, Read::ConstraintTorque(k, shaft));
             }
         }
+        for compliance in &equations.compliances {
+            let element = &compliance.element;
+            let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
+            let description = format!("torque of {element} in place of a constraint multiplier");
+            add(format!("{element}.tau"), Physical::Torque, description, torque(None));
+            for (shaft, _) in &compliance.row {
+                let name = &equations.shafts[*shaft];
+                let description = format!("torque of {element} on shaft {name}");
+                add(format!("{element}.{name}.tau"), Physical::Torque, description, torque(Some(*shaft)));
+            }
+        }
         let numbered = |name: &str, elements: Vec<&str>| -> Vec<usize> {
             elements.iter().enumerate().filter(|(_, element)| **element == name).map(|(k, _)| k).collect()
         };
@@ -130,6 +148,7 @@ impl Outputs {
         couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
         couplings.sort_unstable();
         couplings.dedup();
+        couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
         for element in couplings {
             let read = Read::SpringDamper { springs: springs_of(element), dampers: dampers_of(element) };
             add(format!("{element}.tau"), Physical::Torque, format!("spring and damper torque of {element}"), read);
@@ -163,6 +182,10 @@ impl Outputs {
                     Physical::Torque,
                     Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))),
                 ),
+                Measured::ComplianceTorque(element, s) => {
+                    let torque = Compliance::new(reduced, element, Some(shaft(s)));
+                    ("tau", Physical::Torque, Read::Compliance(torque.expect("a sensor names a compliance")))
+                }
                 Measured::ConstraintTorque(element, s) => {
                     let k =
                         multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
@@ -179,15 +202,21 @@ impl Outputs {
                 format!("reading of sensor {name}"),
                 Read::Sensor(samplers.len()),
             );
-            samplers.push((quantity, Sampler::new(sensor, stiffness(reduced, measured))));
+            samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed)));
         }
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
-        for (name, physical, description, read) in columns {
+        let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|names| names.contains(name));
+        for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
         let (constraints, shafts) = (multipliers.elements.len(), equations.shafts.len());
+        let constrained =
+            |read: &Read| matches!(read, Read::Multiplier(_) | Read::ConstraintTorque(..) | Read::Potentials(_));
+        let used = |k: usize| reads.iter().any(|read| matches!(read, Read::Sensor(number) if *number == k));
+        let sampled = samplers.iter().enumerate().any(|(k, (read, _))| used(k) && constrained(read));
         Self {
+            needs_multipliers: sampled || reads.iter().any(constrained),
             reads,
             signals,
             samplers,
@@ -204,10 +233,13 @@ impl Outputs {
 
     /// Finds the constraint torques at the point that the machine has observed; before `sample` and `record`.
     pub fn solve_multipliers(&mut self, machine: &Machine) {
+        if !self.needs_multipliers {
+            return;
+        }
         machine.dynamics.constraint_force(
             &machine.work,
             &machine.acceleration,
-            &machine.torques,
+            &machine.applied,
             &machine.friction_torques,
             &mut self.constraint_force,
         );
@@ -221,6 +253,7 @@ impl Outputs {
             Read::Speed(shaft) => kinematics.speeds[*shaft],
             Read::Torque(input) => machine.torques[*input],
             Read::Command(input) => machine.commands[*input],
+            Read::Ripple(input) => machine.applied[*input] - machine.torques[*input],
             Read::Multiplier(constraint) => self.lambda[*constraint],
             Read::NetTorque(shaft, inertia) => {
                 inertia * (dot(kinematics.row(*shaft), &machine.acceleration) + kinematics.bias[*shaft])
@@ -234,6 +267,7 @@ impl Outputs {
                 let dampers = dampers.iter().map(|&k| machine.dynamics.damper_torque(k, &machine.work));
                 springs.chain(dampers).sum()
             }
+            Read::Compliance(compliance) => compliance.read(&machine.dynamics, &machine.work),
             Read::Friction(k) => machine.friction_torques[*k],
             Read::Source(k) => machine.sources[*k],
             Read::Sensor(k) => self.samplers[*k].1.held,

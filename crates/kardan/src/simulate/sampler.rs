@@ -1,7 +1,7 @@
 //! A sensor in a run: resolution, phase, sample and hold.
 
 use crate::equations::{Measured, Sensor};
-use crate::num::{Rational, rational_to_f64};
+use crate::num::{Random, Rational, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
@@ -48,6 +48,8 @@ pub(super) struct Sampler {
     differentiate: bool,
     next: u64,
     last_angle: f64,
+    /// Standard deviation and where it is drawn from; every sampler of one sensor draws the same.
+    noise: Option<(f64, Random)>,
     /// What it reads.
     pub held: f64,
 }
@@ -55,16 +57,27 @@ pub(super) struct Sampler {
 impl Sampler {
     /// A sensor that reads exactly and at once.
     pub fn ideal() -> Self {
-        Self { step: None, phase: 0.0, period: None, differentiate: false, next: 0, last_angle: f64::NAN, held: 0.0 }
+        Self {
+            step: None,
+            phase: 0.0,
+            period: None,
+            differentiate: false,
+            next: 0,
+            last_angle: f64::NAN,
+            noise: None,
+            held: 0.0,
+        }
     }
 
-    /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1.
-    pub fn new(sensor: &Sensor, stiffness: f64) -> Self {
+    /// A sensor; `stiffness` is torque per twist for one that measures a torque by a twist, else 1. Its noise depends on its name
+    /// and the seed alone.
+    pub fn new(name: &str, sensor: &Sensor, stiffness: f64, seed: u64) -> Self {
         Self {
             step: sensor.resolution.map(|step| step * stiffness),
             phase: sensor.phase,
             period: sensor.sample_time.as_ref().map(Period::new),
             differentiate: Self::differentiates(sensor),
+            noise: sensor.noise.map(|noise| (noise, Random::named(seed, name))),
             ..Self::ideal()
         }
     }
@@ -84,12 +97,13 @@ impl Sampler {
         if self.next_time().is_some_and(|next| next > time) {
             return;
         }
-        let exact = exact();
+        let noise = self.noise.as_mut().map_or(0.0, |(size, random)| *size * random.normal());
+        let exact = if self.differentiate { exact() } else { exact() + noise };
         let rounded = self.step.map_or(exact, |step| (exact / step + self.phase).floor() * step);
         self.held = if self.differentiate {
             let before = if self.last_angle.is_nan() { rounded } else { self.last_angle };
             self.last_angle = rounded;
-            (rounded - before) / self.period.map_or(1.0, |period| period.at(1))
+            (rounded - before) / self.period.map_or(1.0, |period| period.at(1)) + noise
         } else {
             rounded
         };
@@ -103,6 +117,41 @@ pub(super) enum Quantity {
     Angle(usize),
     Speed(usize),
     Springs(Vec<usize>),
+    Compliance(Compliance),
+}
+
+/// The torque of a compliant element times a factor: by springs and dampers, by number.
+#[derive(Debug, Clone)]
+pub(super) struct Compliance {
+    springs: Vec<usize>,
+    dampers: Vec<usize>,
+    factor: f64,
+}
+
+impl Compliance {
+    /// The torque on a shaft, or the multiplier; `None` if the element is not compliant or does not act there.
+    pub fn new(reduced: &Reduced, element: &str, shaft: Option<usize>) -> Option<Self> {
+        let equations = &reduced.equations;
+        let numbers = |elements: Vec<&str>| -> Vec<usize> {
+            elements.iter().enumerate().filter(|(_, name)| **name == element).map(|(k, _)| k).collect()
+        };
+        let compliance = equations.compliances.iter().find(|compliance| compliance.element == element)?;
+        let share = match shaft {
+            Some(shaft) => compliance.row_f64().into_iter().find(|(k, _)| *k == shaft)?.1,
+            None => 1.0,
+        };
+        Some(Self {
+            springs: numbers(equations.springs.iter().map(|spring| spring.element.as_str()).collect()),
+            dampers: numbers(equations.dampers.iter().map(|damper| damper.element.as_str()).collect()),
+            factor: share / compliance.value.to_f64(),
+        })
+    }
+
+    pub fn read(&self, dynamics: &Dynamics, work: &Work) -> f64 {
+        let springs: f64 = self.springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum();
+        let dampers: f64 = self.dampers.iter().map(|&k| dynamics.damper_torque(k, work)).sum();
+        self.factor * (springs + dampers)
+    }
 }
 
 impl Quantity {
@@ -117,6 +166,9 @@ impl Quantity {
             Measured::Speed(name) if !differentiates => Some(Self::Speed(shaft(name))),
             Measured::Angle(name) | Measured::Speed(name) => Some(Self::Angle(shaft(name))),
             Measured::SpringTorque(element) => Some(Self::Springs(springs(element))),
+            Measured::ComplianceTorque(element, name) => {
+                Compliance::new(reduced, element, Some(shaft(name))).map(Self::Compliance)
+            }
             Measured::ConstraintTorque(..) | Measured::NetTorque(_) => None,
         }
     }
@@ -126,6 +178,7 @@ impl Quantity {
             Self::Angle(shaft) => work.kinematics.angles[*shaft],
             Self::Speed(shaft) => work.kinematics.speeds[*shaft],
             Self::Springs(springs) => springs.iter().map(|&k| dynamics.spring_torque(k, work)).sum(),
+            Self::Compliance(compliance) => compliance.read(dynamics, work),
         }
     }
 }

@@ -91,6 +91,10 @@ pub struct Scenario {
     pub events: Vec<SignalEvent>,
     /// Sensors that fail.
     pub faults: Vec<SensorFault>,
+    /// Seed of the noise of sensors.
+    pub seed: u64,
+    /// Names of the signals to record; `None`: all.
+    pub recorded: Option<Vec<String>>,
     /// Initial reduced coordinates, rad.
     pub position: Vec<f64>,
     /// Initial reduced speeds, rad/s.

@@ -123,6 +123,7 @@ pub(super) fn check_connected(purpose: Purpose, document: &Document, model: &Mod
             | Term::Damper { along, .. }
             | Term::Friction { along, .. }
             | Term::Constraint { along, .. }
+            | Term::Compliance { along, .. }
             | Term::Input { along, .. } => along.entries.iter().map(|(name, _)| name.as_str()).collect(),
             Term::Transmission { driven, driving, .. } => vec![driven, driving],
             Term::Output(_) | Term::Charge { .. } | Term::Balance { .. } => continue,

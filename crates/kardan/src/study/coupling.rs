@@ -129,6 +129,8 @@ fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
     }
     let source = scenario.sources.iter().position(|source| Some(source.name.as_str()) == reference);
     Scenario {
+        seed: scenario.seed,
+        recorded: None,
         duration,
         times,
         sources: scenario.sources.clone(),

@@ -85,7 +85,7 @@ fn lines(
                     .iter()
                     .fold(Rational::ZERO, |sum, (shaft, x)| sum.plus(&x.times(&model.basis[(*shaft, i)])));
                 (!Scalar::is_zero(&coefficient)).then(|| {
-                    let torque = friction.value.to_rational().times(&coefficient);
+                    let torque = friction.value.torque.to_rational().times(&coefficient);
                     (torque, mark(&friction.element, 4))
                 })
             });

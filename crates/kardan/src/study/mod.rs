@@ -3,6 +3,7 @@
 mod analysis;
 mod analyze;
 mod asked;
+mod bench;
 mod checks;
 mod circuit;
 mod coupling;
@@ -22,6 +23,7 @@ mod sensitivity;
 
 pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
+pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, prepare_bench};
 pub use design::{DesignSettings, design};
 pub use equations::{EquationsForm, equations};
 pub use identification::{IdentifySettings, LogFile, identify};
@@ -30,6 +32,7 @@ pub use robustness::ToleranceBox;
 
 use analyze::analyze_variant;
 use design::designed;
+use prepare::Purpose;
 use rayon::prelude::*;
 
 use crate::diagnostics::{Diagnostic, Severity, nearest};

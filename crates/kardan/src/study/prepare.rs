@@ -141,6 +141,7 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
         add_new(out, mistakes, (k > 0).then_some(label));
     }
     let mut mistakes = Vec::new();
+    let all_settings_of_first = all_settings.first().map(|first| first.settings.clone()).unwrap_or_default();
     let known = match (prepared.variants.first(), first) {
         (Some(variant), _) => {
             let signals = signal_names(&variant.reduced, &variant.scenario);
@@ -161,6 +162,9 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
     prepared.requirements = requirements(&known, &names, &mut mistakes);
     prepared.plots = plots(&known, &names, &mut mistakes);
     prepared.tolerance = tolerance(document, &mut mistakes);
+    if !document.doubts.equations {
+        super::bench::check(document, &all_settings_of_first, &mut mistakes);
+    }
     add_new(out, mistakes, None);
     out.sort_by_key(|d| {
         (d.labels.first().map_or(usize::MAX, |label| label.span.start), d.severity == Severity::Warning)
@@ -205,19 +209,23 @@ fn unreduced(model: &mut Model) -> Reduced {
         | Term::Damper { along, .. }
         | Term::Friction { along, .. }
         | Term::Constraint { along, .. }
+        | Term::Compliance { along, .. }
         | Term::Balance { along, .. }
         | Term::Input { along, .. } => of_element(named, along),
         Term::Transmission { driven, driving, .. } => known(driven) && known(driving),
         Term::Output(_) | Term::Charge { .. } => true,
     });
     let constrains = |element: &String| {
-        let is_row = |term: &Term| matches!(term, Term::Constraint { .. } | Term::Transmission { .. });
+        let is_row =
+            |term: &Term| matches!(term, Term::Constraint { .. } | Term::Compliance { .. } | Term::Transmission { .. });
         good.iter().any(|named| named.element == *element && is_row(&named.term))
     };
     let (sensors, lost): (Vec<_>, Vec<_>) = others.into_iter().partition(|named| match &named.term {
         Term::Output(sensor) => match &sensor.measured {
             Measured::Angle(shaft) | Measured::Speed(shaft) | Measured::NetTorque(shaft) => known(shaft),
-            Measured::ConstraintTorque(element, shaft) => known(shaft) && constrains(element),
+            Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft) => {
+                known(shaft) && constrains(element)
+            }
             Measured::SpringTorque(_) => true,
         },
         _ => true,

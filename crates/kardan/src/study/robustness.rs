@@ -320,7 +320,7 @@ pub(super) fn subject(
                     .map(|(number, one)| (number, one.row.iter().map(|(shaft, x)| (*shaft, one.value * x)).collect()));
                 (signal.name.clone(), "N m", Watch::Springs(rows.collect()))
             }
-            Measured::Speed(_) | Measured::ConstraintTorque(..) => continue,
+            Measured::Speed(_) | Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => continue,
         };
         watched.push(Watched { name, unit, reference: reference.into(), acceptable, watch });
     }

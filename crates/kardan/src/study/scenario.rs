@@ -197,7 +197,54 @@ pub(super) fn scenario(
     };
     let (position, speed) = initial_state(&reader, document, coordinates, out);
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
-    Scenario { duration, times, sources, events, faults, position, speed }
+    check_noise(&reader, document, out);
+    let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or(1);
+    Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
+}
+
+/// A whole number of a table; `None` if it is left out or wrong, which is reported.
+pub(super) fn whole(
+    reader: &TableReader<'_>,
+    table: &Table,
+    key: &str,
+    what: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<u64> {
+    let number = quantity(reader, table, key, (Dimension::NONE, Sign::NonNegative), what, out)?.to_f64();
+    // Beyond 2^53 neighbours cannot be told apart.
+    if number.fract() == 0.0 && number <= 9e15 {
+        return Some(number as u64);
+    }
+    out.push(
+        Diagnostic::error("number::whole", format!("`{key}` of {what}: expected a whole number, found {number}"))
+            .at(TableReader::span(table, key), "not a whole number")
+            .help("write a whole number, such as 1"),
+    );
+    None
+}
+
+/// The noise of a sensor is of the kind that it measures.
+fn check_noise(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diagnostic>) {
+    for sensor in document.elements.iter().filter(|element| element.kind.keyword == "sensor") {
+        let dimension = match read_word(&sensor.table, "measures") {
+            Some("angle") => Dimension::ANGLE,
+            Some("speed") => Dimension::ANGULAR_VELOCITY,
+            Some("torque" | "net_torque") => Dimension::TORQUE,
+            _ => continue,
+        };
+        let what = format!("sensor `{}`", sensor.name);
+        let noise = quantity(reader, &sensor.table, "noise", (dimension, Sign::NonNegative), &what, out);
+        if let Some(noise) = noise.filter(|noise| noise.signum() < 0) {
+            out.push(
+                Diagnostic::error(
+                    "number::sign",
+                    format!("`noise` of {what} must be zero or more, found {}", noise.to_f64()),
+                )
+                .at(TableReader::span(&sensor.table, "noise"), "negative")
+                .help("a standard deviation has no sign"),
+            );
+        }
+    }
 }
 
 /// Whether the results fit into memory.

@@ -436,7 +436,7 @@ pub(super) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
             }
             Reading::Twist(row, rest)
         }
-        Measured::ConstraintTorque(..) | Measured::NetTorque(_) => {
+        Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::NetTorque(_) => {
             return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
         }
     })

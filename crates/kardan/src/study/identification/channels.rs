@@ -241,7 +241,10 @@ pub(super) fn open_log(
     // Columns that are called like a signal.
     for (group, own) in groups.iter().enumerate() {
         for (channel, named) in own.channels.iter().enumerate() {
-            let Some((quantity, _)) = quantity_of(&named.name, model) else { continue };
+            // In MAT files names cannot have points: wg_motor_tau.
+            let pointed = named.name.rsplit_once('_').map(|(head, tail)| format!("{head}.{tail}"));
+            let known = quantity_of(&named.name, model).or_else(|| quantity_of(&pointed?, model));
+            let Some((quantity, _)) = known else { continue };
             if wired.iter().any(|other: &Wired| other.quantity == quantity) {
                 continue;
             }

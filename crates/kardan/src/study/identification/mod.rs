@@ -790,7 +790,7 @@ fn silence(equations: &mut Equations, coefficient: &Coefficient) {
             Kind::Inertia => equations.inertias[term].value = Exact::zero(),
             Kind::Damping => equations.dampers[term].value = Exact::zero(),
             Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
-            Kind::Friction => equations.frictions[term].value = Exact::zero(),
+            Kind::Friction => equations.frictions[term].value.torque = Exact::zero(),
         }
     }
 }

@@ -5,8 +5,8 @@ use crate::synthesis::Plant;
 /// Variance of a reading of an ideal sensor times the sample time: 3 µrad (or µN m) at 1 ms.
 const IDEAL: f64 = 1e-14;
 
-/// Variance of a reading at a sample time in s (that of the sensor, if it has one): of the noise given (unit of the sensor times √s), else that of rounding to the
-/// sensor's resolution, a twelfth of its square, else that of a nearly ideal sensor.
+/// Variance of a reading at a sample time in s (that of the sensor, if it has one): of the noise given (unit of the sensor times √s), else that of the sensor's own noise and of
+/// rounding to its resolution, a twelfth of its square, else that of a nearly ideal sensor.
 pub fn reading_variance(plant: &Plant, noise: Option<f64>, signal: &OutputSignal, period: f64) -> f64 {
     let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
     let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
@@ -14,7 +14,10 @@ pub fn reading_variance(plant: &Plant, noise: Option<f64>, signal: &OutputSignal
     if let Some(noise) = noise {
         return noise * noise / period;
     }
-    let Some(step) = sensor.and_then(|sensor| sensor.resolution) else { return IDEAL / period };
+    let own = sensor.and_then(|sensor| sensor.noise).map_or(0.0, |noise| noise * noise);
+    let Some(step) = sensor.and_then(|sensor| sensor.resolution) else {
+        return if own > 0.0 { own } else { IDEAL / period };
+    };
     let step = match &signal.measured {
         Measured::SpringTorque(element) => {
             let springs = plant.reduced.equations.springs.iter().filter(|spring| spring.element == *element);
@@ -24,5 +27,5 @@ pub fn reading_variance(plant: &Plant, noise: Option<f64>, signal: &OutputSignal
         Measured::Speed(_) => 2f64.sqrt() * step / period,
         _ => step,
     };
-    step * step / 12.0
+    step * step / 12.0 + own
 }

@@ -69,7 +69,7 @@ impl SlowSensor {
                 });
                 (torques.collect(), Reads::Angles)
             }
-            Measured::ConstraintTorque(..) | Measured::NetTorque(_) => return None,
+            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) | Measured::NetTorque(_) => return None,
         };
         Some(Self { name: name.into(), period, row, reads })
     }

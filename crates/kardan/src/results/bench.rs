@@ -1,0 +1,82 @@
+use super::Run;
+
+/// A value of the plant on a virtual bench.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueValue {
+    /// `wg.damping`, or the name of a parameter.
+    pub name: String,
+    /// SI.
+    pub value: f64,
+    /// SI unit; empty for a plain number.
+    pub unit: String,
+    /// What the model has; `None` if it has no such value.
+    pub nominal: Option<f64>,
+}
+
+/// A part of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BenchPoint {
+    /// When its measurement begins, s.
+    pub from: f64,
+    /// When it ends, s.
+    pub until: f64,
+    /// Speed of each shaft, rad/s; the largest sizes in a section of sines or steps.
+    pub speeds: Vec<f64>,
+    /// Torque of each motor that the model expects, N m; the largest sizes in a section.
+    pub torques: Vec<f64>,
+}
+
+/// What a plan promises for one parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedParameter {
+    /// `wg.damping`
+    pub name: String,
+    /// Value of the model, SI.
+    pub nominal: f64,
+    /// SI unit.
+    pub unit: String,
+    /// Standard error to be expected from white noise of the logged torques alone; `None` if none is stated.
+    pub standard_error: Option<f64>,
+}
+
+/// An excitation that is designed to tell parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BenchPlan {
+    /// `constant_speeds`, `multisine` or `random_steps`.
+    pub kind: String,
+    /// What it is to tell.
+    pub parameters: Vec<PlannedParameter>,
+    /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
+    pub known: Vec<String>,
+    /// Names of the shafts, in the order of the speeds.
+    pub shafts: Vec<String>,
+    /// Names of the motors, in the order of the torques.
+    pub motors: Vec<String>,
+    /// The parts chosen, in the order of the log.
+    pub points: Vec<BenchPoint>,
+    /// Candidates that keep the limits.
+    pub candidates: usize,
+    /// `ln det(XᵀX)` of the parts chosen.
+    pub log_det: f64,
+    /// The same of all candidates, for as many parts as were chosen.
+    pub undesigned_log_det: f64,
+    /// How many parts of the plan tell as much as one of the undesigned plan, `exp((log det − undesigned)/parameters)`.
+    pub gain: f64,
+    /// Length, s.
+    pub duration: f64,
+}
+
+/// What a virtual bench gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bench {
+    /// Name of the model.
+    pub model: String,
+    /// What the plant has and the model does not know.
+    pub truth: Vec<TrueValue>,
+    /// The excitation; `None` where the file's own controllers and scenario ran.
+    pub plan: Option<BenchPlan>,
+    /// One log for each repetition.
+    pub logs: Vec<Run>,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+}

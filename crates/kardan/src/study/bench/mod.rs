@@ -1,0 +1,558 @@
+//! The virtual test bench: a plant that its model does not know, moved so that a log tells most, or under the file's controllers.
+
+mod inverse;
+mod plan;
+mod servo;
+mod spec;
+mod truth;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::checks::{check_matrices, reduce_diagnostics};
+use super::prepare::{PreparedVariant, is_error, prepare_document};
+use super::{Progress, Purpose};
+use crate::assemble::assemble;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::{InputKind, Measured};
+use crate::identify::coefficients;
+use crate::model::{Document, Setting, TableReader, read};
+use crate::num::Random;
+use crate::reduce::{Kinematics, Reduced, reduce};
+use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
+use crate::simulate::{Scenario, Setup, Tolerance, signal_names, simulate};
+use crate::synthesis::Law;
+use plan::{Course, Planner, Refusal};
+use servo::{Servo, encoders};
+use spec::Spec;
+use truth::Truth;
+
+/// What runs on a bench.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum BenchRun {
+    /// The designed excitation, played by servo loops.
+    #[default]
+    Excitation,
+    /// The scenario of the file under the controllers of the first variant with this one in the loop, designed on the model.
+    Control(String),
+}
+
+/// How a bench is used.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BenchSettings {
+    /// Seed in place of the file's.
+    pub seed: Option<u64>,
+    /// Logs to write, with seeds from the first one on; 0 counts as 1.
+    pub repetitions: usize,
+    /// Plan in place of the file's.
+    pub plan: Option<String>,
+    /// Text of a file with `[bench.truth]`, in place of the model's.
+    pub truth: Option<String>,
+    /// The variant whose parameter values hold; the first if not given.
+    pub variant: Option<String>,
+    /// What runs.
+    pub run: BenchRun,
+}
+
+/// Relative tolerance of the integrator on a bench: its errors stay far below what encoders resolve.
+const TOLERANCE: f64 = 1e-8;
+
+/// Runs the virtual bench of a model file.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("harmonic-drive-bench").unwrap().source;
+/// let settings = study::BenchSettings { plan: Some("multisine".into()), ..Default::default() };
+/// let bench = study::prepare_bench(source, &settings).unwrap();
+/// // What the plan is to tell, and what it promises.
+/// let plan = bench.plan().unwrap();
+/// assert!(plan.parameters.iter().all(|one| one.standard_error.is_some()) && plan.gain > 1.0);
+/// ```
+///
+/// # Errors
+/// All mistakes of the file and of the truth; why there is no plan within the limits.
+pub fn bench(source: &str, settings: &BenchSettings, progress: &dyn Progress) -> Result<Bench, Vec<Diagnostic>> {
+    let bench = prepare_bench(source, settings)?;
+    let logs = bench.logs(0..settings.repetitions.max(1) as u64, progress);
+    let PreparedBench { model, truth, plan, notes, .. } = bench;
+    Ok(Bench { model, truth, plan, logs, notes })
+}
+
+/// A bench that is ready to run as often as one likes, from several threads.
+pub struct PreparedBench {
+    model: String,
+    nominal: PreparedVariant,
+    plant: Reduced,
+    truth: Vec<TrueValue>,
+    plan: Option<BenchPlan>,
+    course: Option<Arc<Course>>,
+    motors: Vec<usize>,
+    scenario: Scenario,
+    columns: Vec<Column>,
+    seed: u64,
+    /// Whether a plan may begin anywhere.
+    free: bool,
+    period: f64,
+    bandwidth: f64,
+    torque_noise: f64,
+    tolerance: Tolerance,
+    notes: Vec<String>,
+}
+
+/// A column of a log and the signal of the run that it shows.
+#[derive(Debug, Clone)]
+struct Column {
+    name: String,
+    signal: String,
+    /// Another one than that of the signal.
+    description: Option<String>,
+    noise: f64,
+}
+
+impl PreparedBench {
+    /// Name of the model.
+    pub fn name(&self) -> &str {
+        &self.model
+    }
+
+    /// The excitation; `None` where the file's own controllers run.
+    pub fn plan(&self) -> Option<&BenchPlan> {
+        self.plan.as_ref()
+    }
+
+    /// What the plant has and the model does not know.
+    pub fn truth(&self) -> &[TrueValue] {
+        &self.truth
+    }
+
+    /// The model in explicit form.
+    pub fn model(&self) -> &Reduced {
+        &self.nominal.reduced
+    }
+
+    /// The plant in explicit form.
+    pub fn plant(&self) -> &Reduced {
+        &self.plant
+    }
+
+    /// What the reader must know.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The name of the log of a repetition.
+    pub fn log_name(&self, repetition: u64) -> String {
+        format!("{}-{}", self.nominal.name, self.seed + repetition)
+    }
+
+    /// The logs of several repetitions, made in parallel.
+    pub fn logs(&self, repetitions: std::ops::Range<u64>, progress: &dyn Progress) -> Vec<Run> {
+        let numbers: Vec<u64> = repetitions.collect();
+        let log = |&k: &u64| {
+            let (number, name) = (usize::try_from(k).unwrap_or(usize::MAX), self.log_name(k));
+            progress.advance(number, &name, 0.0);
+            let log = self.log(k, &mut |fraction| progress.advance(number, &name, fraction));
+            progress.advance(number, &name, 1.0);
+            log
+        };
+        numbers.par_iter().map(log).collect()
+    }
+
+    /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
+    /// next (the latter if no spring holds the shafts and all ratios are constant), the plant and the plan do not. The same bits for the same number, on any thread.
+    pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64)) -> Run {
+        let seed = self.seed + repetition;
+        let mut scenario = Scenario { seed, ..self.scenario.clone() };
+        if self.free && self.course.is_some() {
+            let model = &self.nominal.reduced;
+            let mut random = Random::named(seed, "start");
+            let start: Vec<f64> = model.coordinates.iter().map(|_| std::f64::consts::TAU * random.unit()).collect();
+            scenario.position = angles_at(model, &start, &self.plant);
+        }
+        let laws: Vec<Box<dyn Law>> = match &self.course {
+            Some(course) => {
+                let model = &self.nominal.reduced;
+                let (servo, _) = Servo::new(model, &self.motors, Arc::clone(course), self.period, self.bandwidth);
+                vec![Box::new(servo)]
+            }
+            None => self.nominal.running_laws(),
+        };
+        let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, self.tolerance, progress);
+        let signals = self.columns.iter().filter_map(|column| {
+            let found = result.series.signal(&column.signal)?;
+            let mut values = found.values.clone();
+            if column.noise > 0.0 {
+                let mut random = Random::named(seed, &column.name);
+                values.iter_mut().for_each(|x| *x += column.noise * random.normal());
+            }
+            let description = column.description.as_ref().unwrap_or(&found.description).clone();
+            Some(Signal { name: column.name.clone(), physical: found.physical, description, values })
+        });
+        Run {
+            name: self.log_name(repetition),
+            parameters: self.nominal.model.parameters.clone(),
+            series: Series { signals: signals.collect(), time: result.series.time },
+            energy: result.energy,
+            events: result.events,
+            outcome: result.outcome,
+            requirements: Vec::new(),
+            notes: result.notes,
+            effort: result.effort,
+        }
+    }
+}
+
+/// What is wrong with `[bench]` itself; what depends on a plan is found where one is made.
+pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+    if !document.bench.values.is_empty() {
+        let spec = Spec::read(document, settings, out);
+        if let Some(entries) = &spec.truth {
+            Truth::given(document, settings, entries, out);
+        }
+    }
+}
+
+/// Reads and checks everything, and makes the plan.
+///
+/// # Errors
+/// As [`bench()`].
+pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
+    let (document, mut out) = read(source);
+    let mut prepared = prepare_document(Purpose::Run, &document, &mut out);
+    let fails = |out: &Vec<Diagnostic>| out.iter().any(is_error);
+    if fails(&out) {
+        return Err(out);
+    }
+    let chosen = choose(&prepared.variants, settings).map_err(|mistake| vec![*mistake])?;
+    let nominal = prepared.variants.swap_remove(chosen);
+    let own = document.variant_settings().swap_remove(chosen).settings;
+    let mut spec = Spec::read(&document, &own, &mut out);
+    spec.seed = settings.seed.unwrap_or(spec.seed);
+    if let Some(plan) = &settings.plan {
+        let known = ["constant_speeds", "multisine", "random_steps"];
+        if !known.contains(&plan.as_str()) {
+            let message = format!("there is no plan `{}`", shortened(plan));
+            let help = nearest(plan, known).map_or_else(
+                || format!("there are {}", quoted(known.iter().copied())),
+                |near| format!("did you mean `{near}`?"),
+            );
+            out.push(Diagnostic::error("bench::plan", message).help(help));
+        }
+        spec.plan.clone_from(plan);
+    }
+    let mut notes = Vec::new();
+    let truth = true_values(&document, &own, &spec, settings, &mut notes, &mut out);
+    let plant = if fails(&out) { None } else { true_plant(&truth, &own, &nominal.reduced, &mut out) };
+    let Some(plant) = plant.filter(|_| !fails(&out)) else { return Err(out) };
+    let is_motor = |k: &usize| matches!(nominal.reduced.equations.inputs[*k].value, InputKind::Motor(_));
+    let motors: Vec<usize> = (0..nominal.reduced.equations.inputs.len()).filter(is_motor).collect();
+    let tolerance = prepared.tolerance;
+    let mut bench = PreparedBench {
+        model: prepared.name,
+        truth: truth.values,
+        plan: None,
+        course: None,
+        scenario: nominal.scenario.clone(),
+        columns: Vec::new(),
+        seed: spec.seed,
+        free: Kinematics::new(&nominal.reduced).is_constant() && nominal.reduced.equations.springs.is_empty(),
+        period: spec.period,
+        bandwidth: spec.bandwidth,
+        torque_noise: spec.torque_noise,
+        tolerance,
+        notes,
+        motors,
+        plant,
+        nominal,
+    };
+    match &settings.run {
+        BenchRun::Excitation => bench.excite(&document, &spec, &mut out),
+        BenchRun::Control(_) => bench.control(),
+    }
+    bench.choose_columns(&document, &spec, settings.run == BenchRun::Excitation, &mut out);
+    if fails(&out) { Err(out) } else { Ok(bench) }
+}
+
+/// The number of the variant that is meant.
+fn choose(variants: &[PreparedVariant], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
+    if let Some(name) = &settings.variant {
+        let names = || variants.iter().map(|variant| variant.name.as_str());
+        return names().position(|known| known == name).ok_or_else(|| {
+            let help = nearest(name, names())
+                .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+            Box::new(
+                Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help),
+            )
+        });
+    }
+    let BenchRun::Control(name) = &settings.run else { return Ok(0) };
+    let has = |variant: &PreparedVariant| variant.model.controls.iter().any(|control| control.name == *name);
+    variants.iter().position(has).ok_or_else(|| {
+        let all: Vec<&str> = variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
+        let help = match nearest(name, all.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if all.is_empty() => "the file has no `[control.NAME]`".to_string(),
+            None => format!("there are {}", quoted(all)),
+        };
+        Box::new(
+            Diagnostic::error("control::unknown", format!("there is no controller `{}`", shortened(name))).help(help),
+        )
+    })
+}
+
+fn true_values(
+    document: &Document,
+    own: &[Setting],
+    spec: &Spec,
+    settings: &BenchSettings,
+    notes: &mut Vec<String>,
+    out: &mut Vec<Diagnostic>,
+) -> Truth {
+    let Some(text) = &settings.truth else {
+        return match &spec.truth {
+            Some(entries) => Truth::given(document, own, entries, out),
+            None => {
+                notes.push(format!(
+                    "No true values are given: each inertia, damping and friction was drawn within {} % of its value.",
+                    100.0 * spec.spread
+                ));
+                Truth::drawn(document, own, spec.spread, spec.seed)
+            }
+        };
+    };
+    let (file, mut mistakes) = read(text);
+    mistakes.retain(|mistake| is_error(mistake) && mistake.code != "model::no-shaft");
+    let entries = spec::entries(&file.bench, "truth");
+    if entries.is_none() && mistakes.is_empty() {
+        let message = "it has no table `[bench.truth]`";
+        mistakes.push(
+            Diagnostic::error("bench::truth", message)
+                .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
+        );
+    }
+    let truth = Truth::given(document, own, &entries.unwrap_or_default(), &mut mistakes);
+    // Places lie in the other file.
+    out.extend(mistakes.into_iter().map(|mistake| Diagnostic {
+        message: format!("the file with the true values: {}", mistake.message),
+        labels: Vec::new(),
+        ..mistake
+    }));
+    truth
+}
+
+/// The plant in explicit form, with the coordinates of the model as far as it has them.
+fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Diagnostic>) -> Option<Reduced> {
+    let (plant, mistakes) = truth.document.model_with(&truth.settings(own), Some(&[]));
+    let mut wrong: Vec<Diagnostic> = mistakes.into_iter().filter(is_error).collect();
+    let mut found = None;
+    if wrong.is_empty() {
+        let equations = assemble(&plant.shafts, &plant.terms);
+        let reduced = reduce(equations.clone(), None).map(|free| {
+            let mut names = model.coordinate_names();
+            let more = free.freedoms().saturating_sub(names.len());
+            let others: Vec<String> = equations.shafts.iter().filter(|name| !names.contains(name)).cloned().collect();
+            // A spring in place of a constraint frees one shaft after the other.
+            for name in others {
+                if names.len() == model.freedoms() + more {
+                    break;
+                }
+                names.push(name);
+            }
+            reduce(equations, Some(&names)).unwrap_or(free)
+        });
+        match reduced {
+            Ok(reduced) => {
+                let mut massless = Vec::new();
+                if check_matrices(&truth.document, &reduced, &mut wrong, &mut massless) {
+                    found = Some(reduced);
+                }
+                wrong.retain(is_error);
+                wrong.append(&mut massless);
+            }
+            Err(error) => wrong.extend(reduce_diagnostics(&truth.document, &plant, &error)),
+        }
+    }
+    let good = wrong.is_empty();
+    out.extend(wrong.into_iter().map(|mistake| Diagnostic {
+        message: format!("the plant with its true values: {}", mistake.message),
+        ..mistake
+    }));
+    found.filter(|_| good)
+}
+
+impl PreparedBench {
+    /// The scenario of the file, from the same angles and speeds of the shafts.
+    fn control(&mut self) {
+        let mut kinematics = Kinematics::new(&self.nominal.reduced);
+        kinematics.update(&self.scenario.position, &self.scenario.speed);
+        let of = |values: &[f64]| self.plant.coordinates.iter().map(|&shaft| values[shaft]).collect();
+        (self.scenario.position, self.scenario.speed) = (of(&kinematics.angles), of(&kinematics.speeds));
+    }
+
+    /// The plan and a scenario as long as it.
+    fn excite(&mut self, document: &Document, spec: &Spec, out: &mut Vec<Diagnostic>) {
+        let model = &self.nominal.reduced;
+        let all = coefficients(model);
+        let mut planner = Planner { reduced: model, motors: &self.motors, spec, wanted: Vec::new() };
+        let told = planner.determinable(&all);
+        for name in &spec.parameters {
+            let found: Vec<_> = all.iter().filter(|one| one.name == name.value).cloned().collect();
+            if found.is_empty() {
+                let names = || all.iter().map(|one| one.name.as_str());
+                let help = nearest(&name.value, names())
+                    .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+                let message =
+                    format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
+                out.push(Diagnostic::error("name::unknown", message).at(name.span.clone(), "not known").help(help));
+            }
+            planner.wanted.extend(found);
+        }
+        if out.iter().any(is_error) {
+            return;
+        }
+        match planner.plan(&all) {
+            Ok((plan, course)) => {
+                let samples = course.samples();
+                let rate = (1.0 / spec.period).round();
+                let time = |k: usize| if 1.0 / rate == spec.period { k as f64 / rate } else { k as f64 * spec.period };
+                self.scenario = Scenario {
+                    duration: time(samples - 1),
+                    times: (0..samples).map(time).collect(),
+                    sources: Vec::new(),
+                    events: Vec::new(),
+                    faults: Vec::new(),
+                    seed: spec.seed,
+                    recorded: None,
+                    position: vec![0.0; self.plant.freedoms()],
+                    speed: vec![0.0; self.plant.freedoms()],
+                };
+                let course = Arc::new(course);
+                let (_, complete) = Servo::new(model, &self.motors, Arc::clone(&course), spec.period, spec.bandwidth);
+                if !complete {
+                    let note =
+                        "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
+                    self.notes.push(note.into());
+                }
+                self.scenario.position = angles_at(model, &vec![0.0; model.freedoms()], &self.plant);
+                (self.plan, self.course) = (Some(plan), Some(course));
+                self.tolerance.relative = self.tolerance.relative.max(TOLERANCE);
+                self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);
+            }
+            Err(refusal) => {
+                let told = told.iter().map(|one| one.name.as_str());
+                out.push(why(refusal, document, spec, &quoted(told)));
+            }
+        }
+    }
+
+    fn choose_columns(&mut self, document: &Document, spec: &Spec, excited: bool, out: &mut Vec<Diagnostic>) {
+        let known = signal_names(&self.plant, &self.scenario);
+        let equations = &self.plant.equations;
+        let readings: Vec<(String, String)> = encoders(&self.plant)
+            .into_iter()
+            .map(|(sensor, shaft)| (format!("{}.phi", equations.shafts[shaft]), format!("{sensor}.phi")))
+            .collect();
+        let motor = |k: usize| format!("{}.tau", equations.inputs[k].element);
+        let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
+        if names.is_empty() && !excited {
+            names = known.iter().map(|(name, _)| name.clone()).collect();
+        }
+        if names.is_empty() {
+            names = readings.iter().map(|(angle, _)| angle.clone()).collect();
+            if names.is_empty() {
+                names = self.plant.coordinate_names().iter().map(|name| format!("{name}.phi")).collect();
+            }
+            names.extend(self.motors.iter().map(|&k| motor(k)));
+            let torque = |(_, sensor): &&(String, crate::equations::Sensor)| {
+                !matches!(sensor.measured, Measured::Angle(_) | Measured::Speed(_))
+            };
+            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| format!("{name}.tau")));
+            names.dedup();
+        }
+        for name in names {
+            let reading = readings.iter().find(|(angle, _)| excited && *angle == name);
+            let signal = reading.map_or(&name, |(_, reading)| reading);
+            if known.iter().all(|(known, _)| known != signal) {
+                let names = || known.iter().map(|(name, _)| name.as_str());
+                let help = nearest(&name, names())
+                    .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+                let place = spec.signals.iter().find(|known| known.value == name);
+                let place =
+                    place.map_or_else(|| TableReader::span(&document.bench, "signals"), |known| known.span.clone());
+                let message = format!("`signals` of `[bench]`: there is no signal `{}`", shortened(&name));
+                out.push(Diagnostic::error("name::unknown", message).at(place, "not a signal").help(help));
+                continue;
+            }
+            let noisy = excited && self.motors.iter().any(|&k| motor(k) == name);
+            let description = match reading {
+                Some((_, reading)) => Some(format!("reading {reading}")),
+                None => noisy.then(|| "torque that the drive reports".to_string()),
+            };
+            let noise = if noisy { self.torque_noise } else { 0.0 };
+            self.columns.push(Column { signal: signal.clone(), name, description, noise });
+        }
+        self.scenario.recorded = Some(self.columns.iter().map(|column| column.signal.clone()).collect());
+    }
+}
+
+/// The coordinates of the plant where the model stands.
+fn angles_at(model: &Reduced, position: &[f64], plant: &Reduced) -> Vec<f64> {
+    let mut kinematics = Kinematics::new(model);
+    kinematics.update(position, &vec![0.0; position.len()]);
+    plant.coordinates.iter().map(|&shaft| kinematics.angles[shaft]).collect()
+}
+
+/// Why there is no plan, for a reader.
+fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagnostic {
+    let (key, message, help) = match refusal {
+        Refusal::NotDriven => (
+            "plan",
+            "the motors cannot push every motion of the model, so they cannot play a plan".to_string(),
+            "the bench needs a motor for each degree of freedom: make the model rigid (compliance belongs into `truth`), or add \
+             motors"
+                .to_string(),
+        ),
+        Refusal::NoLimit(shaft) => (
+            "speed_limit",
+            format!("the coordinate `{shaft}` has no speed limit"),
+            format!("add it: `speed_limit = {{ {shaft} = \"60 rad/s\" }}`"),
+        ),
+        Refusal::TooMany(looked) => (
+            "levels",
+            format!("{} speeds of each coordinate make {looked} combinations", spec.levels),
+            "choose fewer levels, or sines or steps".to_string(),
+        ),
+        Refusal::TooFew { candidates, looked } => (
+            "points",
+            format!(
+                "of {looked} set points only {candidates} keep the limits of speeds and torques, and {} are to be chosen",
+                spec.points
+            ),
+            "raise `levels`, lower `speed_limit` or `points`, or give the motors more torque".to_string(),
+        ),
+        Refusal::Undetermined(mixed) if mixed.is_empty() => (
+            "plan",
+            "this kind of motion tells no coefficient of the model".to_string(),
+            "give the model an inertia, damping or friction that is to be told, or choose another plan".to_string(),
+        ),
+        Refusal::Undetermined(mixed) => (
+            "parameters",
+            format!("no log of this kind of motion can tell {} apart", quoted(mixed.iter().map(String::as_str))),
+            if told.is_empty() { "choose another plan".into() } else { format!("this kind of motion can tell {told}") },
+        ),
+        Refusal::Singular => (
+            "points",
+            format!("{} points do not determine all that is to be told", spec.points),
+            "raise `points`, or ask for fewer parameters".to_string(),
+        ),
+        Refusal::TooLong(time) => (
+            "duration",
+            format!("the plan takes {time:.1} s or more, and {} s are allowed", spec.duration),
+            "choose fewer points, a shorter dwell, or a longer duration".to_string(),
+        ),
+    };
+    Diagnostic::error("bench::plan", format!("the bench has no plan: {message}"))
+        .at(TableReader::span(&document.bench, key), "")
+        .help(help)
+}

@@ -1,0 +1,491 @@
+//! Excitations: candidates within the limits, the choice among them, and the motion to be played.
+
+use super::inverse::Inverse;
+use super::spec::Spec;
+use crate::identify::{
+    Coefficient, Excitation, Motion, Regressor, d_optimal, expected_errors, information, undetermined,
+};
+use crate::num::{Cholesky, Matrix, Random, Scalar};
+use crate::reduce::{Kinematics, Reduced};
+use crate::results::{BenchPlan, BenchPoint, PlannedParameter};
+
+/// Part of the torque limits that a plan uses; the rest is for the servo loops.
+const TORQUE: f64 = 0.8;
+/// Most combinations of speeds that are looked at.
+const MOST_CANDIDATES: usize = 20_000;
+/// Sections of sines or steps that are drawn for each one that is chosen.
+const DRAWS: usize = 6;
+/// Samples of a section between two that are looked at for limits and information.
+const STRIDE: usize = 5;
+/// Highest frequency of a sum of sines, Hz, and the number of sines for each coordinate.
+const SINES: (f64, usize) = (4.0, 5);
+
+/// A motion, sample by sample: reduced coordinates (rad), speeds, accelerations. The speed is linear between two samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Course {
+    freedoms: usize,
+    positions: Vec<f64>,
+    speeds: Vec<f64>,
+    accelerations: Vec<f64>,
+}
+
+impl Course {
+    fn new(freedoms: usize, period: f64, speeds: Vec<f64>) -> Self {
+        let mut positions = vec![0.0; speeds.len()];
+        let mut accelerations = vec![0.0; speeds.len()];
+        for k in 0..speeds.len().saturating_sub(freedoms) {
+            let (now, next) = (speeds[k], speeds[k + freedoms]);
+            accelerations[k] = (next - now) / period;
+            positions[k + freedoms] = positions[k] + 0.5 * period * (now + next);
+        }
+        Self { freedoms, positions, speeds, accelerations }
+    }
+
+    pub fn samples(&self) -> usize {
+        self.speeds.len() / self.freedoms
+    }
+
+    /// Position, speed and acceleration of a sample; beyond the end those at the end.
+    pub fn at(&self, sample: usize) -> (&[f64], &[f64], &[f64]) {
+        let k = sample.min(self.samples() - 1) * self.freedoms;
+        let of = |values: &'_ [f64]| -> std::ops::Range<usize> { k..(k + self.freedoms).min(values.len()) };
+        let range = of(&self.positions);
+        (&self.positions[range.clone()], &self.speeds[range.clone()], &self.accelerations[range])
+    }
+}
+
+/// A candidate: a constant speed, or a section of speeds that begins and ends at rest.
+struct Candidate {
+    speeds: Vec<f64>,
+    rows: Matrix<f64>,
+    torques: Vec<f64>,
+}
+
+/// Why there is no plan.
+pub(super) enum Refusal {
+    /// The motors leave a motion without torque.
+    NotDriven,
+    /// A coordinate has no speed limit.
+    NoLimit(String),
+    /// There are more combinations than can be looked at.
+    TooMany(usize),
+    /// Too few candidates keep the limits.
+    TooFew { candidates: usize, looked: usize },
+    /// What was asked for cannot be told from one another by this motion.
+    Undetermined(Vec<String>),
+    /// The choice does not determine everything.
+    Singular,
+    /// It takes too long.
+    TooLong(f64),
+}
+
+/// The model with what makes a plan.
+pub(super) struct Planner<'a> {
+    pub reduced: &'a Reduced,
+    pub motors: &'a [usize],
+    pub spec: &'a Spec,
+    /// Coefficients to be told; empty: all that can be.
+    pub wanted: Vec<Coefficient>,
+}
+
+impl Planner<'_> {
+    pub fn excitation(&self) -> Excitation {
+        if self.spec.plan == "constant_speeds" { Excitation::Steady } else { Excitation::Free }
+    }
+
+    /// Of these coefficients those that this kind of motion can tell from all others.
+    pub fn determinable(&self, all: &[Coefficient]) -> Vec<Coefficient> {
+        let lost = undetermined(self.reduced, all, self.excitation());
+        let told = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
+        let kept = all.iter().enumerate().filter(|(column, _)| told(*column));
+        kept.map(|(_, one)| one.clone()).collect()
+    }
+
+    fn dwell(&self) -> f64 {
+        self.spec.dwell.unwrap_or(if self.spec.plan == "constant_speeds" { 1.0 } else { 4.0 })
+    }
+
+    /// Largest speed of each shaft, rad/s.
+    fn limits(&self) -> Vec<f64> {
+        let limit = |name: &String| self.spec.speed_limits.iter().find(|(shaft, _)| shaft == name);
+        let shafts = self.reduced.equations.shafts.iter();
+        shafts.map(|name| limit(name).map_or(f64::INFINITY, |(_, limit)| *limit)).collect()
+    }
+
+    /// The plan and the motion.
+    pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, Course), Refusal> {
+        let period = self.spec.period;
+        let wanted = if self.wanted.is_empty() { self.determinable(all) } else { self.wanted.clone() };
+        let lost = undetermined(self.reduced, &wanted, self.excitation());
+        let mixed = |column: &usize| lost.iter().any(|row| !Scalar::is_zero(&row[*column]));
+        let mixed: Vec<String> = (0..wanted.len()).filter(mixed).map(|column| wanted[column].name.clone()).collect();
+        if !mixed.is_empty() || wanted.is_empty() {
+            return Err(Refusal::Undetermined(mixed));
+        }
+        let mut work = Workshop::new(self, &wanted)?;
+        let limits = self.limits();
+        if let Some(&free) = self.reduced.coordinates.iter().find(|&&shaft| limits[shaft].is_infinite()) {
+            return Err(Refusal::NoLimit(self.reduced.equations.shafts[free].clone()));
+        }
+        let (mut candidates, looked) = match self.spec.plan.as_str() {
+            "constant_speeds" => self.constant(&mut work, &limits)?,
+            _ => self.sections(&mut work, &limits),
+        };
+        let blocks: Vec<Matrix<f64>> =
+            candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
+        let count = self.spec.points;
+        if candidates.len() < count {
+            return Err(Refusal::TooFew { candidates: candidates.len(), looked });
+        }
+        let selection = d_optimal(&blocks, count).ok_or(Refusal::Singular)?;
+        let found = information(&blocks, selection.chosen.iter().copied());
+        let (log_det, errors) = expected_errors(&found).ok_or(Refusal::Singular)?;
+        let whole = information(&blocks, 0..blocks.len());
+        let share = count as f64 / blocks.len() as f64;
+        let p = wanted.len() as f64;
+        let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * share.ln();
+        let (course, points) = self.play(&mut work, &candidates, &selection.chosen, &limits)?;
+        let duration = (course.samples() - 1) as f64 * period;
+        if duration > self.spec.duration {
+            return Err(Refusal::TooLong(duration));
+        }
+        let parameter = |(one, error): (&Coefficient, f64)| PlannedParameter {
+            name: one.name.clone(),
+            nominal: one.value,
+            unit: one.kind.unit().into(),
+            standard_error: (self.spec.torque_noise > 0.0).then_some(error),
+        };
+        let known = all.iter().filter(|one| wanted.iter().all(|other| other.name != one.name));
+        let plan = BenchPlan {
+            kind: self.spec.plan.clone(),
+            known: known.map(|one| one.name.clone()).collect(),
+            parameters: wanted.iter().zip(errors).map(parameter).collect(),
+            shafts: self.reduced.equations.shafts.clone(),
+            motors: self.motors.iter().map(|&k| self.reduced.equations.inputs[k].element.clone()).collect(),
+            points,
+            candidates: candidates.len(),
+            log_det,
+            undesigned_log_det: undesigned,
+            gain: ((log_det - undesigned) / p).exp(),
+            duration,
+        };
+        Ok((plan, course))
+    }
+
+    /// All combinations of the speeds of the coordinates that keep the limits.
+    fn constant(&self, work: &mut Workshop, limits: &[f64]) -> Result<(Vec<Candidate>, usize), Refusal> {
+        let (r, levels) = (self.reduced.freedoms(), self.spec.levels);
+        let looked = u32::try_from(r).ok().and_then(|r| levels.checked_pow(r)).unwrap_or(usize::MAX);
+        if looked > MOST_CANDIDATES {
+            return Err(Refusal::TooMany(looked));
+        }
+        let weight = (self.dwell() / self.spec.period).floor().max(1.0).sqrt();
+        let mut out = Vec::new();
+        for number in 0..looked {
+            let speed = |i: usize| {
+                let level = number / levels.pow((r - 1 - i) as u32) % levels;
+                limits[self.reduced.coordinates[i]] * (2.0 * level as f64 / (levels - 1) as f64 - 1.0)
+            };
+            let speeds: Vec<f64> = (0..r).map(speed).collect();
+            let rest = vec![0.0; r];
+            if !work.keeps(&rest, &speeds, &rest, limits) {
+                continue;
+            }
+            let mut rows = Vec::new();
+            if work.rows(&rest, &speeds, &rest, weight, &mut rows) {
+                out.push(Candidate { speeds, torques: work.torques.clone(), rows: block(&rows, work.columns()) });
+            }
+        }
+        Ok((out, looked))
+    }
+
+    /// Sections of sines or steps, drawn from the seed and scaled down until they keep the limits.
+    fn sections(&self, work: &mut Workshop, limits: &[f64]) -> (Vec<Candidate>, usize) {
+        let (r, period) = (self.reduced.freedoms(), self.spec.period);
+        let samples = ((self.dwell() / period).round() as usize).max(10);
+        let ramp = ((self.spec.ramp / period).round() as usize).clamp(1, samples / 3);
+        let looked = DRAWS * self.spec.points;
+        let mut random = Random::named(self.spec.seed, &self.spec.plan);
+        let mut out = Vec::new();
+        for _ in 0..looked {
+            let mut speeds = vec![0.0; samples * r];
+            for i in 0..r {
+                let profile = match self.spec.plan.as_str() {
+                    "multisine" => sines(samples, period, ramp, &mut random),
+                    _ => steps(samples, ramp, &mut random),
+                };
+                let size = limits[self.reduced.coordinates[i]] * (0.3 + 0.7 * random.unit());
+                profile.iter().enumerate().for_each(|(k, x)| speeds[k * r + i] = size * x);
+            }
+            for _ in 0..40 {
+                if let Some(candidate) = self.section(work, &speeds, limits) {
+                    out.push(candidate);
+                    break;
+                }
+                speeds.iter_mut().for_each(|x| *x *= 0.85);
+            }
+        }
+        (out, looked)
+    }
+
+    fn section(&self, work: &mut Workshop, speeds: &[f64], limits: &[f64]) -> Option<Candidate> {
+        let course = Course::new(self.reduced.freedoms(), self.spec.period, speeds.to_vec());
+        let mut largest = vec![0.0; self.motors.len()];
+        let mut rows = Vec::new();
+        for sample in (0..course.samples()).step_by(STRIDE) {
+            let (position, speed, acceleration) = course.at(sample);
+            if !work.keeps(position, speed, acceleration, limits) {
+                return None;
+            }
+            largest.iter_mut().zip(&work.torques).for_each(|(largest, x)| *largest = x.abs().max(*largest));
+            work.rows(position, speed, acceleration, (STRIDE as f64).sqrt(), &mut rows);
+        }
+        let rows = block(&rows, work.columns());
+        Some(Candidate { speeds: speeds.to_vec(), rows, torques: largest })
+    }
+
+    /// The motion through the candidates chosen, from rest to rest, and when each is measured.
+    fn play(
+        &self,
+        work: &mut Workshop,
+        candidates: &[Candidate],
+        chosen: &[usize],
+        limits: &[f64],
+    ) -> Result<(Course, Vec<BenchPoint>), Refusal> {
+        let (r, period) = (self.reduced.freedoms(), self.spec.period);
+        let constant = self.spec.plan == "constant_speeds";
+        let dwell = ((self.dwell() / period).round() as usize).max(1);
+        let mut left: Vec<usize> = chosen.to_vec();
+        let mut speeds = vec![0.0; r];
+        let mut points = Vec::new();
+        let mut now = vec![0.0; r];
+        while !left.is_empty() {
+            // The nearest one next, so that ramps are short.
+            let far = |k: usize| -> f64 {
+                let scaled = |i: usize| (candidates[k].speeds[i] - now[i]) / limits[self.reduced.coordinates[i]];
+                if constant { (0..r).map(|i| scaled(i).powi(2)).sum() } else { 0.0 }
+            };
+            let best = (0..left.len()).min_by(|&a, &b| far(left[a]).total_cmp(&far(left[b]))).unwrap_or(0);
+            let candidate = &candidates[left.remove(best)];
+            let from;
+            if constant {
+                self.ramp(work, &mut speeds, &now, &candidate.speeds, limits)?;
+                now.clone_from(&candidate.speeds);
+                from = speeds.len() / r - 1;
+                (0..dwell).for_each(|_| speeds.extend(&now));
+            } else {
+                from = speeds.len() / r - 1;
+                speeds.extend(&candidate.speeds);
+            }
+            if (speeds.len() / r) as f64 * period > self.spec.duration {
+                return Err(Refusal::TooLong((speeds.len() / r) as f64 * period));
+            }
+            points.push(BenchPoint {
+                from: from as f64 * period,
+                until: (speeds.len() / r - 1) as f64 * period,
+                speeds: work.shaft_speeds(&candidate.speeds),
+                torques: candidate.torques.clone(),
+            });
+        }
+        self.ramp(work, &mut speeds, &now, &vec![0.0; r], limits)?;
+        Ok((Course::new(r, period, speeds), points))
+    }
+
+    /// A straight ramp of the speeds, as long as the torques need.
+    fn ramp(
+        &self,
+        work: &mut Workshop,
+        speeds: &mut Vec<f64>,
+        from: &[f64],
+        to: &[f64],
+        limits: &[f64],
+    ) -> Result<(), Refusal> {
+        let (r, period) = (from.len(), self.spec.period);
+        let mut samples = (self.spec.ramp / period).round().max(1.0) as usize;
+        loop {
+            let length = samples as f64 * period;
+            let acceleration: Vec<f64> = (0..r).map(|i| (to[i] - from[i]) / length).collect();
+            let at = |part: f64| -> Vec<f64> { (0..r).map(|i| from[i] + part * (to[i] - from[i])).collect() };
+            // Torques are straight in the speed but where a friction turns round.
+            let fits = (0..=20).all(|k| work.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
+            if fits {
+                (1..=samples).for_each(|k| speeds.extend(at(k as f64 / samples as f64)));
+                return Ok(());
+            }
+            samples = samples * 3 / 2 + 1;
+            if samples as f64 * period > self.spec.duration {
+                return Err(Refusal::TooLong(samples as f64 * period));
+            }
+        }
+    }
+}
+
+/// What candidates are rated with.
+struct Workshop {
+    inverse: Inverse,
+    regressor: Regressor,
+    kinematics: Kinematics,
+    torques: Vec<f64>,
+    inputs: usize,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Rows over the error of a measurement.
+    whiten: Cholesky,
+    sigma: f64,
+}
+
+impl Workshop {
+    fn new(planner: &Planner<'_>, wanted: &[Coefficient]) -> Result<Self, Refusal> {
+        let (reduced, motors) = (planner.reduced, planner.motors);
+        let r = reduced.freedoms();
+        let mut inverse = Inverse::new(reduced, motors);
+        let mut torques = vec![0.0; motors.len()];
+        let rest = vec![0.0; r];
+        if !inverse.torques(&rest, &rest, &rest, &mut torques) {
+            return Err(Refusal::NotDriven);
+        }
+        // The reduced torques Gᵀτ have the covariance σ² GᵀG.
+        let mut square = Matrix::<f64>::zeros(r, r);
+        for &motor in motors {
+            square.add_outer(&1.0, &inverse.work.input_rows[motor * r..(motor + 1) * r]);
+        }
+        let mut whiten = Cholesky::new(r);
+        if !whiten.factor(square.as_slice()) {
+            return Err(Refusal::NotDriven);
+        }
+        let inputs = reduced.equations.inputs.len();
+        let regressor = Regressor::new(reduced, wanted, &[], 1e-9);
+        let columns = regressor.columns();
+        let noise = planner.spec.torque_noise;
+        Ok(Self {
+            inverse,
+            kinematics: Kinematics::new(reduced),
+            torques,
+            inputs,
+            x: vec![0.0; r * columns],
+            y: vec![0.0; r],
+            regressor,
+            whiten,
+            sigma: if noise > 0.0 { noise } else { 1.0 },
+        })
+    }
+
+    fn columns(&self) -> usize {
+        self.regressor.columns()
+    }
+
+    /// Whether a motion keeps the limits of speeds and torques; the torques are left in `torques`.
+    fn keeps(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], limits: &[f64]) -> bool {
+        let mut torques = std::mem::take(&mut self.torques);
+        let driven = self.inverse.torques(position, speed, acceleration, &mut torques);
+        let slow = |(w, limit): (&f64, &f64)| w.abs() <= limit * (1.0 + 1e-9);
+        let fits = driven
+            && self.inverse.within(&torques, TORQUE)
+            && self.inverse.work.kinematics.speeds.iter().zip(limits).all(slow);
+        self.torques = torques;
+        fits
+    }
+
+    /// Adds the rows of a motion, in units of the error of the torques; false, and none, where the sign of a friction is not known.
+    fn rows(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], weight: f64, out: &mut Vec<f64>) -> bool {
+        let (r, p) = (self.y.len(), self.columns());
+        let motion = Motion { position, speed, acceleration };
+        if !self.regressor.fill(motion, &vec![0.0; self.inputs], &mut self.x, &mut self.y) {
+            return false;
+        }
+        let mut columns: Vec<Vec<f64>> = (0..p).map(|j| (0..r).map(|i| self.x[i * p + j]).collect()).collect();
+        columns.iter_mut().for_each(|column| self.whiten.half_solve(column));
+        for i in 0..r {
+            out.extend(columns.iter().map(|column| column[i] * weight / self.sigma));
+        }
+        true
+    }
+
+    fn shaft_speeds(&mut self, speeds: &[f64]) -> Vec<f64> {
+        let r = self.y.len();
+        let rest = vec![0.0; r];
+        let mut out: Vec<f64> = vec![0.0; self.kinematics.angles.len()];
+        for speed in speeds.chunks_exact(r) {
+            self.kinematics.update(&rest, speed);
+            for (largest, w) in out.iter_mut().zip(&self.kinematics.speeds) {
+                if w.abs() > largest.abs() {
+                    *largest = *w;
+                }
+            }
+        }
+        if speeds.len() > r { out.into_iter().map(f64::abs).collect() } else { out }
+    }
+}
+
+fn block(rows: &[f64], columns: usize) -> Matrix<f64> {
+    Matrix::from_fn(rows.len() / columns, columns, |i, j| rows[i * columns + j])
+}
+
+/// Rises smoothly from 0 at the first sample to 1, and falls to 0 at the last one.
+fn window(sample: usize, samples: usize, ramp: usize) -> f64 {
+    let edge = sample.min(samples - 1 - sample) as f64 / ramp as f64;
+    if edge >= 1.0 { 1.0 } else { edge * edge * (3.0 - 2.0 * edge) }
+}
+
+/// A sum of sines of random whole periods and phases, largest value one.
+fn sines(samples: usize, period: f64, ramp: usize, random: &mut Random) -> Vec<f64> {
+    let length = samples as f64 * period;
+    let highest = ((SINES.0 * length) as u64).clamp(1, (samples / 20).max(1) as u64);
+    let parts: Vec<(f64, f64)> = (0..SINES.1)
+        .map(|_| {
+            let periods = (1 + random.below(highest)) as f64;
+            (std::f64::consts::TAU * periods / samples as f64, std::f64::consts::TAU * random.unit())
+        })
+        .collect();
+    let value = |k: usize| parts.iter().map(|(w, phase)| (w * k as f64 + phase).sin()).sum::<f64>();
+    let mut out: Vec<f64> = (0..samples).map(|k| window(k, samples, ramp) * value(k)).collect();
+    let largest = out.iter().fold(f64::MIN_POSITIVE, |largest: f64, x| largest.max(x.abs()));
+    out.iter_mut().for_each(|x| *x /= largest);
+    out
+}
+
+/// Random speeds of 0.3 to 1 either way, held for random times, with ramps between them and from and to rest.
+fn steps(samples: usize, ramp: usize, random: &mut Random) -> Vec<f64> {
+    let mut out = Vec::with_capacity(samples);
+    let mut now = 0.0;
+    while out.len() + 2 * ramp < samples {
+        let size = 0.3 + 0.7 * random.unit();
+        let next = if random.below(2) == 0 { size } else { -size };
+        let hold = 1 + random.below(2 * ramp as u64) as usize;
+        let hold = hold.min(samples - 2 * ramp - out.len());
+        out.extend((0..ramp).map(|k| now + (next - now) * k as f64 / ramp as f64));
+        out.extend(std::iter::repeat_n(next, hold));
+        now = next;
+    }
+    out.truncate(samples - ramp);
+    let now = out.last().copied().unwrap_or(0.0);
+    let rest = samples - out.len();
+    out.extend((1..=rest).map(|k| now * (1.0 - k as f64 / rest as f64)));
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections_begin_and_end_at_rest() {
+        let mut random = Random::new(1);
+        for profile in [sines(4000, 1e-3, 500, &mut random), steps(4000, 500, &mut random)] {
+            assert_eq!(profile.len(), 4000);
+            assert!(profile[0].abs() < 1e-12 && profile[3999].abs() < 1e-12);
+            assert!(profile.iter().all(|x| x.abs() <= 1.0 + 1e-12) && profile.iter().any(|x| x.abs() > 0.3));
+            assert!(profile.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.05));
+        }
+    }
+
+    /// The speed is linear between samples: the position is the exact integral.
+    #[test]
+    fn a_course_integrates_its_speed() {
+        let course = Course::new(1, 0.1, (0..=10).map(f64::from).collect());
+        let (position, speed, acceleration) = course.at(10);
+        assert!((position[0] - 5.0).abs() < 1e-12 && speed[0] == 10.0 && acceleration[0] == 0.0);
+        assert!((course.at(3).2[0] - 10.0).abs() < 1e-12 && course.at(99).0 == position);
+        assert!((course.at(5).0[0] - 1.25).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,187 @@
+//! The servo loops that play a plan: feed-forward of the model, and feedback of what the encoders read.
+
+use std::sync::Arc;
+
+use super::inverse::Inverse;
+use super::plan::Course;
+use crate::analysis::OutputSignal;
+use crate::equations::Measured;
+use crate::num::{Cholesky, Matrix, dot};
+use crate::reduce::{Kinematics, Reduced};
+use crate::results::Design;
+use crate::synthesis::{Clock, Law, LinearLaw, Reference, Seen};
+
+/// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
+const FILTER: f64 = 10.0;
+
+/// Reads encoders, commands all motors. The plan begins where the first readings are.
+///
+/// From the readings a tracking filter with a double pole finds position and speed of the reduced coordinates; the acceleration asked
+/// for is that of the plan plus `3ω(v_p − v) + 3ω²(q_p − q) + ω³ ∫(q_p − q)`, a triple pole at −ω; the torques follow from the
+/// model's inverse dynamics at the planned motion. At a torque limit the integral waits.
+pub(super) struct Servo {
+    inputs: Vec<String>,
+    sensors: Vec<OutputSignal>,
+    /// Reduced coordinates from readings, r × readings.
+    inverse_of_readings: Matrix<f64>,
+    /// Readings at zero coordinates.
+    offsets: Vec<f64>,
+    /// Shafts that are read as they are, where there are not enough encoders.
+    shafts: Vec<usize>,
+    period: f64,
+    bandwidth: f64,
+    course: Arc<Course>,
+    inverse: Inverse,
+    sample: usize,
+    /// Where the plan begins.
+    start: Vec<f64>,
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    integral: Vec<f64>,
+    asked: Vec<f64>,
+    measured: Vec<f64>,
+    planned: Vec<f64>,
+}
+
+/// The encoders of a model whose shafts turn in constant ratios: name of the sensor, shaft.
+pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
+    let kinematics = Kinematics::new(reduced);
+    let sensors = reduced.equations.sensors.iter();
+    let angle = |(name, sensor): &(String, crate::equations::Sensor)| match &sensor.measured {
+        Measured::Angle(shaft) => {
+            reduced.shaft(shaft).filter(|shaft| !kinematics.is_varying(*shaft)).map(|shaft| (name.clone(), shaft))
+        }
+        _ => None,
+    };
+    sensors.filter_map(angle).collect()
+}
+
+impl Servo {
+    /// For a model; the plant may have more coordinates, its shafts are the same. The second value tells whether the encoders suffice:
+    /// else the loops read the angles of the coordinates as they are.
+    pub fn new(reduced: &Reduced, motors: &[usize], course: Arc<Course>, period: f64, bandwidth: f64) -> (Self, bool) {
+        let r = reduced.freedoms();
+        let mut kinematics = Kinematics::new(reduced);
+        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        let encoders = encoders(reduced);
+        let found = inverse_of(encoders.iter().map(|(_, shaft)| kinematics.row(*shaft)), r);
+        let complete = found.is_some();
+        let (sensors, shafts) = match complete {
+            true => (encoders, Vec::new()),
+            false => (Vec::new(), reduced.coordinates.clone()),
+        };
+        let read: Vec<usize> = sensors.iter().map(|(_, shaft)| *shaft).chain(shafts.iter().copied()).collect();
+        let inverse_of_readings = found.unwrap_or_else(|| Matrix::from_fn(r, r, |i, j| f64::from(u8::from(i == j))));
+        let signal = |(name, shaft): (String, usize)| OutputSignal {
+            name: format!("{name}.phi"),
+            measured: Measured::Angle(reduced.equations.shafts[shaft].clone()),
+        };
+        let servo = Self {
+            inputs: motors.iter().map(|&motor| reduced.equations.inputs[motor].element.clone()).collect(),
+            sensors: sensors.into_iter().map(signal).collect(),
+            offsets: read.iter().map(|&shaft| kinematics.angles[shaft]).collect(),
+            measured: vec![0.0; read.len()],
+            inverse_of_readings,
+            shafts,
+            period,
+            bandwidth,
+            course,
+            inverse: Inverse::new(reduced, motors),
+            sample: 0,
+            start: vec![0.0; r],
+            planned: vec![0.0; r],
+            position: vec![0.0; r],
+            speed: vec![0.0; r],
+            integral: vec![0.0; r],
+            asked: vec![0.0; r],
+        };
+        (servo, complete)
+    }
+}
+
+/// `(EᵀE)⁻¹Eᵀ` for rows E of full rank.
+fn inverse_of<'a>(rows: impl Iterator<Item = &'a [f64]>, r: usize) -> Option<Matrix<f64>> {
+    let rows: Vec<&[f64]> = rows.collect();
+    let mut square = Matrix::<f64>::zeros(r, r);
+    rows.iter().for_each(|row| square.add_outer(&1.0, row));
+    let mut factor = Cholesky::new(r);
+    if !factor.factor(square.as_slice()) {
+        return None;
+    }
+    let mut out = Matrix::zeros(r, rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let mut column = row.to_vec();
+        factor.solve(&mut column);
+        (0..r).for_each(|i| out[(i, k)] = column[i]);
+    }
+    Some(out)
+}
+
+impl Law for Servo {
+    fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &[]
+    }
+
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let r = self.speed.len();
+        let readings = self.measured.len();
+        for k in 0..readings {
+            let read = if self.shafts.is_empty() { seen.readings[k] } else { seen.angles[self.shafts[k]] };
+            self.measured[k] = read - self.offsets[k];
+        }
+        let (at, rates, accelerations) = self.course.at(self.sample);
+        self.sample += 1;
+        let decay = (-FILTER * self.bandwidth * self.period).exp();
+        let (on_position, on_speed) = (1.0 - decay * decay, (1.0 - decay) * (1.0 - decay) / self.period);
+        let w = self.bandwidth;
+        for i in 0..r {
+            let read = dot(&self.inverse_of_readings.as_slice()[i * readings..(i + 1) * readings], &self.measured);
+            if self.sample == 1 {
+                (self.start[i], self.position[i]) = (read, read);
+            }
+            self.planned[i] = self.start[i] + at[i];
+            let predicted = self.position[i] + self.period * self.speed[i];
+            let error = read - predicted;
+            self.position[i] = predicted + on_position * error;
+            self.speed[i] += self.period * accelerations[i] + on_speed * error;
+            let away = self.planned[i] - self.position[i];
+            self.asked[i] = accelerations[i]
+                + 3.0 * w * (rates[i] - self.speed[i])
+                + 3.0 * w * w * away
+                + w * w * w * self.integral[i];
+        }
+        self.inverse.torques(&self.planned, rates, &self.asked, out);
+        let free = self.inverse.within(out, 1.0);
+        for i in 0..r {
+            if free {
+                self.integral[i] += self.period * (self.planned[i] - self.position[i]);
+            }
+        }
+        for (torque, limit) in out.iter_mut().zip(&self.inverse.limits) {
+            if let Some(limit) = limit {
+                *torque = torque.clamp(-limit, *limit);
+            }
+        }
+    }
+
+    fn linear(&self) -> LinearLaw {
+        let (inputs, shafts) = (self.inputs.len(), self.inverse.work.kinematics.angles.len());
+        LinearLaw::gains(Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, 0))
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        Some(Clock { period: self.period, delay: 0.0, single: false })
+    }
+
+    fn describe(&self) -> Design {
+        Design { controller: "the servo loops of the bench".into(), law: "servo".into(), ..Design::default() }
+    }
+}

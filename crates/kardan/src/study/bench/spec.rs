@@ -1,0 +1,134 @@
+//! What `[bench]` asks for.
+
+use super::truth::Entry;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::model::{Document, Setting, TableReader};
+use crate::schema::{Sign, Spanned, Table, Value};
+use crate::study::read::{of_dimension, quantity, read_word, read_words};
+use crate::study::scenario::whole;
+use crate::units::Dimension;
+
+/// The table `[bench]` with what holds for keys that are left out.
+pub(super) struct Spec {
+    pub truth: Option<Vec<Entry>>,
+    pub spread: f64,
+    pub period: f64,
+    pub seed: u64,
+    pub plan: String,
+    pub parameters: Vec<Spanned<String>>,
+    pub signals: Vec<Spanned<String>>,
+    /// Shaft and speed, rad/s.
+    pub speed_limits: Vec<(String, f64)>,
+    pub levels: usize,
+    pub points: usize,
+    pub dwell: Option<f64>,
+    pub ramp: f64,
+    pub duration: f64,
+    /// N m; zero: none.
+    pub torque_noise: f64,
+    /// rad/s
+    pub bandwidth: f64,
+}
+
+/// The entries of a table of names and quantities.
+pub(super) fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
+    match table.values.get(key).map(|spanned| &spanned.value) {
+        Some(Value::Map(entries)) => Some(entries.clone()),
+        _ => None,
+    }
+}
+
+impl Spec {
+    pub fn read(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Self {
+        let (reader, table, what) = (TableReader::new(document, settings), &document.bench, "`[bench]`");
+        let number = |key: &str, dimension, sign, out: &mut Vec<Diagnostic>| {
+            quantity(&reader, table, key, (dimension, sign), what, out).map(|value| value.to_f64())
+        };
+        let time = |key: &str, out: &mut Vec<Diagnostic>| number(key, Dimension::TIME, Sign::Positive, out);
+        let spread = number("spread", Dimension::NONE, Sign::NonNegative, out).unwrap_or(0.1);
+        if spread >= 1.0 {
+            out.push(
+                Diagnostic::error(
+                    "bench::spread",
+                    format!("`spread` of {what}: {spread} would let a value change its sign"),
+                )
+                .at(TableReader::span(table, "spread"), "not below 1")
+                .help("give a part of the values, such as 0.1"),
+            );
+        }
+        let period = time("sample_time", out).unwrap_or(1e-3);
+        if !(1e-5..=0.1).contains(&period) {
+            out.push(
+                Diagnostic::error(
+                    "bench::sample_time",
+                    format!("`sample_time` of {what}: a bench cannot sample every {period} s"),
+                )
+                .at(TableReader::span(table, "sample_time"), "out of range")
+                .help("choose a time from 10 us to 0.1 s, such as \"1 ms\""),
+            );
+        }
+        let mut count = |key: &str, default: usize, (least, most): (u64, u64)| {
+            let value = whole(&reader, table, key, what, out);
+            if value.is_some_and(|value| !(least..=most).contains(&value)) {
+                out.push(
+                    Diagnostic::error(
+                        "bench::number",
+                        format!("`{key}` of {what}: expected a whole number from {least} to {most}"),
+                    )
+                    .at(TableReader::span(table, key), "out of range")
+                    .help(format!("write a number such as {default}")),
+                );
+                return default;
+            }
+            value.map_or(default, |value| value as usize)
+        };
+        let (levels, points) = (count("levels", 8, (2, 50)), count("points", 16, (1, 1000)));
+        let seed = whole(&reader, table, "seed", what, out).unwrap_or(1);
+        let mut speed_limits = Vec::new();
+        for (name, scalar) in entries(table, "speed_limit").unwrap_or_default() {
+            let label = format!("`{}` in `speed_limit` of {what}", shortened(&name.value));
+            let shafts = || document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
+            if !shafts().any(|shaft| shaft == name.value) {
+                if !document.doubts.has(&name.value) {
+                    let help = nearest(&name.value, shafts()).map_or_else(
+                        || format!("there are {}", quoted(shafts())),
+                        |near| format!("did you mean `{near}`?"),
+                    );
+                    out.push(
+                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
+                            .at(name.span.clone(), "not a shaft")
+                            .help(help),
+                    );
+                }
+                continue;
+            }
+            let read = of_dimension(&reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Positive), &label, out);
+            match read.map(|value| value.to_f64()) {
+                Some(value) if value > 0.0 => speed_limits.push((name.value, value)),
+                Some(_) => out.push(
+                    Diagnostic::error("number::sign", format!("{label} must be more than zero"))
+                        .at(scalar.span.clone(), "no speed is allowed")
+                        .help("write the largest speed either way, such as \"60 rad/s\""),
+                ),
+                None => {}
+            }
+        }
+        Self {
+            truth: entries(table, "truth"),
+            spread,
+            period,
+            seed,
+            plan: read_word(table, "plan").unwrap_or("constant_speeds").into(),
+            parameters: read_words(table, "parameters").to_vec(),
+            signals: read_words(table, "signals").to_vec(),
+            speed_limits,
+            levels,
+            points,
+            dwell: time("dwell", out),
+            ramp: time("ramp", out).unwrap_or(0.5),
+            duration: time("duration", out).unwrap_or(600.0),
+            torque_noise: number("torque_noise", Dimension::TORQUE, Sign::NonNegative, out).unwrap_or(0.0),
+            bandwidth: number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out).unwrap_or(30.0),
+        }
+    }
+}

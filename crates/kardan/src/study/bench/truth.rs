@@ -1,0 +1,197 @@
+//! The plant on the bench: the model's tables with values that the model does not know.
+
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::model::{Document, Setting, TableReader};
+use crate::num::{Random, rational_from_f64};
+use crate::results::TrueValue;
+use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Value};
+use crate::study::read::of_dimension;
+use crate::units::{Dimension, Exact};
+
+/// The tables of the plant, and what is different in them.
+pub(super) struct Truth {
+    pub document: Document,
+    pub values: Vec<TrueValue>,
+}
+
+/// An entry of `truth`: name and value.
+pub(super) type Entry = (Spanned<String>, Spanned<Scalar>);
+
+impl Truth {
+    fn new(document: &Document) -> Self {
+        Self { document: document.clone(), values: Vec::new() }
+    }
+
+    /// The values that are given.
+    pub fn given(document: &Document, settings: &[Setting], entries: &[Entry], out: &mut Vec<Diagnostic>) -> Self {
+        let mut truth = Self::new(document);
+        for (name, scalar) in entries {
+            let label = format!("`{}` in `truth` of `[bench]`", shortened(&name.value));
+            if let Some(place) = find(document, name, &label, out)
+                && let Some(value) = read(document, settings, &place, scalar, &label, out)
+            {
+                truth.set(settings, &name.value, &place, value);
+            }
+        }
+        truth
+    }
+
+    /// Every inertia, damping and friction of the file within a part of its value. What is drawn for a key depends on its name and
+    /// the seed alone; a breakaway torque keeps its ratio to the friction.
+    pub fn drawn(document: &Document, settings: &[Setting], spread: f64, seed: u64) -> Self {
+        let mut truth = Self::new(document);
+        let reader = TableReader::new(document, settings);
+        for (number, element) in document.elements.iter().enumerate() {
+            for field in element.kind.fields {
+                let Kind::Quantity(dimension, sign) = field.kind else { continue };
+                let source = if field.name == "breakaway" { "friction" } else { field.name };
+                let Some(written) = element.table.values.get(field.name) else { continue };
+                let Value::Scalar(scalar) = &written.value else { continue };
+                if !["inertia", "damping", "friction"].contains(&source) {
+                    continue;
+                }
+                let scalar = Spanned { value: scalar.clone(), span: written.span.clone() };
+                let Some((value, _)) = reader.scalar(&scalar, None, "", &mut Vec::new()) else { continue };
+                let name = format!("{}.{}", element.name, field.name);
+                let draw = 2.0 * Random::named(seed, &format!("{}.{source}", element.name)).unit() - 1.0;
+                let Some(factor) = rational_from_f64(1.0 + spread * draw) else { continue };
+                if value.is_zero() {
+                    continue;
+                }
+                let place = Place::Key { element: number, field, dimension, sign };
+                truth.set(settings, &name, &place, Exact::new(value.to_rational() * factor, 0));
+            }
+        }
+        truth
+    }
+
+    fn set(&mut self, settings: &[Setting], name: &str, place: &Place, value: Exact) {
+        let reader = TableReader::new(&self.document, settings);
+        let (nominal, dimension) = match place {
+            Place::Parameter(number) => {
+                let parameter = &self.document.parameters[*number];
+                let set = settings.iter().find(|setting| setting.name == parameter.name);
+                (Some(set.map_or(&parameter.value, |set| &set.value).to_f64()), parameter.dimension)
+            }
+            Place::Key { element, field, dimension, .. } => {
+                let written = self.document.elements[*element].table.values.get(field.name);
+                let scalar = written.and_then(|written| match &written.value {
+                    Value::Scalar(scalar) => Some(Spanned { value: scalar.clone(), span: written.span.clone() }),
+                    _ => None,
+                });
+                let nominal = scalar.and_then(|scalar| reader.scalar(&scalar, None, "", &mut Vec::new()));
+                (nominal.map(|(value, _)| value.to_f64()), *dimension)
+            }
+        };
+        let unit = if dimension == Dimension::NONE { String::new() } else { dimension.si() };
+        self.values.push(TrueValue { name: name.into(), value: value.to_f64(), unit, nominal });
+        match place {
+            Place::Parameter(number) => {
+                let parameter = &mut self.document.parameters[*number];
+                parameter.spread = None;
+                parameter.value = value;
+            }
+            Place::Key { element, field, dimension, .. } => {
+                let table = &mut self.document.elements[*element].table;
+                let span = table.values.get(field.name).map_or(table.span.clone(), |written| written.span.clone());
+                let value = Value::Scalar(Scalar::Literal(value, *dimension));
+                table.values.insert(field.name, Spanned { value, span });
+            }
+        }
+    }
+
+    /// Settings of the variant that the truth leaves as they are.
+    pub fn settings(&self, settings: &[Setting]) -> Vec<Setting> {
+        let own = |setting: &&Setting| self.values.iter().all(|value| value.name != setting.name);
+        settings.iter().filter(own).cloned().collect()
+    }
+}
+
+/// What a name stands for.
+enum Place {
+    Parameter(usize),
+    Key { element: usize, field: &'static Field, dimension: Dimension, sign: Sign },
+}
+
+/// Dimension and sign of a key that holds a number.
+fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
+    match field.kind {
+        Kind::Quantity(dimension, sign) => Some((dimension, sign)),
+        Kind::Number(sign) => Some((Dimension::NONE, sign)),
+        _ => None,
+    }
+}
+
+fn find(document: &Document, name: &Spanned<String>, label: &str, out: &mut Vec<Diagnostic>) -> Option<Place> {
+    let mut wrong = |message: String, help: String| {
+        let (head, _) = name.value.split_once('.').unwrap_or((&name.value, ""));
+        if !document.doubts.has(head) {
+            out.push(
+                Diagnostic::error("name::unknown", format!("{label}: {message}"))
+                    .at(name.span.clone(), "not known")
+                    .help(help),
+            );
+        }
+        None
+    };
+    let Some((head, key)) = name.value.split_once('.') else {
+        if let Some(number) = document.parameters.iter().position(|parameter| parameter.name == name.value) {
+            return Some(Place::Parameter(number));
+        }
+        let names = document.parameters.iter().map(|parameter| parameter.name.as_str());
+        let help = nearest(&name.value, names)
+            .map_or("name a key of an element, such as `wg.damping`".to_string(), |near| {
+                format!("did you mean `{near}`?")
+            });
+        return wrong("there is no such parameter".into(), help);
+    };
+    let Some(number) = document.elements.iter().position(|element| element.name == head) else {
+        let names = || document.elements.iter().map(|element| element.name.as_str());
+        let help = nearest(head, names())
+            .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+        return wrong(format!("there is no element `{}`", shortened(head)), help);
+    };
+    let kind = document.elements[number].kind;
+    let numbers = || kind.fields.iter().filter(|field| numeric(field).is_some());
+    let found = numbers().find(|field| field.name == key).and_then(|field| Some((field, numeric(field)?)));
+    let Some((field, (dimension, sign))) = found else {
+        let names = || numbers().map(|field| field.name);
+        let help = nearest(key, names()).map_or_else(
+            || format!("keys of a {} that are numbers: {}", kind.keyword, quoted(names())),
+            |near| format!("did you mean `{head}.{near}`?"),
+        );
+        return wrong(format!("a {} has no number `{}`", kind.keyword, shortened(key)), help);
+    };
+    Some(Place::Key { element: number, field, dimension, sign })
+}
+
+fn read(
+    document: &Document,
+    settings: &[Setting],
+    place: &Place,
+    scalar: &Spanned<Scalar>,
+    label: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Exact> {
+    let reader = TableReader::new(document, settings);
+    let (dimension, sign) = match place {
+        Place::Parameter(number) => (document.parameters[*number].dimension, Sign::Any),
+        Place::Key { dimension, sign, .. } => (*dimension, *sign),
+    };
+    let value = of_dimension(&reader, scalar, (dimension, sign), label, out)?;
+    let (fits, wanted) = match sign {
+        Sign::Any => (true, ""),
+        Sign::NonNegative => (value.signum() >= 0, "zero or more"),
+        Sign::Positive => (value.signum() > 0, "more than zero"),
+        Sign::NonZero => (value.signum() != 0, "anything but zero"),
+    };
+    if fits {
+        return Some(value);
+    }
+    out.push(
+        Diagnostic::error("number::sign", format!("{label} must be {wanted}, found {}", value.to_f64()))
+            .at(scalar.span.clone(), "out of range")
+            .help("the plant must be one that could be built"),
+    );
+    None
+}
