@@ -92,6 +92,18 @@ stiffness = \"s\"
 damping = \"0.02 N m s/rad ± 50 %\"
 ";
 
+const BENCH_EXAMPLE: &str = "\
+[bench]
+plan = \"constant_speeds\"
+speed_limit = { wg = \"120 rad/s\", cs = \"6 rad/s\" }
+points = 24
+torque_noise = \"0.01 N m\"
+
+[bench.truth]
+\"wg.damping\" = \"0.001 N m s/rad\"
+\"hd.stiffness\" = \"8000 N m/rad\"
+";
+
 const ANALYSIS_EXAMPLE: &str = "\
 [analysis]
 inputs = [\"wg_motor\", \"rk_motor\"]
@@ -189,6 +201,9 @@ pub fn manual_of(name: &str) -> Option<String> {
         if !example.is_empty() {
             let _ = write!(out, "\nExample\n\n{example}");
         }
+        if name == "bench" {
+            let _ = write!(out, "\nExample\n\n{BENCH_EXAMPLE}");
+        }
     }
     Some(out)
 }
@@ -279,10 +294,11 @@ mod tests {
 
     #[test]
     fn the_examples_of_the_pages_can_be_read() {
-        for example in [ANALYSIS_EXAMPLE, PARAMETERS.split("Example\n").nth(1).unwrap_or_default()] {
+        for example in [ANALYSIS_EXAMPLE, BENCH_EXAMPLE, PARAMETERS.split("Example\n").nth(1).unwrap_or_default()] {
             let (document, mistakes) = read(example);
             assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "{mistakes:?}");
-            assert!(!document.parameters.is_empty() || !document.analysis.values.is_empty());
+            let tables = [&document.analysis, &document.bench];
+            assert!(!document.parameters.is_empty() || tables.iter().any(|table| !table.values.is_empty()));
         }
         let forms: Vec<&str> =
             PARAMETERS.lines().filter_map(|line| line.strip_prefix("      \"")?.split('"').next()).collect();
