@@ -83,7 +83,7 @@ pub struct Fit {
     pub condition: f64,
     /// Residual over what the noise of the sensors explains.
     pub scale: f64,
-    /// Rows less the rank.
+    /// Samples less the rank for each of their rows: those of Student's distribution.
     pub freedom: usize,
     /// Factor of each sample under the robust loss.
     pub weights: Vec<f64>,
@@ -91,6 +91,8 @@ pub struct Fit {
     pub lags: usize,
     /// Extra columns whose Stribeck speed lies at an end of the speeds measured.
     pub at_end: Vec<usize>,
+    /// Lower triangles by which the rows of a sample were divided, after those of its own covariance.
+    row_factors: Vec<Vec<f64>>,
     /// Factors of the extra columns' speeds: Stribeck speed and shape.
     shapes: Vec<Option<(f64, Shape)>>,
     columns: usize,
@@ -98,6 +100,9 @@ pub struct Fit {
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 50;
+/// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
+const REWEIGHTED: usize = 3;
+const FEW: usize = 2;
 /// Places in which the Stribeck speed is bracketed, and steps of the golden section after that.
 const BRACKETS: usize = 24;
 const SECTIONS: usize = 40;
@@ -118,6 +123,19 @@ fn factor(covariance: &[f64], rows: usize) -> Vec<f64> {
         }
     }
     out
+}
+
+/// `L⁻¹ X` in place, X with so many rows and columns.
+fn forward(lower: &[f64], rows: usize, columns: usize, x: &mut [f64]) {
+    for i in 0..rows {
+        for j in 0..i {
+            let share = lower[i * rows + j];
+            for k in 0..columns {
+                x[i * columns + k] -= share * x[j * columns + k];
+            }
+        }
+        (0..columns).for_each(|k| x[i * columns + k] /= lower[i * rows + i]);
+    }
 }
 
 /// Samples divided by their standard deviations: rows `[X y]` whose errors are independent and of size one.
@@ -141,19 +159,16 @@ impl Whitened {
                 data.extend_from_slice(&samples.x(sample)[i * p..(i + 1) * p]);
                 data.push(samples.y(sample)[i]);
             }
-            let own = &mut data[from..];
-            for i in 0..r {
-                for j in 0..i {
-                    let share = lower[i * r + j];
-                    for k in 0..=p {
-                        own[i * (p + 1) + k] -= share * own[j * (p + 1) + k];
-                    }
-                }
-                (0..=p).for_each(|k| own[i * (p + 1) + k] /= lower[i * r + i]);
-            }
+            forward(&lower, r, p + 1, &mut data[from..]);
             speeds.extend_from_slice(samples.speeds(sample));
         }
         Self { rows: r, columns: p, extras: samples.extras, data, speeds }
+    }
+
+    /// Divides the rows of every sample by one more lower triangle.
+    fn divide(&mut self, lower: &[f64]) {
+        let size = self.rows * (self.columns + 1);
+        self.data.chunks_exact_mut(size).for_each(|own| forward(lower, self.rows, self.columns + 1, own));
     }
 
     fn len(&self) -> usize {
@@ -206,10 +221,11 @@ impl Whitened {
 ///
 /// Minimises `Σ ρ(‖L⁻¹(y − Xθ)‖)` with `L Lᵀ` the covariance of each sample's rows: QR decompositions of the weighted rows, repeated
 /// with the weights of a robust loss; Stribeck speeds by a search in one variable at a time, as all others enter linearly (variable
-/// projection). Standard errors are those of the residuals; where samples follow each other and what is left of them is correlated
-/// (Ljung, Box), those of Newey and West.
+/// projection). The covariance between rows is then taken from the residuals. Standard errors allow for errors that differ in size from
+/// sample to sample \[Bell, McCaffrey 2002\]; where samples follow each other and what is left of them is correlated (Ljung, Box), for
+/// that too \[Newey, West 1987\].
 pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<Fit> {
-    let data = Whitened::new(samples, chosen);
+    let mut data = Whitened::new(samples, chosen);
     if data.len() == 0 {
         return None;
     }
@@ -243,7 +259,44 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
             }
         }
     }
-    Some(covered(&data, solution, shapes, weights, options, at_end))
+    // What is left of the rows need not be as the sensors say: their covariance from the residuals \[Zellner 1962\].
+    let scale = scale(&data, &solution, &shapes, &weights);
+    let mut rows = Vec::new();
+    while data.rows > 1 && rows.len() < REWEIGHTED && data.len() > FEW * data.columns {
+        let lower = factor(&row_covariance(&data, &solution, &shapes, &weights), data.rows);
+        data.divide(&lower);
+        rows.push(lower);
+        solution = Solution::of(&data, &shapes, &weights, options)?;
+    }
+    let mut found = covered(&data, solution, shapes, weights, options, at_end);
+    (found.scale, found.row_factors) = (scale, rows);
+    Some(found)
+}
+
+/// Root mean square of the residuals, for as many rows as are free.
+fn scale(data: &Whitened, solution: &Solution, shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> f64 {
+    let mut left = vec![0.0; data.rows];
+    let (mut square, mut rows) = (0.0, 0.0);
+    for sample in 0..data.len() {
+        data.residuals(sample, &solution.values, shapes, &mut left);
+        square += weights[sample] * dot(&left, &left);
+        rows += f64::from(u8::from(weights[sample] > 0.0)) * data.rows as f64;
+    }
+    let freedom = rows - solution.estimate.rank as f64;
+    if freedom > 0.0 { (square / freedom).sqrt() } else { 0.0 }
+}
+
+/// Mean of `e eᵀ` over the samples.
+fn row_covariance(data: &Whitened, solution: &Solution, shapes: &[Option<(f64, Shape)>], weights: &[f64]) -> Vec<f64> {
+    let r = data.rows;
+    let (mut left, mut out, mut sum) = (vec![0.0; r], vec![0.0; r * r], 0.0);
+    for sample in 0..data.len() {
+        data.residuals(sample, &solution.values, shapes, &mut left);
+        sum += weights[sample];
+        (0..r * r).for_each(|k| out[k] += weights[sample] * left[k / r] * left[k % r]);
+    }
+    out.iter_mut().for_each(|x| *x /= sum.max(f64::MIN_POSITIVE));
+    out
 }
 
 /// Values within their bounds.
@@ -400,56 +453,37 @@ fn covered(
     let rank = linear.rank;
     let effective: f64 =
         weights.iter().map(|weight| f64::from(u8::from(*weight > 0.0))).sum::<f64>() * data.rows as f64;
-    let freedom = (effective as usize).saturating_sub(rank);
-    // Squares of the residuals as the loss counts them, by the mean slope of their influence.
-    let (mut square, mut slope, mut own) = (0.0, 0.0, 0.0);
+    let freedom = (effective as usize).saturating_sub(rank) / data.rows.max(1);
+    let plain = if freedom > 0 { linear.residual } else { 0.0 };
+    let size = all;
+    let serial = options.serial.then(|| serial_test(&series(data, &values, &shapes, &weights))).flatten();
+    let lags = match serial {
+        Some(probability) if probability < 0.01 => (4.0 * (data.len() as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize,
+        _ => 0,
+    };
+    // Scores of the samples, each as if it had been left out of the fit: errors may differ in size from sample to sample.
+    let bread = &linear.cofactor;
+    let mut scores = vec![0.0; data.len() * all];
+    let (r, mut block) = (data.rows, vec![0.0; data.rows * all]);
     for sample in 0..data.len() {
         data.residuals(sample, &values, &shapes, &mut left);
-        let sum = dot(&left, &left);
-        square += weights[sample] * sum;
-        own += weights[sample].powi(2) * sum;
-        slope += weights[sample];
-    }
-    let plain = if freedom > 0 { (square / freedom as f64).sqrt() } else { 0.0 };
-    let influence = match options.loss {
-        Loss::Squares => plain,
-        _ if freedom > 0 => {
-            let mean = slope / data.len() as f64;
-            // (XᵀWX)⁻¹ holds one factor of the mean weight; the variance of what is summed has W².
-            (own / freedom as f64 / mean.max(1e-3)).sqrt()
+        let root = weights[sample].sqrt();
+        for i in 0..r {
+            fill(sample, i, &mut factors, &mut block[i * all..(i + 1) * all]);
         }
-        _ => 0.0,
-    };
-    let size = all.min(linear.cofactor.rows());
-    let mut covariance = Matrix::from_fn(size, size, |i, j| linear.cofactor[(i, j)] * influence * influence);
-    let tests = options.serial.then(|| serial_test(&series(data, &values, &shapes, &weights)));
-    let mut lags = 0;
-    if let Some(test) = tests.flatten()
-        && test < 0.01
-    {
-        lags = (4.0 * (data.len() as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
-        let mut scores = vec![0.0; data.len() * all];
-        for sample in 0..data.len() {
-            data.residuals(sample, &values, &shapes, &mut left);
-            for i in 0..data.rows {
-                fill(sample, i, &mut factors, &mut x);
-                let score = &mut scores[sample * all..(sample + 1) * all];
-                score.iter_mut().zip(&x).for_each(|(s, x)| *s += weights[sample] * x * left[i]);
-            }
+        block.iter_mut().for_each(|x| *x *= root);
+        left.iter_mut().for_each(|x| *x *= root);
+        left_out(&block, bread, &mut left);
+        let score = &mut scores[sample * all..(sample + 1) * all];
+        for (i, left) in left.iter().enumerate() {
+            score.iter_mut().zip(&block[i * all..(i + 1) * all]).for_each(|(s, x)| *s += x * left);
         }
-        let correct = effective / (freedom.max(1)) as f64;
-        let meat = newey_west(&scores, all, lags, correct);
-        let bread = &linear.cofactor;
-        let half = Matrix::from_fn(all, all, |i, j| (0..all).map(|k| bread[(i, k)] * meat[(k, j)]).sum::<f64>());
-        let robust = Matrix::from_fn(all, all, |i, j| (0..all).map(|k| half[(i, k)] * bread[(k, j)]).sum::<f64>());
-        // Never less than what independent errors would give.
-        let larger = (0..all).map(|k| robust[(k, k)] / covariance[(k, k)]).fold(1.0, f64::max);
-        covariance = if (0..all).all(|k| robust[(k, k)] >= covariance[(k, k)]) {
-            robust
-        } else {
-            Matrix::from_fn(all, all, |i, j| covariance[(i, j)] * larger)
-        };
     }
+    let meat = newey_west(&scores, all, lags);
+    let half = Matrix::from_fn(all, all, |i, j| (0..all).map(|k| bread[(i, k)] * meat[(k, j)]).sum::<f64>());
+    let influence = influence(options.loss, &weights);
+    let covariance =
+        Matrix::from_fn(all, all, |i, j| influence * (0..all).map(|k| half[(i, k)] * bread[(k, j)]).sum::<f64>());
     // Back to all columns, then the Stribeck speeds.
     let shaped: Vec<usize> = (0..data.extras).filter(|&k| shapes[k].is_some()).collect();
     let total = p + shaped.len();
@@ -494,6 +528,7 @@ fn covered(
         weights,
         lags,
         at_end,
+        row_factors: Vec::new(),
         values: out,
         shapes,
         columns: p,
@@ -518,8 +553,47 @@ impl Fit {
     }
 }
 
+/// What a residual (rows × 1) would be, had its sample been left out: `(I − X B Xᵀ)⁻¹ e` \[Bell, McCaffrey 2002, CR3\]. As it is, where
+/// the fit hangs on this sample alone.
+fn left_out(x: &[f64], bread: &Matrix<f64>, left: &mut [f64]) {
+    let (r, p) = (left.len(), bread.rows());
+    let mut matrix = vec![0.0; r * r];
+    for i in 0..r {
+        for j in 0..r {
+            let mut sum = 0.0;
+            for k in 0..p {
+                let inner: f64 = (0..p).map(|l| bread[(k, l)] * x[j * p + l]).sum();
+                sum += x[i * p + k] * inner;
+            }
+            matrix[i * r + j] = f64::from(u8::from(i == j)) - sum;
+        }
+    }
+    if (0..r).any(|i| !(matrix[i * r + i] > 1e-6)) {
+        return;
+    }
+    let lower = factor(&matrix, r);
+    forward(&lower, r, 1, left);
+    for i in (0..r).rev() {
+        left[i] = (left[i] - (i + 1..r).map(|k| lower[k * r + i] * left[k]).sum::<f64>()) / lower[i * r + i];
+    }
+}
+
+/// Square of the mean weight of a robust loss over the mean slope of its influence.
+fn influence(loss: Loss, weights: &[f64]) -> f64 {
+    let slope = |weight: &f64| match loss {
+        Loss::Squares => 1.0,
+        Loss::Huber => f64::from(u8::from(*weight >= 1.0)),
+        Loss::Bisquare => {
+            let square = 1.0 - weight.sqrt();
+            if *weight > 0.0 { (1.0 - square) * (1.0 - 5.0 * square) } else { 0.0 }
+        }
+    };
+    let (weight, slope) = (weights.iter().sum::<f64>(), weights.iter().map(slope).sum::<f64>());
+    if slope > 0.0 && loss != Loss::Squares { (weight / slope).powi(2) } else { 1.0 }
+}
+
 /// Long-run covariance sums of scores with Bartlett's weights.
-fn newey_west(scores: &[f64], p: usize, lags: usize, correct: f64) -> Matrix<f64> {
+fn newey_west(scores: &[f64], p: usize, lags: usize) -> Matrix<f64> {
     let n = scores.len() / p.max(1);
     let mut out = Matrix::<f64>::zeros(p, p);
     for lag in 0..=lags.min(n.saturating_sub(1)) {
@@ -537,7 +611,7 @@ fn newey_west(scores: &[f64], p: usize, lags: usize, correct: f64) -> Matrix<f64
             }
         }
     }
-    Matrix::from_fn(p, p, |i, j| correct * out[(i, j)])
+    out
 }
 
 /// Residuals of standard size, a series for each row of a sample; those without weight are left out.
@@ -602,7 +676,8 @@ const BINS: usize = 10;
 
 /// Tests of the residuals of a fit on the samples that it was made of.
 pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
-    let data = Whitened::new(samples, chosen);
+    let mut data = Whitened::new(samples, chosen);
+    fit.row_factors.iter().for_each(|lower| data.divide(lower));
     let series = series(&data, &fit.values[..fit.columns], &fit.shapes, &fit.weights);
     let mut out = Vec::new();
     let kept: Vec<usize> = (0..data.len()).filter(|&sample| fit.weights[sample] > 0.0).collect();

@@ -57,6 +57,9 @@ pub struct IdentifySettings {
 
 /// Noise that any sensor has, as a part of its largest reading.
 const FLOOR: f64 = 1e-7;
+/// Steady segments are taken unasked where they have so many rows for each parameter, and at least this part of the windows.
+const PLENTY: usize = 3;
+const RARE: usize = 5;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
 /// Blocks of windows that stay together in it, for each fold.
@@ -188,10 +191,12 @@ pub fn identify(
     let mut samples = if steady_first { settled(&built, &asked, window) } else { built.samples.clone() };
     let needed = found.kept.len() + asked.extras.len() * 2;
     let enough = |samples: &Samples| samples.len() * samples.rows > needed;
-    if steady_first && wish.is_none() && !enough(&samples) && enough(&built.samples) {
+    let plenty = samples.len() * samples.rows >= PLENTY * needed
+        && samples.windows.iter().sum::<usize>() >= built.samples.len() / RARE;
+    if steady_first && wish.is_none() && !plenty && enough(&built.samples) {
         notes.push(format!(
-            "the logs have {} segments of constant speed, too few for {needed} parameters: everything is used, with filtered \
-             derivatives (`method = \"dynamic\"`)",
+            "the logs have {} segments of constant speed, few for {needed} parameters: everything is used, with filtered \
+             derivatives (`--method steady` takes the segments alone)",
             samples.len()
         ));
         (method, excitation) = ("dynamic", Excitation::Free);
