@@ -98,7 +98,7 @@ fn channel(one: &ChannelRead) -> Value {
 }
 
 fn parameter(one: &Found) -> Value {
-    let interval = one.interval.0.is_finite().then(|| [one.interval.0, one.interval.1]);
+    let interval = one.interval.0.is_finite().then_some([one.interval.0, one.interval.1]);
     object!({
         "name": one.name,
         "unit": one.unit,
