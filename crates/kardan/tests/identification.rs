@@ -307,6 +307,11 @@ fn extra_terms_and_their_choice() {
         near(&all, name, truth, 4.0);
         assert!(one(&all, name).standard_error < 0.3 * truth, "{:?}", one(&all, name));
     }
+    // Stribeck friction goes into a file as the torque at which it breaks away.
+    let breakaway = all.for_file.iter().find(|one| one.name == "s.breakaway").expect("it is told");
+    assert!((breakaway.value - one(&all, "s.friction").value - one(&all, "s.stribeck").value).abs() < 1e-12);
+    assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.interval.is_some()));
+    assert!(all.not_for_file.iter().any(|why| why.starts_with("s.load_loss")), "{:?}", all.not_for_file);
     let chosen = all.candidates.iter().find(|one| one.chosen).expect("one is chosen");
     assert_eq!(chosen.name, "with all extra terms");
     // Where neither is there, the plain model is, and the terms come out as nothing.
@@ -448,14 +453,9 @@ fn gaps_and_jumps() {
 fn written_and_read_again() {
     let found = found(drive(), vec![csv(&grid(0.6), 13, |_, _| 0.0)], &settings(&SIX, "steady"));
     let new: Vec<NewValue> = found
-        .parameters
+        .for_file
         .iter()
-        .map(|one| NewValue {
-            name: one.name.clone(),
-            value: one.value,
-            interval: Some(one.interval),
-            confidence: 0.95,
-        })
+        .map(|one| NewValue { name: one.name.clone(), value: one.value, interval: one.interval, confidence: 0.95 })
         .collect();
     let (text, left) = written(drive(), &new).unwrap_or_else(|wrong| panic!("{}", plain(drive(), &wrong)));
     assert_eq!(left, Vec::<String>::new());

@@ -59,10 +59,25 @@ pub struct Identification {
     pub curves: Vec<FrictionCurve>,
     /// Torque over time, for the report.
     pub traces: Vec<Trace>,
+    /// What a model file can hold of it.
+    pub for_file: Vec<FileValue>,
+    /// What it cannot, and why.
+    pub not_for_file: Vec<String>,
     /// What the reader must know.
     pub warnings: Vec<String>,
     /// One sentence each.
     pub notes: Vec<String>,
+}
+
+/// A value for a model file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FileValue {
+    /// `fs.damping`, or an entry of `[parameters]`.
+    pub name: String,
+    /// SI.
+    pub value: f64,
+    /// The confidence interval, if there is one of this value alone.
+    pub interval: Option<(f64, f64)>,
 }
 
 /// A log as it was read.

@@ -1,12 +1,12 @@
 //! What was found, in words and numbers.
 
 use super::asked::Asked;
-use super::{Columns, Plant};
+use super::plant::{Columns, Plant};
 use crate::assemble::CoefficientKind as Kind;
-use crate::identify::{Coefficient, Extra, Fit, Loss, Samples, TestKind, residual_tests};
+use crate::identify::{Coefficient, Extra, Fit, Loss, Samples, Shape, TestKind, residual_tests};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, dot, rational_from_f64, rational_to_f64};
 use crate::reduce::linearise;
-use crate::results::{Found, FrictionCurve, Identification, NamedMatrix, ResidualTest, Trace, Validation};
+use crate::results::{FileValue, Found, FrictionCurve, Identification, NamedMatrix, ResidualTest, Trace, Validation};
 
 pub(super) struct Story<'a> {
     pub plant: &'a Plant,
@@ -79,6 +79,7 @@ pub(super) fn told(story: &Story<'_>) -> Identification {
         parameters,
         ..Identification::default()
     };
+    (out.for_file, out.not_for_file) = for_file(story, &out.parameters);
     out.warnings = warnings(story, &out);
     if fit.lags > 0 {
         out.notes.push(format!(
@@ -209,6 +210,59 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
         }
     }
     out
+}
+
+/// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
+fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<String>) {
+    let Story { asked, columns, .. } = story;
+    let (mut values, mut left) = (Vec::new(), Vec::new());
+    let told = |one: &Found| one.combination.is_empty() && one.interval.0.is_finite();
+    let plain = parameters.iter().take(columns.asked.len());
+    for one in plain {
+        if told(one) {
+            values.push(FileValue { name: one.name.clone(), value: one.value, interval: Some(one.interval) });
+        } else {
+            left.push(format!("{}: {}", one.name, one.remark));
+        }
+    }
+    for extra in &asked.extras {
+        let named = |name: &str| parameters.iter().find(|one| one.name == name);
+        let Some(own) = named(&extra.name) else { continue };
+        let speed = named(&format!("{}.stribeck_speed", extra.element));
+        let friction = format!("{}.friction", extra.element);
+        let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
+        let with = asked.wanted.iter().position(|one| one.keys.iter().any(own_friction));
+        let sliding = match with {
+            Some(k) => parameters.get(k).filter(|one| told(one)).map(|one| one.value),
+            None => story
+                .plant
+                .reduced
+                .equations
+                .frictions
+                .iter()
+                .find(|term| term.element == extra.element)
+                .map(|term| term.value.torque.to_f64()),
+        };
+        match (extra.shape, speed, sliding) {
+            (None, ..) => left.push(format!("{}: a model file has no loss in proportion to a torque", extra.name)),
+            (Some(Shape::Gaussian), Some(speed), Some(sliding))
+                if told(own) && own.value > 0.0 && (told(speed) || extra.speed.is_some()) =>
+            {
+                let value = |name: &str, value: f64, interval| FileValue {
+                    name: format!("{}.{name}", extra.element),
+                    value,
+                    interval,
+                };
+                values.push(value("breakaway", sliding + own.value, None));
+                values.push(value("stribeck_speed", speed.value, told(speed).then_some(speed.interval)));
+            }
+            (Some(Shape::Gaussian), ..) => {
+                left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
+            }
+            (Some(_), ..) => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+        }
+    }
+    (values, left)
 }
 
 /// What these data hardly tell.

@@ -1,0 +1,199 @@
+//! Windows to rows of the torque balance.
+
+use super::asked::Asked;
+use super::channels::Quantity;
+use super::plant::{Columns, Plant, silence};
+use super::reading::Recording;
+use crate::identify::{
+    Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Variances, Where, steady_segments,
+};
+use crate::num::{dot, rational_to_f64};
+use crate::reduce::linearise;
+use crate::results::WindowCount;
+
+/// Noise that any sensor has, as a part of its largest reading.
+const FLOOR: f64 = 1e-7;
+
+/// What was read.
+#[derive(Clone, Copy)]
+pub(super) struct Material<'a> {
+    pub recorded: &'a [Recording],
+    pub slots: &'a [Quantity],
+    /// s
+    pub window: f64,
+}
+
+/// Rows of all windows.
+pub(super) struct Built {
+    pub samples: Samples,
+    pub count: WindowCount,
+    /// Standard deviations of the accelerations of the coordinates, rad/s².
+    pub noise: Vec<f64>,
+}
+
+/// Rows of the torque balance in every window that tells one.
+pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &Material<'_>) -> Built {
+    let Material { recorded, slots, window } = *material;
+    let mut reduced = plant.reduced.clone();
+    // What enters a combination is found with it, not known.
+    for &(free, _) in columns.kept.iter().flat_map(|(_, with)| with) {
+        silence(&mut reduced.equations, &columns.asked[free]);
+    }
+    let reduced = &reduced;
+    let (r, m) = (reduced.freedoms(), reduced.equations.inputs.len());
+    let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
+    // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
+    let noise: Vec<f64> = (0..slots.len())
+        .map(|slot| {
+            let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
+            let stated = recorded.iter().any(|one| one.noise[slot].1);
+            let readings = || recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
+            let largest = readings().filter(|x| x.is_finite()).fold(0.0, f64::max);
+            if stated {
+                seen
+            } else {
+                seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
+            }
+        })
+        .collect();
+    // The largest speed along each friction, and what noise hides of it.
+    let basis = linearise(reduced, &vec![0.0; r]).basis;
+    let frictions: Vec<Vec<f64>> = reduced
+        .equations
+        .frictions
+        .iter()
+        .map(|term| {
+            (0..r)
+                .map(|j| term.row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum())
+                .collect()
+        })
+        .collect();
+    let mut motion = Moving::new(r, m);
+    let mut largest = vec![0.0_f64; frictions.len()];
+    let mut hidden = vec![0.0_f64; frictions.len()];
+    for row in recorded.iter().flat_map(|one| one.windows.values()) {
+        if motion.take(plant, row, &noise, window) {
+            for (k, g) in frictions.iter().enumerate() {
+                largest[k] = largest[k].max(dot(g, &motion.speed).abs());
+                let spread: f64 = g.iter().zip(&motion.speed_variance).map(|(g, v)| g * g * v).sum();
+                hidden[k] = hidden[k].max(spread.sqrt());
+            }
+        }
+    }
+    let rest: Vec<f64> = largest
+        .iter()
+        .zip(&hidden)
+        .map(|(largest, hidden)| asked.rest_speed.unwrap_or((0.01 * largest).max(3.0 * hidden)))
+        .collect();
+    let mut regressor = Regressor::new(reduced, &wanted, &plant.unmeasured, 0.0)
+        .with_extras(&columns.extras)
+        .with_window(window)
+        .with_rest_speeds(&rest);
+    let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
+    let mut count = WindowCount::default();
+    let mut accelerations = vec![0.0; r];
+    for (log, recording) in recorded.iter().enumerate() {
+        for ((_, number), row) in &recording.windows {
+            count.all += 1;
+            if !motion.take(plant, row, &noise, window) {
+                count.incomplete += 1;
+                continue;
+            }
+            let place = Where { log, time: recording.origin + (*number as f64 + 0.5) * window, duration: window };
+            let room = samples.push(place, [&motion.position, &motion.speed, &motion.acceleration], &motion.torques);
+            let at = Motion { position: &motion.position, speed: &motion.speed, acceleration: &motion.acceleration };
+            let variances = Variances {
+                torques: &motion.torque_variance,
+                position: &motion.position_variance,
+                speed: &motion.speed_variance,
+                acceleration: &motion.acceleration_variance,
+            };
+            let known = regressor.fill_weighted(
+                at,
+                &motion.torques,
+                variances,
+                (room.x, room.y),
+                (room.covariance, room.speeds),
+            );
+            let finite = samples.x(samples.len() - 1).iter().chain(samples.y(samples.len() - 1)).all(|x| x.is_finite());
+            if !known || !finite {
+                samples.pop();
+                count.resting += 1;
+                continue;
+            }
+            accelerations.iter_mut().zip(&motion.acceleration_variance).for_each(|(a, v)| *a = v.sqrt().max(*a));
+        }
+    }
+    Built { samples, count, noise: accelerations }
+}
+
+/// The motion and the torques in a window, with their variances.
+struct Moving {
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    acceleration: Vec<f64>,
+    torques: Vec<f64>,
+    position_variance: Vec<f64>,
+    speed_variance: Vec<f64>,
+    acceleration_variance: Vec<f64>,
+    torque_variance: Vec<f64>,
+}
+
+impl Moving {
+    fn new(r: usize, m: usize) -> Self {
+        let zero = || vec![0.0; r];
+        Self {
+            position: zero(),
+            speed: zero(),
+            acceleration: zero(),
+            torques: vec![0.0; m],
+            position_variance: zero(),
+            speed_variance: zero(),
+            acceleration_variance: zero(),
+            torque_variance: vec![0.0; m],
+        }
+    }
+
+    /// Takes the readings of a window; false if one is missing.
+    fn take(&mut self, plant: &Plant, row: &[Reading], noise: &[f64], window: f64) -> bool {
+        let mut whole = true;
+        let mut reading = |slot: usize| {
+            let found = row[slot];
+            whole &= found.value.is_finite();
+            (found, noise[slot] * noise[slot] / found.samples.max(1) as f64)
+        };
+        for (k, (angle, speed)) in plant.sensors.iter().enumerate() {
+            if let Some(slot) = angle {
+                let (found, variance) = reading(*slot);
+                self.position[k] = found.value;
+                self.position_variance[k] = variance * Reading::VALUE_GAIN;
+                (self.speed[k], self.acceleration[k]) = (found.first, found.second);
+                self.speed_variance[k] = variance * Reading::FIRST_GAIN / window.powi(2);
+                self.acceleration_variance[k] = variance * Reading::SECOND_GAIN / window.powi(4);
+            }
+            if let Some(slot) = speed {
+                let (found, variance) = reading(*slot);
+                (self.speed[k], self.acceleration[k]) = (found.value, found.first);
+                self.speed_variance[k] = variance * Reading::VALUE_GAIN;
+                self.acceleration_variance[k] = variance * Reading::FIRST_GAIN / window.powi(2);
+            }
+        }
+        for (k, slot) in plant.torques.iter().enumerate() {
+            if let Some(slot) = slot {
+                let (found, variance) = reading(*slot);
+                self.torques[k] = found.value;
+                self.torque_variance[k] = variance * Reading::VALUE_GAIN;
+            }
+        }
+        whole
+    }
+}
+
+/// The steady segments of all windows, each a sample.
+pub(super) fn settled(built: &Built, asked: &Asked, window: f64) -> Samples {
+    let mut steadiness: Steadiness = asked.steadiness;
+    if let Some(shortest) = asked.shortest {
+        steadiness.windows = (shortest / window).ceil().max(1.0) as usize;
+    }
+    built.samples.averaged(&steady_segments(&built.samples, &built.noise, steadiness))
+}
