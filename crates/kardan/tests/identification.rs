@@ -546,3 +546,15 @@ fn nonsense_is_refused() {
     let found = found(SHAFT, vec![broken], &ask(&["s.damping"]));
     assert!(!found.logs[0].remarks.is_empty(), "{:?}", found.logs[0]);
 }
+
+/// Many at once on the pool in which readers share their work: each comes to its end, with the same numbers as alone.
+#[test]
+fn many_at_once() {
+    use rayon::prelude::*;
+    let log = shaft_log(51, |w, _| 0.02 * w + 0.3 * w.signum());
+    let asked = IdentifySettings { parameters: vec!["s.friction".into()], ..IdentifySettings::default() };
+    let alone = one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value;
+    let all: Vec<f64> =
+        (0..16).into_par_iter().map(|_| one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value).collect();
+    assert!(all.iter().all(|value| *value == alone), "{alone} {all:?}");
+}

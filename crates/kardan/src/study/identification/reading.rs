@@ -8,7 +8,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::channels::{Clock, OpenLog, Quantity};
 use crate::identify::{Reading, Windows};
-use crate::log::{Block, Bytes, LogError, ReadSeek};
+use crate::log::{Block, Bytes, Log, LogError, ReadSeek};
 use crate::results::{ChannelRead, LogRead};
 
 /// A time between rows is a gap from so many usual ones on.
@@ -163,94 +163,58 @@ pub(super) fn read(
         let mut read = LogRead { name: name.clone(), span: (f64::NAN, f64::NAN), ..LogRead::default() };
         let mut ticking: Vec<Option<Ticking>> = (0..open.clocks.len()).map(|_| None).collect();
         let OpenLog { mut log, wired, clocks, offset, .. } = open;
-        // One thread reads, the other one smooths.
-        let (full, filled) = sync_channel::<Result<Block, LogError>>(2);
-        let (empty, emptied) = sync_channel::<Block>(4);
-        for _ in 0..3 {
-            let _ = empty.send(Block::default());
-        }
         let mut failed = None;
-        let log = std::thread::scope(|scope| {
-            let reader = scope.spawn(move || {
-                while let Ok(mut block) = emptied.recv() {
-                    match log.next(&mut block) {
-                        Ok(true) => {
-                            if full.send(Ok(block)).is_err() {
-                                break;
-                            }
-                        }
-                        Ok(false) => break,
-                        Err(error) => {
-                            let _ = full.send(Err(error));
-                            break;
-                        }
-                    }
+        let mut smooth = |block: &mut Block| {
+            let group = block.group;
+            let Some(clock) = clocks.get(group).copied().flatten() else { return };
+            let own: Vec<_> = wired.iter().filter(|one| one.group == group).collect();
+            let first_column = usize::from(matches!(clock, Clock::Channel(..)));
+            for (column, wired) in block.columns[first_column..].iter_mut().zip(&own) {
+                if wired.factor != 1.0 {
+                    column.iter_mut().for_each(|x| *x *= wired.factor);
                 }
-                log
-            });
-            for block in filled {
-                let mut block = match block {
-                    Ok(block) => block,
-                    Err(error) => {
-                        failed = Some(error);
-                        break;
-                    }
-                };
-                let group = block.group;
-                let Some(clock) = clocks.get(group).copied().flatten() else { continue };
-                let own: Vec<_> = wired.iter().filter(|one| one.group == group).collect();
-                let first_column = usize::from(matches!(clock, Clock::Channel(..)));
-                for (column, wired) in block.columns[first_column..].iter_mut().zip(&own) {
-                    if wired.factor != 1.0 {
-                        column.iter_mut().for_each(|x| *x *= wired.factor);
-                    }
-                }
-                if let Clock::Channel(_, factor) = clock {
-                    block.columns[0].iter_mut().for_each(|t| *t = *t * factor + offset);
-                }
-                read.rows += block.rows as u64;
-                let slots_of = || {
-                    own.iter()
-                        .map(|one| {
-                            slots.iter().position(|slot| *slot == one.quantity).expect("a slot for each channel")
-                        })
-                        .collect::<Vec<_>>()
-                };
-                let tick = ticking[group].get_or_insert_with(|| {
-                    let start = match clock {
-                        Clock::Channel(..) => block.columns[0].iter().copied().find(|t| t.is_finite()).unwrap_or(0.0),
-                        Clock::Step(_) => offset,
-                    };
-                    if out.origin.is_nan() {
-                        out.origin = start;
-                    }
-                    let step = match clock {
-                        Clock::Step(step) => step,
-                        Clock::Channel(..) => median_step(&block.columns[0]),
-                    };
-                    Ticking {
-                        clock,
-                        step,
-                        last: f64::NEG_INFINITY,
-                        row: 0,
-                        section: 0,
-                        gaps: 0,
-                        jumps: 0,
-                        repeated: 0,
-                        first: start,
-                        windows: Windows::new(width, out.origin, own.len()),
-                        slots: slots_of(),
-                        zeros: own.iter().map(|one| (one.zero_samples, 0.0, 0.0)).collect(),
-                    }
-                });
-                tick.zero(&mut block.columns[first_column..]);
-                tick.block(&block, first_column, offset, slots.len(), &mut out.windows, &mut read.remarks);
-                progress(bytes());
-                let _ = empty.send(block);
             }
-            drop(empty);
-            reader.join()
-        });
+            if let Clock::Channel(_, factor) = clock {
+                block.columns[0].iter_mut().for_each(|t| *t = *t * factor + offset);
+            }
+            read.rows += block.rows as u64;
+            let slots_of = || {
+                own.iter()
+                    .map(|one| slots.iter().position(|slot| *slot == one.quantity).expect("a slot for each channel"))
+                    .collect::<Vec<_>>()
+            };
+            let tick = ticking[group].get_or_insert_with(|| {
+                let start = match clock {
+                    Clock::Channel(..) => block.columns[0].iter().copied().find(|t| t.is_finite()).unwrap_or(0.0),
+                    Clock::Step(_) => offset,
+                };
+                if out.origin.is_nan() {
+                    out.origin = start;
+                }
+                let step = match clock {
+                    Clock::Step(step) => step,
+                    Clock::Channel(..) => median_step(&block.columns[0]),
+                };
+                Ticking {
+                    clock,
+                    step,
+                    last: f64::NEG_INFINITY,
+                    row: 0,
+                    section: 0,
+                    gaps: 0,
+                    jumps: 0,
+                    repeated: 0,
+                    first: start,
+                    windows: Windows::new(width, out.origin, own.len()),
+                    slots: slots_of(),
+                    zeros: own.iter().map(|one| (one.zero_samples, 0.0, 0.0)).collect(),
+                }
+            });
+            tick.zero(&mut block.columns[first_column..]);
+            tick.block(&block, first_column, offset, slots.len(), &mut out.windows, &mut read.remarks);
+            progress(bytes());
+        };
+        stream(&mut *log, &mut smooth, &mut |error| failed = failed.take().or(Some(error)));
         for (group, tick) in ticking.iter_mut().enumerate() {
             let Some(tick) = tick else { continue };
             tick.finish(slots.len(), &mut out.windows, &mut read.remarks);
@@ -269,16 +233,11 @@ pub(super) fn read(
                 });
             }
         }
-        match log {
-            Ok(log) => {
-                read.remarks.extend(log.notes());
-                for (channel, one) in read.channels.iter_mut().zip(wired_in_order(&wired, &ticking)) {
-                    let named = &log.groups()[one.group].channels[one.channel];
-                    channel.name.clone_from(&named.name);
-                    channel.unit.clone_from(&named.unit);
-                }
-            }
-            Err(_) => failed = failed.or(Some(LogError::Empty)),
+        read.remarks.extend(log.notes());
+        for (channel, one) in read.channels.iter_mut().zip(wired_in_order(&wired, &ticking)) {
+            let named = &log.groups()[one.group].channels[one.channel];
+            channel.name.clone_from(&named.name);
+            channel.unit.clone_from(&named.unit);
         }
         if let Some(error) = failed {
             if read.rows == 0 {
@@ -301,6 +260,66 @@ pub(super) fn read(
         }
     }
     Ok(out)
+}
+
+/// More damaged places of one log are not looked at.
+const DAMAGED: usize = 100;
+
+/// All blocks of a log, one after the other: where a thread can wait, one reads while the other one smooths. A worker of the pool that
+/// readers share work in must not wait for them: there it is done in turn.
+fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block), failed: &mut dyn FnMut(LogError)) {
+    if rayon::current_thread_index().is_some() {
+        let (mut block, mut damaged) = (Block::default(), 0);
+        while damaged < DAMAGED {
+            match log.next(&mut block) {
+                Ok(true) => smooth(&mut block),
+                Ok(false) => return,
+                Err(error) => {
+                    damaged += 1;
+                    failed(error);
+                }
+            }
+        }
+        return;
+    }
+    let (full, filled) = sync_channel::<Result<Block, LogError>>(2);
+    let (empty, emptied) = sync_channel::<Block>(4);
+    for _ in 0..3 {
+        let _ = empty.send(Block::default());
+    }
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let mut damaged = 0;
+            while let Ok(mut block) = emptied.recv() {
+                // What is damaged may be one group of several.
+                let next = loop {
+                    match log.next(&mut block) {
+                        Ok(true) => break Some(block),
+                        Ok(false) => break None,
+                        Err(error) => {
+                            damaged += 1;
+                            if full.send(Err(error)).is_err() || damaged == DAMAGED {
+                                break None;
+                            }
+                        }
+                    }
+                };
+                let Some(block) = next else { break };
+                if full.send(Ok(block)).is_err() {
+                    break;
+                }
+            }
+        });
+        for block in filled {
+            match block {
+                Ok(mut block) => {
+                    smooth(&mut block);
+                    let _ = empty.send(block);
+                }
+                Err(error) => failed(error),
+            }
+        }
+    });
 }
 
 fn wired_in_order<'a>(
