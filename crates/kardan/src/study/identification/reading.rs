@@ -211,7 +211,7 @@ pub(super) fn read(
                 }
             });
             tick.zero(&mut block.columns[first_column..]);
-            tick.block(&block, first_column, offset, slots.len(), &mut out.windows, &mut read.remarks);
+            tick.block(block, first_column, offset, slots.len(), &mut out.windows, &mut read.remarks);
             progress(bytes());
         };
         stream(&mut *log, &mut smooth, &mut |error| failed = failed.take().or(Some(error)));
