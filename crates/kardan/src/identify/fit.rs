@@ -3,7 +3,7 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
 use super::{Estimate, LeastSquares, Samples};
-use crate::num::{Matrix, dot};
+use crate::num::{Cholesky, Matrix, dot};
 
 /// How residuals count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -207,11 +207,11 @@ impl Whitened {
     /// Residuals of a sample into `out`.
     fn residuals(&self, sample: usize, values: &[f64], shapes: &[Option<(f64, Shape)>], out: &mut [f64]) {
         let (p, w) = (self.columns, self.columns - self.extras);
-        let mut factors = vec![1.0; self.extras];
-        self.factors(sample, shapes, &mut factors);
+        let speeds = &self.speeds[sample * self.extras..];
+        let factor = |k: usize| shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
         for (i, left) in out.iter_mut().enumerate() {
             let row = self.row(sample, i);
-            let extra: f64 = (w..p).map(|k| row[k] * factors[k - w] * values[k]).sum();
+            let extra: f64 = (w..p).map(|k| row[k] * factor(k - w) * values[k]).sum();
             *left = row[p] - dot(&row[..w], &values[..w]) - extra;
         }
     }
@@ -568,13 +568,9 @@ fn left_out(x: &[f64], bread: &Matrix<f64>, left: &mut [f64]) {
             matrix[i * r + j] = f64::from(u8::from(i == j)) - sum;
         }
     }
-    if (0..r).any(|i| !(matrix[i * r + i] > 1e-6)) {
-        return;
-    }
-    let lower = factor(&matrix, r);
-    forward(&lower, r, 1, left);
-    for i in (0..r).rev() {
-        left[i] = (left[i] - (i + 1..r).map(|k| lower[k * r + i] * left[k]).sum::<f64>()) / lower[i * r + i];
+    let mut factor = Cholesky::new(r);
+    if (0..r).all(|i| matrix[i * r + i] > 1e-6) && factor.factor(&matrix) {
+        factor.solve(left);
     }
 }
 

@@ -1,5 +1,7 @@
 //! Samples to values and derivatives in the middle of windows that do not overlap.
 
+use crate::num::Cholesky;
+
 /// Of samples of one channel in one window: what the channel and its derivatives are in the middle, seen through one kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
@@ -50,13 +52,14 @@ pub struct Windows {
     width: f64,
     origin: f64,
     index: i64,
-    /// Sums of the run that is added, shared by all channels without gaps.
     channels: Vec<Channel>,
     readings: Vec<Reading>,
     last: f64,
     started: bool,
     x: Vec<f64>,
     weights: [Vec<f64>; 3],
+    /// Of the systems for a line, a parabola and a cubic.
+    factors: [Cholesky; 3],
 }
 
 #[derive(Debug, Clone)]
@@ -91,6 +94,7 @@ impl Windows {
             started: false,
             x: Vec::new(),
             weights: [const { Vec::new() }; 3],
+            factors: [2, 3, 4].map(Cholesky::new),
         }
     }
 
@@ -125,7 +129,7 @@ impl Windows {
             return;
         }
         for (channel, reading) in self.channels.iter_mut().zip(&mut self.readings) {
-            *reading = channel.reading(self.width);
+            *reading = channel.reading(self.width, &mut self.factors);
             *channel = Channel::EMPTY;
         }
         self.started = false;
@@ -235,18 +239,26 @@ fn moments(x: &[f64], weights: &[Vec<f64>; 3], y: &[f64], reference: f64, out: &
 }
 
 impl Channel {
-    fn reading(&self, width: f64) -> Reading {
+    fn reading(&self, width: f64, factors: &mut [Cholesky; 3]) -> Reading {
         let hole = self.hole.max(1.0 - self.last);
         if self.samples < FEWEST || hole > 2.0 * HOLE {
             return Reading::MISSING;
         }
         let (s, m) = (&self.sums, &self.moments);
-        let line = solve([[s[0], s[1]], [s[1], s[2]]], [m[0], m[1]]);
-        let parabola = solve([[s[3], s[4], s[5]], [s[4], s[5], s[6]], [s[5], s[6], s[7]]], [m[2], m[3], m[4]]);
         let a = &s[8..15];
-        let gram = [0, 1, 2, 3].map(|i| [a[i], a[i + 1], a[i + 2], a[i + 3]]);
-        let cubic = solve(gram, [m[5], m[6], m[7], m[8]]);
-        let (Some(line), Some(parabola), Some(cubic)) = (line, parabola, cubic) else { return Reading::MISSING };
+        let (mut line, mut parabola, mut cubic) = ([m[0], m[1]], [m[2], m[3], m[4]], [m[5], m[6], m[7], m[8]]);
+        let gram = |sums: &[f64], size: usize, out: &mut [f64; 16]| {
+            (0..size * size).for_each(|k| out[k] = sums[k / size + k % size]);
+        };
+        let mut matrix = [0.0; 16];
+        let systems: [(&[f64], &mut [f64]); 3] = [(&s[0..3], &mut line), (&s[3..8], &mut parabola), (a, &mut cubic)];
+        for ((sums, right), factor) in systems.into_iter().zip(factors) {
+            gram(sums, right.len(), &mut matrix);
+            if !factor.factor(&matrix) {
+                return Reading::MISSING;
+            }
+            factor.solve(right);
+        }
         let left = m[9] - (0..4).map(|i| cubic[i] * m[5 + i]).sum::<f64>();
         // Below what sums of squares can tell.
         let left = if left > 1e-13 * m[9] { left } else { 0.0 };
@@ -258,24 +270,6 @@ impl Channel {
             samples: self.samples,
         }
     }
-}
-
-/// A small positive definite system, by Cholesky; `None` if it is not.
-fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> Option<[f64; N]> {
-    for i in 0..N {
-        for j in 0..=i {
-            let sum = matrix[i][j] - (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum::<f64>();
-            if i == j && !(sum > 1e-9 * matrix[i][i].abs()) {
-                return None;
-            }
-            matrix[i][j] = if i == j { sum.sqrt() } else { sum / matrix[j][j] };
-        }
-        right[i] = (right[i] - (0..i).map(|k| matrix[i][k] * right[k]).sum::<f64>()) / matrix[i][i];
-    }
-    for i in (0..N).rev() {
-        right[i] = (right[i] - (i + 1..N).map(|k| matrix[k][i] * right[k]).sum::<f64>()) / matrix[i][i];
-    }
-    Some(right)
 }
 
 #[cfg(test)]
