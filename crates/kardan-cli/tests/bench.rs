@@ -23,7 +23,7 @@ fn model(folder: &Path) -> String {
     let text = kardan::model::builtin("harmonic-drive-bench").unwrap().source;
     let (before, after) = (text.rfind("[bench.truth]").unwrap(), text.find("[scenario]").unwrap());
     let text = format!("{}{}", &text[..before], &text[after..]).replace("points = 24", "points = 6");
-    let text = text.replace("dwell = \"1 s\"", "dwell = \"0.2 s\"");
+    let text = text.replace("dwell = \"2 s\"", "dwell = \"0.2 s\"");
     fs::write(folder.join("m.toml"), &text).unwrap();
     text
 }

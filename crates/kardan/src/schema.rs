@@ -53,6 +53,8 @@ pub enum Kind {
     AnyQuantity,
     /// A table from parameter names to quantities: `{ beta = "0 deg" }`.
     Overrides,
+    /// A table from names to lists of quantities: `{ wg = ["20 rad/s", "60 rad/s"] }`.
+    Lists,
     /// A list of tables, each of the given shape.
     Tables(&'static [Field]),
     /// One table of the given shape.
@@ -122,7 +124,7 @@ pub enum Value {
     Words(Vec<Spanned<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),
-    /// For `Coefficients` (numbers) and `Overrides` (quantities).
+    /// For `Coefficients` (numbers), `Overrides` (quantities) and `Lists` (an entry for each quantity of a list).
     Map(Vec<(Spanned<String>, Spanned<Scalar>)>),
     /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),

@@ -19,7 +19,7 @@ fn source() -> &'static str {
 
 /// The bench of the file with few points, so that a log takes a few seconds of its own time.
 fn short() -> String {
-    source().replace("points = 24", "points = 6").replace("dwell = \"1 s\"", "dwell = \"0.5 s\"")
+    source().replace("points = 24", "points = 6").replace("dwell = \"2 s\"", "dwell = \"0.5 s\"")
 }
 
 fn prepared(source: &str, settings: &BenchSettings) -> PreparedBench {
@@ -58,10 +58,16 @@ fn the_seed_makes_the_log() {
     for name in ["wg.phi", "wg_motor.tau", "fs_torque.tau"] {
         assert_ne!(signal(&one.logs[0], name), signal(&one.logs[1], name), "{name}");
     }
-    // Another first seed is another start; the plan of constant speeds draws nothing.
+    // Another first seed is another start, and other times at each speed; the set points draw nothing.
     let other = BenchSettings { seed: Some(3), ..Default::default() };
     let other = bench(&source, &other, &Silent).unwrap();
-    assert_eq!((&other.logs[0].series, &other.plan), (&one.logs[2].series, &one.plan));
+    assert_eq!(other.logs[0].series, one.logs[2].series);
+    let (plan, other) = (one.plan.unwrap(), other.plan.unwrap());
+    assert!(plan.points.iter().zip(&other.points).all(|(a, b)| a.speeds == b.speeds));
+    assert!(plan.points.iter().zip(&other.points).all(|(a, b)| a.until - a.from != b.until - b.from));
+    for point in plan.points.iter().chain(&other.points) {
+        assert!((0.5 - 1e-9..0.75 + 1e-9).contains(&(point.until - point.from)), "{point:?}");
+    }
 }
 
 /// Limits of speeds and torques, the grid of the encoders, the sample time, and the names that an identification knows.
@@ -133,8 +139,8 @@ fn torques_are_logged_with_noise() {
 /// average out.
 #[test]
 fn constant_speeds_are_reached_and_obey_the_truth() {
-    let smooth = short().replace("ripple\" = \"0.01 N m\"", "ripple\" = \"0 N m\"");
-    let (bench, log) = log(&smooth.replace("ripple\" = \"0.04 N m\"", "ripple\" = \"0 N m\""));
+    let smooth = short().replace("ripple\" = \"0.005 N m\"", "ripple\" = \"0 N m\"");
+    let (bench, log) = log(&smooth.replace("ripple\" = \"0.02 N m\"", "ripple\" = \"0 N m\""));
     let plan = bench.plan().unwrap();
     let mut largest: f64 = 0.0;
     for point in &plan.points {
@@ -180,7 +186,7 @@ fn nobody_looks_into_the_plant() {
 
 /// The choice tells more than the whole grid for the same number of points, and than 200 random choices; what it promises follows from
 /// the regressor of the model, set up here by hand (source (6.28), (6.39)): torques of three motors with equal noise on two
-/// equations, `Gᵀτ` with the covariance `σ² GᵀG`, 1000 rows for each point.
+/// equations, `Gᵀτ` with the covariance `σ² GᵀG`, 2000 rows for each point.
 #[test]
 fn the_plan_is_better_than_the_grid() {
     let bench = prepared(source(), &BenchSettings::default());
@@ -206,7 +212,7 @@ fn the_plan_is_better_than_the_grid() {
         let l11 = square[0][0].sqrt();
         let l21 = square[1][0] / l11;
         let l22 = (square[1][1] - l21 * l21).sqrt();
-        let weight = 1000f64.sqrt() / 0.01;
+        let weight = 2000f64.sqrt() / 0.01;
         Matrix::from_fn(2, 6, |i, j| {
             let first = columns[j][0] / l11;
             weight * if i == 0 { first } else { (columns[j][1] - l21 * first) / l22 }
@@ -221,11 +227,11 @@ fn the_plan_is_better_than_the_grid() {
     for (one, error) in plan.parameters.iter().zip(errors) {
         assert!((one.standard_error.unwrap() / error - 1.0).abs() < 1e-6, "{}", one.name);
     }
-    // All set points of the grid within the limits of speed.
+    // All set points of the grid within the limits of speed, none so slow that a shaft creeps: a twentieth of the limit.
     let level = |k: usize, limit: f64| limit * (2.0 * k as f64 / 7.0 - 1.0);
     let grid: Vec<Matrix<f64>> = (0..64)
         .map(|k| (level(k / 8, 120.0), level(k % 8, 6.0)))
-        .filter(|(wg, cs)| (fs[0] * wg + fs[1] * cs).abs() <= 6.0)
+        .filter(|(wg, cs)| (0.3..=6.0).contains(&(fs[0] * wg + fs[1] * cs).abs()))
         .map(|(wg, cs)| block(wg, cs))
         .collect();
     assert_eq!(grid.len(), plan.candidates);
@@ -238,6 +244,39 @@ fn the_plan_is_better_than_the_grid() {
         assert!(value(&some) < plan.log_det);
     }
     assert!((d_optimal(&grid, 24).unwrap().log_det - plan.log_det).abs() < 1e-6);
+}
+
+/// A grid that the file lists: each combination within the limits, at the speeds written; a least speed leaves out what creeps.
+#[test]
+fn a_grid_is_played_as_it_is_written() {
+    let speeds =
+        "speeds = { wg = [\"-60 rad/s\", \"60 rad/s\", \"90 rad/s\"], cs = [\"1 rad/s\", \"-1 rad/s\", \"2 rad/s\"] }";
+    let written = source().replace("levels = 8\npoints = 24\n", &format!("{speeds}\n"));
+    let points = |source: &str| {
+        let plan = prepared(source, &BenchSettings::default()).plan().unwrap().clone();
+        let of = |name: &str| plan.shafts.iter().position(|shaft| shaft == name).unwrap();
+        let (wg, cs) = (of("wg"), of("cs"));
+        let mut all: Vec<(f64, f64)> = plan.points.iter().map(|point| (point.speeds[wg], point.speeds[cs])).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        all
+    };
+    // The flexspline would creep, below a twentieth of 6 rad/s, at −1/50·60 + 51/50·1 = −0.18 rad/s, its mirror image, and 0.24 rad/s.
+    assert_eq!(points(&written), [(-60.0, 1.0), (-60.0, 2.0), (60.0, -1.0), (60.0, 2.0), (90.0, -1.0), (90.0, 1.0)]);
+    let creeping = written.replace(
+        "cs = \"6 rad/s\", fs = \"6 rad/s\" }",
+        "cs = \"6 rad/s\", fs = \"6 rad/s\" }\nleast_speed = { fs = \"0 rad/s\" }",
+    );
+    assert_eq!(points(&creeping).len(), 9);
+    // The limit of the wave generator is the fastest one listed.
+    let unlimited = written.replace("wg = \"120 rad/s\", ", "");
+    assert_eq!(points(&unlimited), points(&written));
+    let slow = written.replace("wg = \"120 rad/s\"", "wg = \"80 rad/s\"");
+    assert!(refused(&slow, &BenchSettings::default()).iter().any(|d| d.message.contains("so few points")));
+    // Fewer than the grid has: the best of them; a coordinate that is not listed has its levels.
+    let chosen = written.replace(speeds, &format!("{speeds}\npoints = 5\nleast_speed = {{ fs = \"0 rad/s\" }}"));
+    assert_eq!(points(&chosen).len(), 5);
+    let half = written.replace(", cs = [\"1 rad/s\", \"-1 rad/s\", \"2 rad/s\"]", "");
+    assert!(points(&half).len() > 9 && points(&half).iter().all(|(wg, _)| [-60.0, 60.0, 90.0].contains(wg)));
 }
 
 /// Sines and steps also tell inertias (of all three shafts, for the squares of two speeds and their product are three numbers).
@@ -345,8 +384,13 @@ fn nonsense_is_explained() {
         (with("wg = \"120 rad/s\", ", ""), "the coordinate `wg` has no speed limit"),
         (with("wg = \"120 rad/s\", ", "gw = \"120 rad/s\", "), "there is no such shaft"),
         (with("levels = 8", "levels = 1"), "expected a whole number from 2 to 50"),
-        (with("points = 24", "points = 900"), "only 52 keep the limits"),
-        (with("points = 24", "points = 2"), "2 points do not determine all"),
+        (with("levels = 8", "speeds = { wg = [] }"), "expected a quantity"),
+        (with("levels = 8", "speeds = { wg = [\"1 m\"] }"), "found a length"),
+        (with("levels = 8", "speeds = { gw = [\"1 rad/s\"] }"), "there is no such shaft"),
+        (with("levels = 8", "least_speed = { wg = \"-1 rad/s\" }"), "must not be negative"),
+        (with("levels = 8", "least_speed = { fs = \"7 rad/s\" }"), "only 0 keep the limits"),
+        (with("points = 24", "points = 900"), "only 48 keep the limits"),
+        (with("points = 24", "points = 2"), "so few points do not determine all"),
         (with("points = 24", "points = 24\nparameters = [\"wg.dampin\"]"), "no coefficient `wg.dampin`"),
         (with("points = 24", "points = 24\nparameters = [\"wg.inertia\"]"), "can tell `wg.inertia` apart"),
         (with("points = 24", "points = 24\nsignals = [\"wg.psi\"]"), "there is no signal `wg.psi`"),

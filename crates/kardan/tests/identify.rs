@@ -3,7 +3,10 @@
 mod common;
 
 use common::{Dice, explicit, prepared};
-use kardan::identify::{Coefficient, Excitation, LeastSquares, Motion, Regressor, coefficients, undetermined};
+use kardan::identify::{
+    Coefficient, Excitation, FitOptions, LeastSquares, Motion, Regressor, Samples, Steadiness, Where, coefficients,
+    fit, steady_segments, undetermined,
+};
 use kardan::model::builtin;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced};
@@ -403,4 +406,82 @@ over = \"1 s\"
     }
     // Differences over 1 ms of motions at some 50 rad/s are right to 4e-4 of accelerations of some 50 rad/s².
     assert!(checked > 200 && largest < 1e-3, "{checked} {largest}");
+}
+
+/// Samples of one row each with the columns and the right side given.
+fn plain_samples(rows: &[(&[f64], f64)]) -> Samples {
+    let mut samples = Samples::new(1, rows[0].0.len(), 0, 1, 0);
+    for (k, (x, y)) in rows.iter().enumerate() {
+        let place = Where { log: 0, time: k as f64, duration: 1.0 };
+        let room = samples.push(place, [&[0.0], &[1.0], &[0.0]], &[]);
+        room.x.copy_from_slice(x);
+        (room.y[0], room.covariance[0]) = (*y, 1.0);
+    }
+    samples
+}
+
+/// Two groups of unlike spread, a column each: the mean of a group has the standard error `s/√n` and n − 1 degrees of freedom of its
+/// own group \[Welch 1947\], whatever the other one does; with a column for both, their difference is Welch's, whose degrees of freedom
+/// at equal spreads are `(1/n₁ + 1/n₂)²/(1/(n₁²(n₁−1)) + 1/(n₂²(n₂−1)))`.
+#[test]
+fn standard_errors_allow_for_unlike_spread() {
+    let mut dice = Dice(8);
+    let groups: Vec<Vec<f64>> = [(6, 0.1), (15, 3.0)]
+        .iter()
+        .map(|(n, spread)| (0..*n).map(|_| 1.0 + spread * unit(&mut dice)).collect())
+        .collect();
+    let spread_of = |values: &[f64]| {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        (mean, (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt())
+    };
+    let fitted = |columns: [[f64; 2]; 2]| {
+        let rows: Vec<(&[f64], f64)> =
+            (0..2).flat_map(|g| groups[g].iter().map(move |y| (g, *y))).map(|(g, y)| (&columns[g][..], y)).collect();
+        let samples = plain_samples(&rows);
+        let chosen: Vec<usize> = (0..samples.len()).collect();
+        fit(&samples, &chosen, &FitOptions::default()).expect("a fit")
+    };
+    let own = fitted([[1.0, 0.0], [0.0, 1.0]]);
+    let (first, second) = (spread_of(&groups[0]), spread_of(&groups[1]));
+    for (k, (mean, error)) in [first, second].into_iter().enumerate() {
+        assert!((own.values[k] - mean).abs() < 1e-12 && (own.standard_errors[k] / error - 1.0).abs() < 1e-12);
+        assert!((own.freedoms[k] - (groups[k].len() as f64 - 1.0)).abs() < 1e-9, "{:?}", own.freedoms);
+    }
+    // Student's 0.975 at five degrees of freedom.
+    assert!((own.quantile(0, 0.95) - 2.570_582).abs() < 1e-5);
+    let both = fitted([[1.0, 0.0], [1.0, 1.0]]);
+    assert!((both.standard_errors[1] / first.1.hypot(second.1) - 1.0).abs() < 1e-12);
+    let (a, b) = (6.0_f64, 15.0_f64);
+    let welch = (1.0 / a + 1.0 / b).powi(2) / (1.0 / (a * a * (a - 1.0)) + 1.0 / (b * b * (b - 1.0)));
+    assert!((both.freedoms[1] - welch).abs() < 1e-9, "{} for {welch}", both.freedoms[1]);
+}
+
+/// Windows of these speeds in turn, calm ones but where `true` says that the speed is changing.
+fn course(speeds: &[(f64, bool)]) -> Samples {
+    let mut samples = Samples::new(1, 1, 0, 1, 0);
+    for (k, (speed, moving)) in speeds.iter().enumerate() {
+        let place = Where { log: 0, time: 0.05 * k as f64, duration: 0.05 };
+        let acceleration = if *moving { 20.0 } else { 0.0 };
+        samples.push(place, [&[0.0], &[*speed], &[acceleration]], &[]);
+    }
+    samples
+}
+
+/// A set point is one segment though it wobbles; two set points are two, and a return is not the same visit.
+#[test]
+fn a_wobble_does_not_part_a_set_point() {
+    let held = |speed: f64, windows: usize| vec![(speed, false); windows];
+    let segments = |parts: &[Vec<(f64, bool)>]| {
+        let samples = course(&parts.concat());
+        steady_segments(&samples, &[0.0], Steadiness::default())
+    };
+    // Two percent of 10 rad/s count as still: a hop of 0.5 rad/s does not.
+    let hop = vec![(2.3, true), (2.5, true), (2.3, true)];
+    assert_eq!(segments(&[held(10.0, 8), held(2.0, 7), hop.clone(), held(2.05, 9)]), [1..7, 9..26]);
+    // Nor do two pieces make one that are each too short alone and unlike.
+    assert_eq!(segments(&[held(10.0, 8), held(2.0, 4), hop, held(4.0, 4)]), [1..7]);
+    let away = vec![(6.0, true); 3];
+    assert_eq!(segments(&[held(10.0, 8), away.clone(), held(10.0, 8)]), [1..7, 12..18]);
+    assert_eq!(segments(&[held(2.0, 8), held(10.0, 8), held(2.0, 8)]), [1..7, 9..15, 17..23]);
 }

@@ -83,8 +83,10 @@ pub struct Fit {
     pub condition: f64,
     /// Residual over what the noise of the sensors explains.
     pub scale: f64,
-    /// Samples less the rank for each of their rows: those of Student's distribution.
+    /// Samples less the rank for each of their rows.
     pub freedom: usize,
+    /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples tell it. NaN at a bound.
+    pub freedoms: Vec<f64>,
     /// Factor of each sample under the robust loss.
     pub weights: Vec<f64>,
     /// Lags over which errors were taken as correlated; 0: as independent.
@@ -222,8 +224,8 @@ impl Whitened {
 /// Minimises `Σ ρ(‖L⁻¹(y − Xθ)‖)` with `L Lᵀ` the covariance of each sample's rows: QR decompositions of the weighted rows, repeated
 /// with the weights of a robust loss; Stribeck speeds by a search in one variable at a time, as all others enter linearly (variable
 /// projection). The covariance between rows is then taken from the residuals. Standard errors allow for errors that differ in size from
-/// sample to sample \[Bell, McCaffrey 2002\]; where samples follow each other and what is left of them is correlated (Ljung, Box), for
-/// that too \[Newey, West 1987\].
+/// sample to sample, with the degrees of freedom that go with them \[Bell, McCaffrey 2002\]; where samples follow each other and what
+/// is left of them is correlated (Ljung, Box), for that too \[Newey, West 1987\].
 pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<Fit> {
     let mut data = Whitened::new(samples, chosen);
     if data.len() == 0 {
@@ -461,10 +463,11 @@ fn covered(
         Some(probability) if probability < 0.01 => (4.0 * (data.len() as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize,
         _ => 0,
     };
-    // Scores of the samples, each as if it had been left out of the fit: errors may differ in size from sample to sample.
+    // Scores of the samples: errors may differ in size from sample to sample.
     let bread = &linear.cofactor;
     let mut scores = vec![0.0; data.len() * all];
     let (r, mut block) = (data.rows, vec![0.0; data.rows * all]);
+    let mut leverage = Leverage::new(r, bread);
     for sample in 0..data.len() {
         data.residuals(sample, &values, &shapes, &mut left);
         let root = weights[sample].sqrt();
@@ -473,12 +476,13 @@ fn covered(
         }
         block.iter_mut().for_each(|x| *x *= root);
         left.iter_mut().for_each(|x| *x *= root);
-        left_out(&block, bread, &mut left);
+        leverage.add(&block, &mut left);
         let score = &mut scores[sample * all..(sample + 1) * all];
         for (i, left) in left.iter().enumerate() {
             score.iter_mut().zip(&block[i * all..(i + 1) * all]).for_each(|(s, x)| *s += x * left);
         }
     }
+    let freedoms = leverage.freedoms();
     let meat = newey_west(&scores, all, lags);
     let half = Matrix::from_fn(all, all, |i, j| (0..all).map(|k| bread[(i, k)] * meat[(k, j)]).sum::<f64>());
     let influence = influence(options.loss, &weights);
@@ -507,6 +511,7 @@ fn covered(
     out.extend(shaped.iter().map(|&k| shapes[k].map_or(f64::NAN, |(scale, _)| scale)));
     Fit {
         standard_errors: (0..total).map(error).collect(),
+        freedoms: (0..total).map(|k| place(k).map_or(f64::NAN, |at| freedoms[at])).collect(),
         correlation: Matrix::from_fn(total, total, |i, j| {
             let both = (entry(i, i) * entry(j, j)).sqrt();
             if i == j || !(both > 0.0) { f64::from(u8::from(i == j)) } else { entry(i, j) / both }
@@ -536,10 +541,9 @@ fn covered(
 }
 
 impl Fit {
-    /// Half the width of the interval that covers a parameter with a confidence (0.95), by Student's distribution, in standard
-    /// errors.
-    pub fn quantile(&self, confidence: f64) -> f64 {
-        StudentsT::new(0.0, 1.0, self.freedom.max(1) as f64)
+    /// Half the width of the interval that covers a value with a confidence (0.95), by Student's distribution, in standard errors.
+    pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
+        StudentsT::new(0.0, 1.0, self.freedoms[value].max(1.0))
             .map_or(f64::NAN, |student| student.inverse_cdf(0.5 + confidence / 2.0))
     }
 
@@ -553,24 +557,81 @@ impl Fit {
     }
 }
 
-/// What a residual (rows × 1) would be, had its sample been left out: `(I − X B Xᵀ)⁻¹ e` \[Bell, McCaffrey 2002, CR3\]. As it is, where
-/// the fit hangs on this sample alone.
-fn left_out(x: &[f64], bread: &Matrix<f64>, left: &mut [f64]) {
-    let (r, p) = (left.len(), bread.rows());
-    let mut matrix = vec![0.0; r * r];
-    for i in 0..r {
-        for j in 0..r {
-            let mut sum = 0.0;
-            for k in 0..p {
-                let inner: f64 = (0..p).map(|l| bread[(k, l)] * x[j * p + l]).sum();
-                sum += x[i * p + k] * inner;
-            }
-            matrix[i * r + j] = f64::from(u8::from(i == j)) - sum;
+/// What samples weigh in a fit: residuals are smaller than errors where a sample has much to say.
+///
+/// With `B = (XᵀX)⁻¹` the residuals of a sample with rows Xₛ have the covariance `I − XₛBXₛᵀ = LLᵀ` for errors of size one; `L⁻¹e` has
+/// the size of the errors. A variance that is summed from these is as sure as one of `(tr K)²/tr K²` samples, where
+/// `K = δ_st ‖v_s‖² − u_sᵀBu_t`, `v_s = L⁻ᵀXₛB_j`, `u_s = Xₛᵀv_s` for the value j \[Bell, McCaffrey 2002\].
+struct Leverage<'a> {
+    bread: &'a Matrix<f64>,
+    factor: Cholesky,
+    /// XₛB, r × p
+    shares: Vec<f64>,
+    matrix: Vec<f64>,
+    v: Vec<f64>,
+    u: Vec<f64>,
+    /// For each value: Σ K_ss, Σ K_ss² − (uᵀBu)², and Σ u uᵀ.
+    sums: Vec<(f64, f64, Matrix<f64>)>,
+}
+
+impl<'a> Leverage<'a> {
+    fn new(rows: usize, bread: &'a Matrix<f64>) -> Self {
+        let p = bread.rows();
+        Self {
+            bread,
+            factor: Cholesky::new(rows),
+            shares: vec![0.0; rows * p],
+            matrix: vec![0.0; rows * rows],
+            v: vec![0.0; rows],
+            u: vec![0.0; p],
+            sums: vec![(0.0, 0.0, Matrix::zeros(p, p)); p],
         }
     }
-    let mut factor = Cholesky::new(r);
-    if (0..r).all(|i| matrix[i * r + i] > 1e-6) && factor.factor(&matrix) {
-        factor.solve(left);
+
+    /// Takes the rows of a sample; its residuals become of the size of the errors, where the fit does not hang on this sample alone.
+    fn add(&mut self, x: &[f64], left: &mut [f64]) {
+        let (r, p) = (left.len(), self.bread.rows());
+        for i in 0..r {
+            for j in 0..p {
+                self.shares[i * p + j] = (0..p).map(|k| x[i * p + k] * self.bread[(k, j)]).sum();
+            }
+        }
+        for i in 0..r {
+            for j in 0..r {
+                let share = dot(&self.shares[i * p..(i + 1) * p], &x[j * p..(j + 1) * p]);
+                self.matrix[i * r + j] = f64::from(u8::from(i == j)) - share;
+            }
+        }
+        let spread = (0..r).all(|i| self.matrix[i * r + i] > 1e-6) && self.factor.factor(&self.matrix);
+        if spread {
+            self.factor.half_solve(left);
+        }
+        for (j, (diagonal, square, all)) in self.sums.iter_mut().enumerate() {
+            (0..r).for_each(|i| self.v[i] = self.shares[i * p + j]);
+            if spread {
+                self.factor.other_half_solve(&mut self.v);
+            }
+            for (k, u) in self.u.iter_mut().enumerate() {
+                *u = (0..r).map(|i| x[i * p + k] * self.v[i]).sum();
+            }
+            let (u, bread) = (&self.u, self.bread);
+            let form: f64 = (0..p).map(|k| u[k] * (0..p).map(|l| bread[(k, l)] * u[l]).sum::<f64>()).sum();
+            let own = dot(&self.v, &self.v) - form;
+            *diagonal += own;
+            *square += own * own - form * form;
+            all.add_outer(&1.0, u);
+        }
+    }
+
+    /// Degrees of freedom of each value.
+    fn freedoms(&self) -> Vec<f64> {
+        let p = self.bread.rows();
+        let of = |(diagonal, square, all): &(f64, f64, Matrix<f64>)| {
+            let product = Matrix::from_fn(p, p, |i, j| (0..p).map(|k| self.bread[(i, k)] * all[(k, j)]).sum::<f64>());
+            let both: f64 = (0..p).map(|i| (0..p).map(|k| product[(i, k)] * product[(k, i)]).sum::<f64>()).sum();
+            diagonal * diagonal / (square + both)
+        };
+        self.sums.iter().map(of).collect()
     }
 }
 

@@ -184,6 +184,8 @@ impl Default for Steadiness {
 
 /// Segments of constant speed: ranges of samples that follow each other in time, in which each speed stays within the tolerance of
 /// its mean and no acceleration is told from noise (`noise`: standard deviations of the accelerations, rad/s²).
+///
+/// Pieces that a wobble of the same set point parts are one segment, wobble included: what is left of them is one error, not two.
 pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<Range<usize>> {
     let r = samples.freedoms;
     let mut largest = vec![0.0_f64; r];
@@ -196,24 +198,26 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
         let (length, a) = (samples.places[sample].duration, samples.motion(sample, 2));
         (0..r).all(|k| within(k, a[k] * length, length))
     };
-    let follows = |sample: usize| {
+    let follows = |sample: usize, most: f64| {
         let (before, after) = (samples.places[sample - 1], samples.places[sample]);
-        before.log == after.log && after.time - before.time < 1.5 * after.duration
+        before.log == after.log && after.time - before.time < (most + 0.5) * after.duration
     };
-    let mut out = Vec::new();
+    // Pieces with their mean speeds.
+    let mut pieces: Vec<(Range<usize>, Vec<f64>)> = Vec::new();
     let mut begin = 0;
     let mut mean = vec![0.0; r];
-    let close = |range: Range<usize>, out: &mut Vec<Range<usize>>| {
-        if range.len() >= of.windows + 2 * of.guard {
-            out.push(range.start + of.guard..range.end - of.guard);
+    let close = |range: Range<usize>, mean: &[f64], pieces: &mut Vec<(Range<usize>, Vec<f64>)>| {
+        if !range.is_empty() {
+            pieces.push((range, mean.to_vec()));
         }
     };
     for sample in 0..samples.len() {
         let (w, length) = (samples.motion(sample, 1), samples.places[sample].duration);
         let open = sample > begin;
-        let stays = calm(sample) && (!open || (follows(sample) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
+        let stays =
+            calm(sample) && (!open || (follows(sample, 1.0) && (0..r).all(|k| within(k, w[k] - mean[k], length))));
         if !stays {
-            close(begin..sample, &mut out);
+            close(begin..sample, &mean, &mut pieces);
             begin = if calm(sample) { sample } else { sample + 1 };
         }
         if begin <= sample {
@@ -224,6 +228,28 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
             mean.iter_mut().zip(w).for_each(|(mean, w)| *mean += (w - *mean) / n);
         }
     }
-    close(begin..samples.len(), &mut out);
-    out
+    close(begin..samples.len(), &mean, &mut pieces);
+    let mut joined: Vec<(Range<usize>, Vec<f64>)> = Vec::new();
+    for (piece, mean) in pieces {
+        let Some((before, known)) = joined.last_mut() else {
+            joined.push((piece, mean));
+            continue;
+        };
+        let length = samples.places[piece.start].duration;
+        let near = |w: &[f64], times: f64| (0..r).all(|k| within(k, (w[k] - known[k]) / times, length));
+        let between = (before.end..piece.start).all(|sample| near(samples.motion(sample, 1), WOBBLE));
+        let lasting = (before.end..=piece.start).all(|sample| follows(sample, of.windows as f64));
+        if near(&mean, 1.0) && between && lasting {
+            let (n, more) = (before.len() as f64, piece.len() as f64);
+            known.iter_mut().zip(&mean).for_each(|(known, w)| *known += (w - *known) * more / (n + more));
+            *before = before.start..piece.end;
+        } else {
+            joined.push((piece, mean));
+        }
+    }
+    let long = joined.into_iter().map(|(range, _)| range).filter(|range| range.len() >= of.windows + 2 * of.guard);
+    long.map(|range| range.start + of.guard..range.end - of.guard).collect()
 }
+
+/// Tolerances that a wobble may stray and return from.
+const WOBBLE: f64 = 5.0;

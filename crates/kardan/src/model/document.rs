@@ -230,6 +230,18 @@ pub const BENCH: &[Field] = &[
          four fifths of the limits of the motors.",
     ),
     Field::optional(
+        "least_speed",
+        Kind::Overrides,
+        "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left out: a twentieth of \
+         its `speed_limit`, if it has friction.",
+    ),
+    Field::optional(
+        "speeds",
+        Kind::Lists,
+        "Grid of constant speeds, by coordinate: { wg = [\"-60 rad/s\", \"60 rad/s\"], cs = [\"1 rad/s\", \"2 rad/s\"] }; signs are \
+         as written. Left out, and for coordinates without a list: `levels` speeds.",
+    ),
+    Field::optional(
         "levels",
         Kind::Number(Sign::Positive),
         "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole number from 2 to 50; \
@@ -238,12 +250,14 @@ pub const BENCH: &[Field] = &[
     Field::optional(
         "points",
         Kind::Number(Sign::Positive),
-        "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to 1000; left out: 16.",
+        "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to 1000; left out: 16, \
+         and of a grid of `speeds` all.",
     ),
     Field::optional(
         "dwell",
         Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 s.",
+        "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 s. Constant speeds \
+         are held up to half as long again, drawn from the seed, so that ripple does not fall into step.",
     ),
     Field::optional(
         "ramp",

@@ -96,6 +96,7 @@ const BENCH_EXAMPLE: &str = "\
 [bench]
 plan = \"constant_speeds\"
 speed_limit = { wg = \"120 rad/s\", cs = \"6 rad/s\" }
+least_speed = { cs = \"0.5 rad/s\" }
 points = 24
 torque_noise = \"0.01 N m\"
 
@@ -246,6 +247,7 @@ fn describe(kind: &Kind) -> String {
         Kind::Text => "text".into(),
         Kind::AnyQuantity => "quantity".into(),
         Kind::Overrides => "quantities by name".into(),
+        Kind::Lists => "lists of quantities by name".into(),
         Kind::Tables(_) => "list of tables".into(),
         Kind::Table(_) => "table".into(),
         Kind::Output => "angle, speed or sensor".into(),

@@ -293,7 +293,7 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
             reader.scalar(literal, out).map(Value::Scalar)
         }
         (Kind::Coefficients, DeValue::Table(entries)) => reader.map(&Kind::Number(Sign::Any), entries, out),
-        (Kind::Overrides, DeValue::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Overrides | Kind::Lists, DeValue::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
         (Kind::Tables(fields), DeValue::Array(list)) => {
             let mut tables = Vec::new();
             for (i, entry) in list.iter().enumerate() {
@@ -458,8 +458,15 @@ impl Reader<'_> {
         let node = Node { name: "", name_span: self.span.clone(), span: self.span.clone(), table };
         for (name, name_span, entry) in node.entries() {
             let what = format!("`{name}` in {}", self.what);
-            if let Some(Spanned { value: Value::Scalar(scalar), span }) = value(kind, &what, entry, out) {
-                map.push((Spanned { value: name.to_string(), span: name_span }, Spanned { value: scalar, span }));
+            let mut read = |entry: &Toml<DeValue<'_>>| {
+                if let Some(Spanned { value: Value::Scalar(scalar), span }) = value(kind, &what, entry, out) {
+                    let name = Spanned { value: name.to_string(), span: name_span.clone() };
+                    map.push((name, Spanned { value: scalar, span }));
+                }
+            };
+            match entry.get_ref() {
+                DeValue::Array(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
+                _ => read(entry),
             }
         }
         if table.is_empty() && *self.kind == Kind::Coefficients {
@@ -603,6 +610,7 @@ fn expected(kind: &Kind) -> String {
         Kind::Text => "a text".to_string(),
         Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
         Kind::Overrides => "a table from names to quantities".to_string(),
+        Kind::Lists => "a table from names to lists of quantities".to_string(),
         Kind::Tables(_) => "a list of tables".to_string(),
         Kind::Table(_) => "a table".to_string(),
         Kind::Output => "an angle or speed of a shaft, or a sensor".to_string(),
@@ -633,6 +641,7 @@ fn example(kind: &Kind) -> String {
         Kind::Text => "\"a text\"".to_string(),
         Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
         Kind::Overrides => "{ beta = \"0 deg\" }".to_string(),
+        Kind::Lists => "{ wg = [\"20 rad/s\", \"60 rad/s\"] }".to_string(),
         Kind::Output => "\"rk.phi\"".to_string(),
         Kind::Outputs => "[\"rk.phi\", \"fs.phi\"]".to_string(),
         Kind::Poles => "[-50, \"-14 ± 14.3j\"]".to_string(),

@@ -45,14 +45,7 @@ impl Cholesky {
     /// Overwrites `b` with `M⁻¹ b`.
     pub fn solve(&self, b: &mut [f64]) {
         self.half_solve(b);
-        let n = self.n;
-        for i in (0..n).rev() {
-            let mut sum = b[i];
-            for k in i + 1..n {
-                sum -= self.lower[k * n + i] * b[k];
-            }
-            b[i] = sum / self.lower[i * n + i];
-        }
+        self.other_half_solve(b);
     }
 
     /// Overwrites `b` with `L⁻¹ b`, so that `bᵀ M⁻¹ b` becomes a sum of squares.
@@ -62,6 +55,17 @@ impl Cholesky {
             let mut sum = b[i];
             for k in 0..i {
                 sum -= self.lower[i * n + k] * b[k];
+            }
+            b[i] = sum / self.lower[i * n + i];
+        }
+    }
+    /// Overwrites `b` with `L⁻ᵀ b`.
+    pub fn other_half_solve(&self, b: &mut [f64]) {
+        let n = self.n;
+        for i in (0..n).rev() {
+            let mut sum = b[i];
+            for k in i + 1..n {
+                sum -= self.lower[k * n + i] * b[k];
             }
             b[i] = sum / self.lower[i * n + i];
         }

@@ -23,7 +23,7 @@ use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use crate::simulate::{Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
-use plan::{Course, Planner, Refusal};
+use plan::{Planner, Refusal, Tour};
 use servo::{Servo, encoders};
 use spec::Spec;
 use truth::Truth;
@@ -86,7 +86,7 @@ pub struct PreparedBench {
     plant: Reduced,
     truth: Vec<TrueValue>,
     plan: Option<BenchPlan>,
-    course: Option<Arc<Course>>,
+    tour: Option<Tour>,
     motors: Vec<usize>,
     scenario: Scenario,
     columns: Vec<Column>,
@@ -160,20 +160,28 @@ impl PreparedBench {
     }
 
     /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
-    /// next (the latter if no spring holds the shafts and all ratios are constant), the plant and the plan do not. The same bits for the same number, on any thread.
+    /// next (the latter if no spring holds the shafts and all ratios are constant), and how long constant speeds are held beyond their
+    /// dwell; the plant and the set points do not. The same bits for the same number, on any thread.
     pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64)) -> Run {
         let seed = self.seed + repetition;
         let mut scenario = Scenario { seed, ..self.scenario.clone() };
-        if self.free && self.course.is_some() {
+        let course = self.tour.as_ref().map(|tour| Arc::new(tour.course(seed).0));
+        if let Some(course) = &course {
+            let (samples, rate) = (course.samples(), (1.0 / self.period).round());
+            let whole = 1.0 / rate == self.period;
+            let time = |k: usize| if whole { k as f64 / rate } else { k as f64 * self.period };
+            (scenario.duration, scenario.times) = (time(samples - 1), (0..samples).map(time).collect());
+        }
+        if self.free && course.is_some() {
             let model = &self.nominal.reduced;
             let mut random = Random::named(seed, "start");
             let start: Vec<f64> = model.coordinates.iter().map(|_| std::f64::consts::TAU * random.unit()).collect();
             scenario.position = angles_at(model, &start, &self.plant);
         }
-        let laws: Vec<Box<dyn Law>> = match &self.course {
+        let laws: Vec<Box<dyn Law>> = match course {
             Some(course) => {
                 let model = &self.nominal.reduced;
-                let (servo, _) = Servo::new(model, &self.motors, Arc::clone(course), self.period, self.bandwidth);
+                let (servo, _) = Servo::new(model, &self.motors, course, self.period, self.bandwidth);
                 vec![Box::new(servo)]
             }
             None => self.nominal.running_laws(),
@@ -252,7 +260,7 @@ pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedB
         model: prepared.name,
         truth: truth.values,
         plan: None,
-        course: None,
+        tour: None,
         scenario: nominal.scenario.clone(),
         columns: Vec::new(),
         seed: spec.seed,
@@ -412,13 +420,10 @@ impl PreparedBench {
             return;
         }
         match planner.plan(&all) {
-            Ok((plan, course)) => {
-                let samples = course.samples();
-                let rate = (1.0 / spec.period).round();
-                let time = |k: usize| if 1.0 / rate == spec.period { k as f64 / rate } else { k as f64 * spec.period };
+            Ok((plan, tour)) => {
                 self.scenario = Scenario {
-                    duration: time(samples - 1),
-                    times: (0..samples).map(time).collect(),
+                    duration: plan.duration,
+                    times: Vec::new(),
                     sources: Vec::new(),
                     events: Vec::new(),
                     faults: Vec::new(),
@@ -427,15 +432,15 @@ impl PreparedBench {
                     position: vec![0.0; self.plant.freedoms()],
                     speed: vec![0.0; self.plant.freedoms()],
                 };
-                let course = Arc::new(course);
-                let (_, complete) = Servo::new(model, &self.motors, Arc::clone(&course), spec.period, spec.bandwidth);
+                let course = Arc::new(tour.course(spec.seed).0);
+                let (_, complete) = Servo::new(model, &self.motors, course, spec.period, spec.bandwidth);
                 if !complete {
                     let note =
                         "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
                     self.notes.push(note.into());
                 }
                 self.scenario.position = angles_at(model, &vec![0.0; model.freedoms()], &self.plant);
-                (self.plan, self.course) = (Some(plan), Some(course));
+                (self.plan, self.tour) = (Some(plan), Some(tour));
                 self.tolerance.relative = self.tolerance.relative.max(TOLERANCE);
                 self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);
             }
@@ -520,16 +525,15 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagno
         ),
         Refusal::TooMany(looked) => (
             "levels",
-            format!("{} speeds of each coordinate make {looked} combinations", spec.levels),
+            format!("the speeds of all coordinates make {looked} combinations"),
             "choose fewer levels, or sines or steps".to_string(),
         ),
-        Refusal::TooFew { candidates, looked } => (
+        Refusal::TooFew { candidates, looked, count } => (
             "points",
             format!(
-                "of {looked} set points only {candidates} keep the limits of speeds and torques, and {} are to be chosen",
-                spec.points
+                "of {looked} set points only {candidates} keep the limits of speeds and torques, and {count} are to be chosen"
             ),
-            "raise `levels`, lower `speed_limit` or `points`, or give the motors more torque".to_string(),
+            "raise `levels`, lower `speed_limit`, `least_speed` or `points`, or give the motors more torque".to_string(),
         ),
         Refusal::Undetermined(mixed) if mixed.is_empty() => (
             "plan",
@@ -543,8 +547,8 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagno
         ),
         Refusal::Singular => (
             "points",
-            format!("{} points do not determine all that is to be told", spec.points),
-            "raise `points`, or ask for fewer parameters".to_string(),
+            "so few points do not determine all that is to be told".to_string(),
+            "raise `points`, list more `speeds`, or ask for fewer parameters".to_string(),
         ),
         Refusal::TooLong(time) => (
             "duration",

@@ -17,6 +17,12 @@ const MOST_CANDIDATES: usize = 20_000;
 const DRAWS: usize = 6;
 /// Samples of a section between two that are looked at for limits and information.
 const STRIDE: usize = 5;
+/// Parts of a plan, where the file does not tell.
+const POINTS: usize = 16;
+/// Least speed of a shaft with friction at a constant speed, as a part of its limit, where the file gives none.
+const LEAST: f64 = 0.05;
+/// Longest time that a constant speed is held beyond its dwell, as a part of that.
+const BEYOND: f64 = 0.5;
 /// Highest frequency of a sum of sines, Hz, and the number of sines for each coordinate.
 const SINES: (f64, usize) = (4.0, 5);
 
@@ -54,6 +60,48 @@ impl Course {
     }
 }
 
+/// The parts of a plan in the order in which they are played.
+pub(super) struct Tour {
+    freedoms: usize,
+    period: f64,
+    legs: Vec<Leg>,
+}
+
+/// Speeds on the way, sample by sample, and then those held for so many samples; neither repeats the sample before.
+struct Leg {
+    way: Vec<f64>,
+    held: usize,
+}
+
+impl Tour {
+    /// The motion, and of each part the samples between which it is measured. Constant speeds are held longer by a random part, so that
+    /// what comes back with each turn of a shaft is not in step from one speed to the next.
+    pub fn course(&self, seed: u64) -> (Course, Vec<(usize, usize)>) {
+        let r = self.freedoms;
+        let mut random = Random::named(seed, "holds");
+        let mut speeds = vec![0.0; r];
+        let mut parts = Vec::new();
+        for leg in &self.legs {
+            let begin = speeds.len() / r - 1;
+            speeds.extend(&leg.way);
+            let last = speeds[speeds.len() - r..].to_vec();
+            let from = speeds.len() / r - 1;
+            let held = (leg.held as f64 * (1.0 + BEYOND * random.unit())).round() as usize;
+            (0..held).for_each(|_| speeds.extend(&last));
+            parts.push((if leg.held > 0 { from } else { begin }, speeds.len() / r - 1));
+        }
+        // The last way leads to rest.
+        parts.pop();
+        (Course::new(r, self.period, speeds), parts)
+    }
+
+    /// The longest that a motion can take, s.
+    fn longest(&self) -> f64 {
+        let samples = |leg: &Leg| (leg.way.len() / self.freedoms) as f64 + leg.held as f64 * (1.0 + BEYOND);
+        self.legs.iter().map(samples).sum::<f64>() * self.period
+    }
+}
+
 /// A candidate: a constant speed, or a section of speeds that begins and ends at rest.
 struct Candidate {
     speeds: Vec<f64>,
@@ -70,7 +118,7 @@ pub(super) enum Refusal {
     /// There are more combinations than can be looked at.
     TooMany(usize),
     /// Too few candidates keep the limits.
-    TooFew { candidates: usize, looked: usize },
+    TooFew { candidates: usize, looked: usize, count: usize },
     /// What was asked for cannot be told from one another by this motion.
     Undetermined(Vec<String>),
     /// The choice does not determine everything.
@@ -107,13 +155,48 @@ impl Planner<'_> {
 
     /// Largest speed of each shaft, rad/s.
     fn limits(&self) -> Vec<f64> {
-        let limit = |name: &String| self.spec.speed_limits.iter().find(|(shaft, _)| shaft == name);
-        let shafts = self.reduced.equations.shafts.iter();
-        shafts.map(|name| limit(name).map_or(f64::INFINITY, |(_, limit)| *limit)).collect()
+        let limit = |name: &String| match self.spec.speed_limits.iter().find(|(shaft, _)| shaft == name) {
+            Some((_, limit)) => *limit,
+            None => {
+                // Of a grid its largest speed.
+                let listed = self.spec.speeds.iter().filter(|(shaft, _)| shaft == name);
+                let largest = listed.map(|(_, speed)| speed.abs()).fold(0.0, f64::max);
+                if largest > 0.0 { largest } else { f64::INFINITY }
+            }
+        };
+        self.reduced.equations.shafts.iter().map(limit).collect()
+    }
+
+    /// Least speed of each shaft at a constant speed, rad/s.
+    fn least(&self, limits: &[f64]) -> Vec<f64> {
+        let equations = &self.reduced.equations;
+        let slides =
+            |shaft: usize| equations.frictions.iter().any(|term| matches!(&term.row[..], [(s, _)] if *s == shaft));
+        let own = |(shaft, name): (usize, &String)| match self.spec.least_speeds.iter().find(|(known, _)| known == name)
+        {
+            Some((_, speed)) => *speed,
+            None if limits[shaft].is_finite() && slides(shaft) => LEAST * limits[shaft],
+            None => 0.0,
+        };
+        equations.shafts.iter().enumerate().map(own).collect()
+    }
+
+    /// The speeds of a coordinate that a grid lists, or `levels` from limit to limit.
+    fn levels(&self, coordinate: usize, limits: &[f64]) -> Vec<f64> {
+        let shaft = self.reduced.coordinates[coordinate];
+        let name = &self.reduced.equations.shafts[shaft];
+        let listed = self.spec.speeds.iter().filter(|(known, _)| known == name).map(|(_, speed)| *speed);
+        let mut listed: Vec<f64> = listed.collect();
+        listed.dedup();
+        if listed.is_empty() {
+            let levels = self.spec.levels;
+            listed = (0..levels).map(|k| limits[shaft] * (2.0 * k as f64 / (levels - 1) as f64 - 1.0)).collect();
+        }
+        listed
     }
 
     /// The plan and the motion.
-    pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, Course), Refusal> {
+    pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, Tour), Refusal> {
         let period = self.spec.period;
         let wanted = if self.wanted.is_empty() { self.determinable(all) } else { self.wanted.clone() };
         let lost = undetermined(self.reduced, &wanted, self.excitation());
@@ -133,9 +216,9 @@ impl Planner<'_> {
         };
         let blocks: Vec<Matrix<f64>> =
             candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
-        let count = self.spec.points;
+        let count = self.count(candidates.len());
         if candidates.len() < count {
-            return Err(Refusal::TooFew { candidates: candidates.len(), looked });
+            return Err(Refusal::TooFew { candidates: candidates.len(), looked, count });
         }
         let selection = d_optimal(&blocks, count).ok_or(Refusal::Singular)?;
         let found = information(&blocks, selection.chosen.iter().copied());
@@ -144,11 +227,15 @@ impl Planner<'_> {
         let share = count as f64 / blocks.len() as f64;
         let p = wanted.len() as f64;
         let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * share.ln();
-        let (course, points) = self.play(&mut work, &candidates, &selection.chosen, &limits)?;
-        let duration = (course.samples() - 1) as f64 * period;
-        if duration > self.spec.duration {
-            return Err(Refusal::TooLong(duration));
+        let (tour, mut points) = self.play(&mut work, &candidates, &selection.chosen, &limits)?;
+        if tour.longest() > self.spec.duration {
+            return Err(Refusal::TooLong(tour.longest()));
         }
+        let (course, parts) = tour.course(self.spec.seed);
+        for (point, (from, until)) in points.iter_mut().zip(parts) {
+            (point.from, point.until) = (from as f64 * period, until as f64 * period);
+        }
+        let duration = (course.samples() - 1) as f64 * period;
         let parameter = |(one, error): (&Coefficient, f64)| PlannedParameter {
             name: one.name.clone(),
             nominal: one.value,
@@ -169,26 +256,39 @@ impl Planner<'_> {
             gain: ((log_det - undesigned) / p).exp(),
             duration,
         };
-        Ok((plan, course))
+        Ok((plan, tour))
     }
 
-    /// All combinations of the speeds of the coordinates that keep the limits.
+    /// How many parts are chosen.
+    fn count(&self, candidates: usize) -> usize {
+        let gridded = self.spec.plan == "constant_speeds" && !self.spec.speeds.is_empty();
+        self.spec.points.unwrap_or(if gridded { candidates.max(1) } else { POINTS })
+    }
+
+    /// All combinations of the speeds of the coordinates that keep the limits and do not creep.
     fn constant(&self, work: &mut Workshop, limits: &[f64]) -> Result<(Vec<Candidate>, usize), Refusal> {
-        let (r, levels) = (self.reduced.freedoms(), self.spec.levels);
-        let looked = u32::try_from(r).ok().and_then(|r| levels.checked_pow(r)).unwrap_or(usize::MAX);
+        let r = self.reduced.freedoms();
+        let levels: Vec<Vec<f64>> = (0..r).map(|i| self.levels(i, limits)).collect();
+        let least = self.least(limits);
+        let looked = levels.iter().try_fold(1_usize, |all, own| all.checked_mul(own.len())).unwrap_or(usize::MAX);
         if looked > MOST_CANDIDATES {
             return Err(Refusal::TooMany(looked));
         }
         let weight = (self.dwell() / self.spec.period).floor().max(1.0).sqrt();
         let mut out = Vec::new();
         for number in 0..looked {
-            let speed = |i: usize| {
-                let level = number / levels.pow((r - 1 - i) as u32) % levels;
-                limits[self.reduced.coordinates[i]] * (2.0 * level as f64 / (levels - 1) as f64 - 1.0)
-            };
-            let speeds: Vec<f64> = (0..r).map(speed).collect();
+            let mut left = number;
+            let mut speeds = vec![0.0; r];
+            for i in (0..r).rev() {
+                speeds[i] = levels[i][left % levels[i].len()];
+                left /= levels[i].len();
+            }
             let rest = vec![0.0; r];
-            if !work.keeps(&rest, &speeds, &rest, limits) {
+            let creeps = |work: &Workshop| {
+                let shafts = &work.inverse.work.kinematics.speeds;
+                shafts.iter().zip(&least).any(|(w, least)| w.abs() < least * (1.0 - 1e-9))
+            };
+            if !work.keeps(&rest, &speeds, &rest, limits) || creeps(work) {
                 continue;
             }
             let mut rows = Vec::new();
@@ -204,7 +304,7 @@ impl Planner<'_> {
         let (r, period) = (self.reduced.freedoms(), self.spec.period);
         let samples = ((self.dwell() / period).round() as usize).max(10);
         let ramp = ((self.spec.ramp / period).round() as usize).clamp(1, samples / 3);
-        let looked = DRAWS * self.spec.points;
+        let looked = DRAWS * self.count(0);
         let mut random = Random::named(self.spec.seed, &self.spec.plan);
         let mut out = Vec::new();
         for _ in 0..looked {
@@ -251,12 +351,12 @@ impl Planner<'_> {
         candidates: &[Candidate],
         chosen: &[usize],
         limits: &[f64],
-    ) -> Result<(Course, Vec<BenchPoint>), Refusal> {
+    ) -> Result<(Tour, Vec<BenchPoint>), Refusal> {
         let (r, period) = (self.reduced.freedoms(), self.spec.period);
         let constant = self.spec.plan == "constant_speeds";
         let dwell = ((self.dwell() / period).round() as usize).max(1);
         let mut left: Vec<usize> = chosen.to_vec();
-        let mut speeds = vec![0.0; r];
+        let mut tour = Tour { freedoms: r, period, legs: Vec::new() };
         let mut points = Vec::new();
         let mut now = vec![0.0; r];
         while !left.is_empty() {
@@ -267,39 +367,29 @@ impl Planner<'_> {
             };
             let best = (0..left.len()).min_by(|&a, &b| far(left[a]).total_cmp(&far(left[b]))).unwrap_or(0);
             let candidate = &candidates[left.remove(best)];
-            let from;
             if constant {
-                self.ramp(work, &mut speeds, &now, &candidate.speeds, limits)?;
+                let way = self.ramp(work, &now, &candidate.speeds, limits)?;
                 now.clone_from(&candidate.speeds);
-                from = speeds.len() / r - 1;
-                (0..dwell).for_each(|_| speeds.extend(&now));
+                tour.legs.push(Leg { way, held: dwell });
             } else {
-                from = speeds.len() / r - 1;
-                speeds.extend(&candidate.speeds);
+                tour.legs.push(Leg { way: candidate.speeds.clone(), held: 0 });
             }
-            if (speeds.len() / r) as f64 * period > self.spec.duration {
-                return Err(Refusal::TooLong((speeds.len() / r) as f64 * period));
+            if tour.longest() > self.spec.duration {
+                return Err(Refusal::TooLong(tour.longest()));
             }
             points.push(BenchPoint {
-                from: from as f64 * period,
-                until: (speeds.len() / r - 1) as f64 * period,
+                from: 0.0,
+                until: 0.0,
                 speeds: work.shaft_speeds(&candidate.speeds),
                 torques: candidate.torques.clone(),
             });
         }
-        self.ramp(work, &mut speeds, &now, &vec![0.0; r], limits)?;
-        Ok((Course::new(r, period, speeds), points))
+        tour.legs.push(Leg { way: self.ramp(work, &now, &vec![0.0; r], limits)?, held: 0 });
+        Ok((tour, points))
     }
 
     /// A straight ramp of the speeds, as long as the torques need.
-    fn ramp(
-        &self,
-        work: &mut Workshop,
-        speeds: &mut Vec<f64>,
-        from: &[f64],
-        to: &[f64],
-        limits: &[f64],
-    ) -> Result<(), Refusal> {
+    fn ramp(&self, work: &mut Workshop, from: &[f64], to: &[f64], limits: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (r, period) = (from.len(), self.spec.period);
         let mut samples = (self.spec.ramp / period).round().max(1.0) as usize;
         loop {
@@ -309,8 +399,7 @@ impl Planner<'_> {
             // Torques are straight in the speed but where a friction turns round.
             let fits = (0..=20).all(|k| work.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
             if fits {
-                (1..=samples).for_each(|k| speeds.extend(at(k as f64 / samples as f64)));
-                return Ok(());
+                return Ok((1..=samples).flat_map(|k| at(k as f64 / samples as f64)).collect());
             }
             samples = samples * 3 / 2 + 1;
             if samples as f64 * period > self.spec.duration {

@@ -19,8 +19,13 @@ pub(super) struct Spec {
     pub signals: Vec<Spanned<String>>,
     /// Shaft and speed, rad/s.
     pub speed_limits: Vec<(String, f64)>,
+    /// The same, of those that are not to creep.
+    pub least_speeds: Vec<(String, f64)>,
+    /// Coordinate and speed, an entry for each speed of a grid.
+    pub speeds: Vec<(String, f64)>,
     pub levels: usize,
-    pub points: usize,
+    /// `None`: as many as usual.
+    pub points: Option<usize>,
     pub dwell: Option<f64>,
     pub ramp: f64,
     pub duration: f64,
@@ -84,35 +89,13 @@ impl Spec {
         };
         let (levels, points) = (count("levels", 8, (2, 50)), count("points", 16, (1, 1000)));
         let seed = whole(&reader, table, "seed", what, out).unwrap_or(1);
-        let mut speed_limits = Vec::new();
-        for (name, scalar) in entries(table, "speed_limit").unwrap_or_default() {
-            let label = format!("`{}` in `speed_limit` of {what}", shortened(&name.value));
-            let shafts = || document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
-            if !shafts().any(|shaft| shaft == name.value) {
-                if !document.doubts.has(&name.value) {
-                    let help = nearest(&name.value, shafts()).map_or_else(
-                        || format!("there are {}", quoted(shafts())),
-                        |near| format!("did you mean `{near}`?"),
-                    );
-                    out.push(
-                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
-                            .at(name.span.clone(), "not a shaft")
-                            .help(help),
-                    );
-                }
-                continue;
-            }
-            let read = of_dimension(&reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Positive), &label, out);
-            match read.map(|value| value.to_f64()) {
-                Some(value) if value > 0.0 => speed_limits.push((name.value, value)),
-                Some(_) => out.push(
-                    Diagnostic::error("number::sign", format!("{label} must be more than zero"))
-                        .at(scalar.span.clone(), "no speed is allowed")
-                        .help("write the largest speed either way, such as \"60 rad/s\""),
-                ),
-                None => {}
-            }
-        }
+        let positive = (Sign::Positive, "write the largest speed either way, such as \"60 rad/s\"");
+        let nonnegative =
+            (Sign::NonNegative, "write the least speed either way, such as \"0.5 rad/s\", or \"0 rad/s\"");
+        let any = (Sign::Any, "write speeds such as \"-60 rad/s\"");
+        let speed_limits = speeds(document, &reader, "speed_limit", positive, out);
+        let least_speeds = speeds(document, &reader, "least_speed", nonnegative, out);
+        let grid = speeds(document, &reader, "speeds", any, out);
         Self {
             truth: entries(table, "truth"),
             spread,
@@ -122,8 +105,10 @@ impl Spec {
             parameters: read_words(table, "parameters").to_vec(),
             signals: read_words(table, "signals").to_vec(),
             speed_limits,
+            least_speeds,
+            speeds: grid,
             levels,
-            points,
+            points: table.values.contains_key("points").then_some(points),
             dwell: time("dwell", out),
             ramp: time("ramp", out).unwrap_or(0.5),
             duration: time("duration", out).unwrap_or(600.0),
@@ -131,4 +116,49 @@ impl Spec {
             bandwidth: number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out).unwrap_or(30.0),
         }
     }
+}
+
+/// Speeds by shaft, rad/s.
+fn speeds(
+    document: &Document,
+    reader: &TableReader<'_>,
+    key: &str,
+    (sign, help): (Sign, &str),
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(String, f64)> {
+    let mut found = Vec::new();
+    for (name, scalar) in entries(&document.bench, key).unwrap_or_default() {
+        let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
+        let shafts = || document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
+        if !shafts().any(|shaft| shaft == name.value) {
+            if !document.doubts.has(&name.value) {
+                let help = nearest(&name.value, shafts()).map_or_else(
+                    || format!("there are {}", quoted(shafts())),
+                    |near| format!("did you mean `{near}`?"),
+                );
+                out.push(
+                    Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
+                        .at(name.span.clone(), "not a shaft")
+                        .help(help),
+                );
+            }
+            continue;
+        }
+        let read = of_dimension(reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Any), &label, out);
+        let Some(value) = read.map(|value| value.to_f64()) else { continue };
+        let wrong = match sign {
+            Sign::Positive => (value <= 0.0).then_some("must be more than zero"),
+            Sign::NonNegative => (value < 0.0).then_some("must not be negative"),
+            _ => None,
+        };
+        match wrong {
+            Some(rule) => out.push(
+                Diagnostic::error("number::sign", format!("{label} {rule}"))
+                    .at(scalar.span.clone(), "out of range")
+                    .help(help),
+            ),
+            None => found.push((name.value, value)),
+        }
+    }
+    found
 }

@@ -133,14 +133,13 @@ fn short(x: f64) -> String {
 
 fn parameters(story: &Story<'_>) -> Vec<Found> {
     let Story { asked, columns, fit, .. } = story;
-    let quantile = fit.quantile(asked.confidence);
     let published = |name: &str| asked.published.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
     let mut out: Vec<Found> = Vec::new();
     let undetermined = |column: usize| fit.standard_errors[column].is_infinite();
     let found = |name: String, unit: &'static str, column: usize, before: Option<f64>| {
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
         let bounded = fit.bounded.contains(&column);
-        let half = quantile * error;
+        let half = fit.quantile(column, asked.confidence) * error;
         Found {
             interval: if bounded || undetermined(column) { (f64::NAN, f64::NAN) } else { (value - half, value + half) },
             remark: match (bounded, undetermined(column)) {
