@@ -262,6 +262,7 @@ impl IdentifyLoss {
     after_help = "Examples:\n  kardan bench\n  kardan bench my.toml --plan multisine --format csv,parquet --out logs\n  \
                         kardan bench my.toml --truth hidden.toml --seed 7 --repetitions 20\n  \
                         kardan bench harmonic-drive-bench --control drive\n  \
+                        kardan bench harmonic-drive-bench --study --out study\n  \
                         kardan bench --json | jq '.plan.parameters[] | {name, standard_error}'"
 )]
 pub struct BenchArgs {
@@ -269,7 +270,7 @@ pub struct BenchArgs {
     /// model needs `./` before it.
     #[arg(default_value = "harmonic-drive-bench")]
     pub model: PathBuf,
-    /// Folder for the logs, `plan.txt` and `truth.toml`; made if it is not there.
+    /// Folder for the logs, `plan.txt` and `truth.toml` (and what a study writes); made if it is not there.
     #[arg(long, value_name = "DIR", default_value = "kardan-out")]
     pub out: PathBuf,
     /// Formats of the logs, separated by commas.
@@ -290,9 +291,14 @@ pub struct BenchArgs {
     /// Variant whose parameter values hold; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Run the scenario of the file under its controllers, this one among them, instead of an excitation.
+    /// Run the scenario of the file under its controllers, this one among them, instead of an excitation; with `--study`: the
+    /// controller of the study, if it is not the first.
     #[arg(long, value_name = "NAME", conflicts_with = "plan")]
     pub control: Option<String>,
+    /// Go the whole way: excite, log, identify, write the model with the values found, design its controller on them, run that in
+    /// simulation and on the bench, and show both side by side in `report.html`.
+    #[arg(long)]
+    pub study: bool,
     /// Print one JSON object instead of the text.
     #[arg(long)]
     pub json: bool,

@@ -2,20 +2,18 @@
 
 use std::fmt::Write;
 
-use kardan::results::{BenchPlan, TrueValue};
+use kardan::report::words::bench as said;
+use kardan::results::{BenchPlan, BenchStudy, TrueValue};
 
 use crate::layout::{heading, sentence, table};
+use crate::summary::number;
 
 /// The plan, without what the plant has.
 pub fn plan(model: &str, plan: &BenchPlan) -> String {
-    let mut out = format!("Bench of {model}: {}\n", plan.kind.replace('_', " "));
-    let measured = format!(
-        "{} points of {} that keep the limits, {:.1} s in all.",
-        plan.points.len(),
-        plan.candidates,
-        plan.duration
-    );
-    sentence(&mut out, &measured);
+    let mut out = format!("Bench of {model}\n");
+    for line in said::plan(plan, number) {
+        sentence(&mut out, &line);
+    }
     heading(&mut out, "What the log is to tell");
     let rows: Vec<Vec<String>> = plan
         .parameters
@@ -32,15 +30,6 @@ pub fn plan(model: &str, plan: &BenchPlan) -> String {
             "No noise of the torques is stated (`torque_noise`), so no standard errors can be promised.",
         );
     }
-    if !plan.known.is_empty() {
-        sentence(&mut out, &format!("Taken from the model: {}.", plan.known.join(", ")));
-    }
-    let compared = format!(
-        "ln det(XᵀX) = {:.3}; as many points of all candidates alike have {:.3}: for the same precision the undesigned plan takes \
-         {:.2} times as long.",
-        plan.log_det, plan.undesigned_log_det, plan.gain
-    );
-    sentence(&mut out, &compared);
     heading(&mut out, "Points");
     let speeds = plan.shafts.iter().map(|name| format!("#{name}.w"));
     let torques = plan.motors.iter().map(|name| format!("#{name}.tau"));
@@ -57,6 +46,35 @@ pub fn plan(model: &str, plan: &BenchPlan) -> String {
         .collect();
     table(&mut out, &headers, &rows, usize::MAX);
     sentence(&mut out, "Speeds in rad/s; torques in N m as the model expects them.");
+    if plan.kind == "constant_speeds" {
+        sentence(&mut out, "Other seeds hold each speed for other times, never for less than the dwell.");
+    }
+    out
+}
+
+/// What came of a study.
+pub fn study(found: &BenchStudy) -> String {
+    let mut out = String::new();
+    heading(&mut out, "Found and true");
+    let rows: Vec<Vec<String>> =
+        said::compared(found).iter().map(|(one, truth)| said::parameter(one, truth, number).to_vec()).collect();
+    let interval = format!("#{} % interval", number(100.0 * found.identification.confidence));
+    table(&mut out, &["parameter", "unit", "#in the file", "#true", "#found", &interval, ""], &rows, usize::MAX);
+    for experiment in &found.closed_loop.experiments {
+        heading(&mut out, &format!("Simulation and bench: {}", experiment.name));
+        let rows: Vec<Vec<String>> =
+            experiment.responses.iter().map(|one| said::response(one, number).to_vec()).collect();
+        let headers = ["output", "unit", "#settles: sim.", "#bench", "#farthest: sim.", "#bench", "#distance", "#at s"];
+        table(&mut out, &headers, &rows, usize::MAX);
+    }
+    heading(&mut out, "What makes them differ");
+    for line in said::causes(&found.closed_loop, number) {
+        sentence(&mut out, &line);
+    }
+    sentence(&mut out, &said::verdict(found).1);
+    for note in found.notes.iter().chain(&found.closed_loop.notes) {
+        sentence(&mut out, note);
+    }
     out
 }
 

@@ -1,15 +1,19 @@
-//! `kardan bench`: the virtual test bench, its logs, plan and true values.
+//! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
+
+use std::path::PathBuf;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, WrittenLog};
-use kardan::results::Outcome;
-use kardan::study::{self, BenchRun, BenchSettings, PreparedBench};
+use kardan::report;
+use kardan::results::{BenchStudy, Experiment, Outcome};
+use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench};
 
+use super::identify::logs as opened;
 use super::run::table;
 use super::{DONE, ERROR};
-use crate::args::BenchArgs;
+use crate::args::{BenchArgs, Format};
 use crate::bench_text;
-use crate::input;
+use crate::input::{self, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
@@ -27,71 +31,154 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
+    let control = args.control.clone().filter(|_| !args.study);
     let settings = BenchSettings {
         seed: args.seed,
         repetitions: args.repetitions as usize,
         plan: args.plan.clone(),
         truth,
         variant: args.variant.clone(),
-        run: args.control.clone().map_or(BenchRun::Excitation, BenchRun::Control),
+        run: control.map_or(BenchRun::Excitation, BenchRun::Control),
     };
-    let bench = study::prepare_bench(&source.text, &settings).map_err(|mut diagnostics| {
-        diagnostics.retain(|d| d.severity == Severity::Error);
-        Failure { source: Some(source.clone()), diagnostics }
-    })?;
+    let failed = |source: &Source| {
+        let source = source.clone();
+        move |mut diagnostics: Vec<Diagnostic>| {
+            diagnostics.retain(|d| d.severity == Severity::Error);
+            Failure { source: Some(source), diagnostics }
+        }
+    };
+    // What would stop the study in its middle is told before it begins.
+    let tried = args.study.then(|| study::bench_controller(&source.text, args.control.as_deref())).transpose();
+    let tried = tried.map_err(failed(&source))?;
+    let bench = study::prepare_bench(&source.text, &settings).map_err(failed(&source))?;
     let folder = Folder::prepare(&args.out)?;
-    let (files, logs, problems) = write(&bench, folder, args, quiet);
+    let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
+    let logs = output.logs(&bench, args, quiet);
+    let found = match tried {
+        Some(control) => {
+            let settings = BenchSettings {
+                // Drawn true values lie around those of this file, not of the one that is written.
+                truth: Some(export::truth_toml(bench.truth())),
+                run: BenchRun::Control(control),
+                ..settings
+            };
+            Some(output.study(&source, &bench, &logs, &args.format, &settings, quiet)?)
+        }
+        None => None,
+    };
+    let Output { files, problems, .. } = output;
     render::show(None, &problems);
     if args.json {
-        print(&(export::bench_json(bench.name(), bench.plan(), bench.truth(), &logs, bench.notes()) + "\n"))?;
+        let text = match &found {
+            Some(found) => export::bench_study_json(found, &logs, &files),
+            None => export::bench_json(bench.name(), bench.plan(), bench.truth(), &logs, bench.notes()),
+        };
+        print(&(text + "\n"))?;
     } else {
         let plan = bench.plan().map(|plan| bench_text::plan(bench.name(), plan)).unwrap_or_default();
-        print(&(plan + &bench_text::summary(bench.truth(), bench.notes(), &files, SHOWN)))?;
+        let told = found.as_ref().map(bench_text::study).unwrap_or_default();
+        print(&(plan + &told + &bench_text::summary(bench.truth(), bench.notes(), &files, SHOWN)))?;
     }
-    let failed = logs.iter().any(|log| log.outcome != Outcome::Completed);
-    Ok(if problems.is_empty() && !failed { DONE } else { ERROR })
+    let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
+    let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
+    let whole = outcomes.chain(logs.iter().map(|log| &log.outcome)).all(|outcome| *outcome == Outcome::Completed);
+    Ok(if problems.is_empty() && whole { DONE } else { ERROR })
 }
 
-/// Runs and writes everything that can be written; gives the files, the logs, and what could not.
-fn write(
-    bench: &PreparedBench,
-    mut folder: Folder,
-    args: &BenchArgs,
-    quiet: bool,
-) -> (Vec<String>, Vec<WrittenLog>, Vec<Diagnostic>) {
-    let (mut files, mut logs, mut problems) = (Vec::new(), Vec::new(), Vec::new());
-    let mut keep = |stem: &str, extension: &str, bytes: &[u8], folder: &mut Folder, problems: &mut Vec<Diagnostic>| {
-        let written = folder.write(stem, extension, bytes);
-        let path = written.map_err(|problem| problems.push(problem)).ok()?;
-        files.push(path.clone());
+/// What is written, and what could not be.
+struct Output {
+    folder: Folder,
+    files: Vec<String>,
+    problems: Vec<Diagnostic>,
+}
+
+impl Output {
+    fn keep(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Option<String> {
+        let path = self.folder.write(stem, extension, bytes).map_err(|problem| self.problems.push(problem)).ok()?;
+        self.files.push(path.clone());
         Some(path)
-    };
-    if let Some(plan) = bench.plan() {
-        keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes(), &mut folder, &mut problems);
     }
-    keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes(), &mut folder, &mut problems);
-    let bars = Bars::new(quiet);
-    let all = u64::from(args.repetitions);
-    let mut next = 0;
-    while next < all {
-        let until = (next + AT_ONCE).min(all);
-        for log in bench.logs(next..until, &bars) {
-            let mut paths = Vec::new();
-            for format in &args.format {
-                match table(bench.name(), &log, *format) {
-                    Ok((extension, bytes)) => {
-                        paths.extend(keep(&log.name, extension, &bytes, &mut folder, &mut problems));
-                    }
-                    Err(problem) => problems.push(problem),
-                }
+
+    fn table(&mut self, model: &str, run: &kardan::results::Run, stem: &str, format: Format) -> Option<String> {
+        match table(model, run, format) {
+            Ok((extension, bytes)) => self.keep(stem, extension, &bytes),
+            Err(problem) => {
+                self.problems.push(problem);
+                None
             }
-            if let Outcome::Failed { cause, .. } = &log.outcome {
-                problems.push(Diagnostic::error("bench::run", format!("the log `{}` ends early, {cause}", log.name)));
-            }
-            logs.push(WrittenLog { name: log.name, outcome: log.outcome, files: paths });
         }
-        next = until;
     }
-    bars.finish();
-    (files, logs, problems)
+
+    /// Runs the bench and writes all that can be written.
+    fn logs(&mut self, bench: &PreparedBench, args: &BenchArgs, quiet: bool) -> Vec<WrittenLog> {
+        let mut logs = Vec::new();
+        if let Some(plan) = bench.plan() {
+            self.keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes());
+        }
+        self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
+        let bars = Bars::new(quiet);
+        let all = u64::from(args.repetitions);
+        let mut next = 0;
+        while next < all {
+            let until = (next + AT_ONCE).min(all);
+            for log in bench.logs(next..until, &bars) {
+                let formats = args.format.iter();
+                let paths = formats.filter_map(|format| self.table(bench.name(), &log, &log.name, *format)).collect();
+                if let Outcome::Failed { cause, .. } = &log.outcome {
+                    let message = format!("the log `{}` ends early, {cause}", log.name);
+                    self.problems.push(Diagnostic::error("bench::run", message));
+                }
+                logs.push(WrittenLog { name: log.name, outcome: log.outcome, files: paths });
+            }
+            next = until;
+        }
+        bars.finish();
+        logs
+    }
+
+    /// From the logs on: identify, write the model, design on it, run in simulation and on the bench, report.
+    fn study(
+        &mut self,
+        source: &Source,
+        bench: &PreparedBench,
+        logs: &[WrittenLog],
+        formats: &[Format],
+        settings: &BenchSettings,
+        quiet: bool,
+    ) -> Result<BenchStudy, Failure> {
+        let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
+        // One file of each log: the formats hold the same.
+        let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
+        let asked = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
+        let bars = Bars::new(quiet);
+        let found = study::identify(&source.text, opened(&paths)?, &asked, &bars);
+        bars.finish();
+        let found = found.map_err(failed)?;
+        let (text, left) = study::written(&source.text, &found).map_err(failed)?;
+        self.keep("identified", "toml", text.as_bytes());
+        let bars = Bars::new(quiet);
+        let closed_loop = study::closed_loop(&text, settings, &bars);
+        bars.finish();
+        let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
+        for Experiment { name, simulated, measured, .. } in &closed_loop.experiments {
+            for format in formats {
+                self.table(bench.name(), simulated, &format!("{name}-simulation"), *format);
+                self.table(bench.name(), measured, &format!("{name}-bench"), *format);
+            }
+        }
+        let mut notes = bench.notes().to_vec();
+        notes.extend(left.iter().map(|why| format!("Not in the model that the controller was designed on: {why}.")));
+        let Some(plan) = bench.plan().cloned() else { unreachable!("a study begins with an excitation") };
+        let found = BenchStudy {
+            model: bench.name().into(),
+            description: found.description.clone(),
+            truth: bench.truth().to_vec(),
+            plan,
+            identification: found,
+            closed_loop,
+            notes,
+        };
+        self.keep("report", "html", report::bench_html(&found).as_bytes());
+        Ok(found)
+    }
 }

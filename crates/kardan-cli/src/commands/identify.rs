@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use kardan::diagnostics::{Diagnostic, nearest};
 use kardan::log::{Bytes, ReadSeek};
-use kardan::model::{NewValue, written};
 use kardan::results::Identification;
 use kardan::study::{IdentifySettings, LogFile};
 use kardan::units::{Dimension, parse_quantity};
@@ -71,7 +70,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
 }
 
 /// The logs, each known to be a file that can be opened.
-fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
+pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
     paths.iter().map(|path| log(path)).collect()
 }
 
@@ -115,19 +114,7 @@ fn window(text: &str) -> Result<f64, Diagnostic> {
 
 /// Writes a copy of the model file with what was found, and says what it cannot hold.
 fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
-    let told = |one: &&kardan::results::Found| one.combination.is_empty() && one.interval.0.is_finite();
-    let values: Vec<NewValue> = found
-        .parameters
-        .iter()
-        .filter(told)
-        .map(|one| NewValue {
-            name: one.name.clone(),
-            value: one.value,
-            interval: Some(one.interval),
-            confidence: found.confidence,
-        })
-        .collect();
-    let (text, mut left) = written(&source.text, &values).map_err(|diagnostics| {
+    let (text, left) = study::written(&source.text, found).map_err(|diagnostics| {
         let mut diagnostics = diagnostics;
         diagnostics.insert(
             0,
@@ -136,7 +123,6 @@ fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<Str
         );
         Failure { source: None, diagnostics }
     })?;
-    left.extend(found.parameters.iter().filter(|one| !told(one)).map(|one| format!("{}: {}", one.name, one.remark)));
     save(path, text.as_bytes())?;
     Ok(left)
 }

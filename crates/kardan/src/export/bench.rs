@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json as object};
 
-use crate::results::{BenchPlan, Outcome, TrueValue};
+use super::identification::value as identified;
+use crate::results::{BenchPlan, BenchStudy, Difference, Outcome, Response, TrueValue};
 
 /// A log as it is told in JSON: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,21 +34,75 @@ pub fn bench_json(
     logs: &[WrittenLog],
     notes: &[String],
 ) -> String {
-    let truth: Vec<Value> = truth
+    let (truth, logs) = (true_values(truth), written(logs));
+    object!({ "model": model, "plan": plan.map(planned), "truth": truth, "logs": logs, "notes": notes }).to_string()
+}
+
+/// Gives a study on the bench as one JSON object on one line, in SI.
+///
+/// Keys: those of [`bench_json`], `files`, `identification` (as [`identification_json`](super::identification_json)), `controller`,
+/// and `experiments` (`name`, `outcomes`, `responses`: `output`, `signal`, `reference`, `unit`, and for simulation and bench
+/// `settled`, `farthest`; `distance`, `at_s`, `differences`: `what`, `alone`, `without`), `transient_s`.
+pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String]) -> String {
+    let both = |of: (f64, f64)| object!({ "simulation": of.0, "bench": of.1 });
+    let response = |one: &Response| {
+        let difference = |one: &Difference| object!({ "what": one.what, "alone": one.alone, "without": one.without });
+        object!({
+            "output": one.output,
+            "signal": one.signal,
+            "reference": one.reference,
+            "unit": one.physical.unit(),
+            "settled": both(one.settled),
+            "farthest": both(one.farthest),
+            "distance": one.distance.0,
+            "at_s": one.distance.1,
+            "differences": one.differences.iter().map(difference).collect::<Vec<_>>(),
+        })
+    };
+    let experiments: Vec<Value> = study
+        .closed_loop
+        .experiments
         .iter()
-        .map(|one| object!({ "name": one.name, "value": one.value, "unit": one.unit, "nominal": one.nominal }))
-        .collect();
-    let logs: Vec<Value> = logs
-        .iter()
-        .map(|log| {
-            let outcome = match &log.outcome {
-                Outcome::Completed => object!("completed"),
-                Outcome::Failed { time, cause } => object!({ "failed_at": time, "cause": cause }),
-            };
-            object!({ "name": log.name, "outcome": outcome, "files": log.files })
+        .map(|one| {
+            object!({
+                "name": one.name,
+                "outcomes": { "simulation": outcome(&one.simulated.outcome), "bench": outcome(&one.measured.outcome) },
+                "responses": one.responses.iter().map(response).collect::<Vec<_>>(),
+            })
         })
         .collect();
-    object!({ "model": model, "plan": plan.map(planned), "truth": truth, "logs": logs, "notes": notes }).to_string()
+    let notes: Vec<&String> = study.notes.iter().chain(&study.closed_loop.notes).collect();
+    object!({
+        "model": study.model,
+        "plan": planned(&study.plan),
+        "truth": true_values(&study.truth),
+        "logs": written(logs),
+        "files": files,
+        "identification": identified(&study.identification),
+        "controller": study.closed_loop.design.controller,
+        "transient_s": study.closed_loop.transient,
+        "experiments": experiments,
+        "notes": notes,
+    })
+    .to_string()
+}
+
+fn true_values(truth: &[TrueValue]) -> Vec<Value> {
+    truth
+        .iter()
+        .map(|one| object!({ "name": one.name, "value": one.value, "unit": one.unit, "nominal": one.nominal }))
+        .collect()
+}
+
+fn outcome(outcome: &Outcome) -> Value {
+    match outcome {
+        Outcome::Completed => object!("completed"),
+        Outcome::Failed { time, cause } => object!({ "failed_at": time, "cause": cause }),
+    }
+}
+
+fn written(logs: &[WrittenLog]) -> Vec<Value> {
+    logs.iter().map(|log| object!({ "name": log.name, "outcome": outcome(&log.outcome), "files": log.files })).collect()
 }
 
 fn planned(plan: &BenchPlan) -> Value {

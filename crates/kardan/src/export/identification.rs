@@ -23,6 +23,10 @@ use crate::results::{ChannelRead, Found, Identification, LogRead, NamedMatrix};
 /// | `candidates` | `name`, `parameters`, `error`, `error_spread`, `chosen`, `failure` |
 /// | `warnings`, `notes` | sentences |
 pub fn identification_json(found: &Identification) -> String {
+    value(found).to_string()
+}
+
+pub(super) fn value(found: &Identification) -> Value {
     object!({
         "model": found.model,
         "description": found.description,
@@ -71,7 +75,6 @@ pub fn identification_json(found: &Identification) -> String {
         "warnings": found.warnings,
         "notes": found.notes,
     })
-    .to_string()
 }
 
 fn log(log: &LogRead) -> Value {

@@ -12,6 +12,7 @@
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
 //! | [`identification_json`] | parameters found in logs | scripts |
 //! | [`bench_json`] | plan, true values and files of a virtual bench | scripts |
+//! | [`bench_study_json`] | a study on a virtual bench | scripts |
 //! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
 
@@ -29,7 +30,7 @@ mod parquet;
 mod truth;
 
 pub use analysis::analysis_json;
-pub use bench::{WrittenLog, bench_json};
+pub use bench::{WrittenLog, bench_json, bench_study_json};
 pub use csv::csv;
 pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};

@@ -1,121 +1,16 @@
 //! The pictures of an identification.
 
 use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
+use super::frame::{Frame, LEFT, TOP, legend};
 use super::text::{escape, figure};
-use super::ticks::{Axis, axis};
 use crate::results::{Found, Identification};
 
-const LEFT: f64 = 92.0;
-const TOP: f64 = 14.0;
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
-/// Fewer points are drawn twice as large.
-const FEW: usize = 100;
 /// Logs that are drawn apart.
 const LOGS: usize = 6;
 /// Parameters in the picture of correlations.
 const CELLS: usize = 24;
-
-/// A frame with two axes.
-struct Frame {
-    across: Axis,
-    up: Axis,
-    left: f64,
-    width: f64,
-    height: f64,
-}
-
-impl Frame {
-    fn new(points: impl Iterator<Item = (f64, f64)> + Clone, height: f64) -> Self {
-        let across = axis(points.clone().map(|point| point.0), 0.02, 8);
-        let up = axis(points.map(|point| point.1), 0.06, 5);
-        Self { across, up, left: LEFT, width: WIDTH, height }
-    }
-
-    fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        let part = |axis: &Axis, value: f64| ((value - axis.low) / (axis.high - axis.low)).clamp(0.0, 1.0);
-        (self.left + self.width * part(&self.across, x), TOP + self.height * (1.0 - part(&self.up, y)))
-    }
-
-    fn drawn(&self, x: &str, y: &str) -> String {
-        let ticks = |axis: &Axis| {
-            let (step, low, high) = (axis.step, axis.low, axis.high);
-            let first = (low / step).ceil();
-            (0..40).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high)
-        };
-        let bottom = TOP + self.height;
-        let mut body = String::new();
-        for tick in ticks(&self.across) {
-            let (at, _) = self.place((tick, self.up.low));
-            body += &line((at, TOP), (at, bottom), "grid");
-            body += &text(at, bottom + 18.0, "middle", &self.across.label(tick));
-        }
-        for tick in ticks(&self.up) {
-            let (_, at) = self.place((self.across.low, tick));
-            body += &line((self.left, at), (self.left + self.width, at), "grid");
-            body += &text(self.left - 8.0, at + 4.0, "end", &self.up.label(tick));
-        }
-        body += &text(self.left + self.width / 2.0, bottom + 38.0, "middle", x);
-        body + &format!(
-            "<text x=\"16\" y=\"{:.1}\" class=\"middle\" transform=\"rotate(-90 16 {:.1})\">{}</text>\n",
-            TOP + self.height / 2.0,
-            TOP + self.height / 2.0,
-            escape(y)
-        )
-    }
-
-    fn end(&self) -> f64 {
-        TOP + self.height + 46.0
-    }
-
-    /// Points as dots in one path.
-    fn dots(&self, points: impl Iterator<Item = (f64, f64)>, colour: usize, size: f64) -> String {
-        let points: Vec<(f64, f64)> = points.collect();
-        let size = if points.len() < FEW { 2.0 * size } else { size };
-        let path: String = points
-            .into_iter()
-            .filter(|(x, y)| x.is_finite() && y.is_finite())
-            .map(|point| {
-                let (x, y) = self.place(point);
-                format!("M{x:.1} {y:.1}h0")
-            })
-            .collect();
-        format!(
-            "<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"{size}\" stroke-linecap=\"round\"/>\n"
-        )
-    }
-
-    fn curve(
-        &self,
-        points: impl Iterator<Item = (f64, f64)>,
-        colour: usize,
-        broken: impl Fn(f64, f64) -> bool,
-    ) -> String {
-        let mut path = String::new();
-        let mut last: Option<f64> = None;
-        for point in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {
-            let (x, y) = self.place(point);
-            let start = last.is_none_or(|before| broken(before, point.0));
-            path += &format!("{}{x:.1} {y:.1}", if start { "M" } else { "L" });
-            last = Some(point.0);
-        }
-        format!("<path d=\"{path}\" fill=\"none\" stroke=\"var(--curve-{colour})\" stroke-width=\"1.6\"/>\n")
-    }
-}
-
-fn legend(x: f64, y: f64, entries: &[(usize, &str)]) -> String {
-    let mut at = x;
-    let mut out = String::new();
-    for (colour, name) in entries {
-        out += &format!(
-            "<rect x=\"{at:.1}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"var(--curve-{colour})\"/>\n",
-            y - 6.0
-        );
-        out += &text(at + 20.0, y, "", name);
-        at += 44.0 + CHARACTER * name.chars().count() as f64;
-    }
-    out
-}
 
 /// Torque measured and predicted without having seen it, over time, for each row and the first logs.
 pub(super) fn traces(found: &Identification) -> String {
@@ -127,7 +22,7 @@ pub(super) fn traces(found: &Identification) -> String {
         for &log in logs.iter().take(LOGS) {
             let own: Vec<_> = trace.points.iter().filter(|point| point.0 == log).collect();
             let both = own.iter().flat_map(|point| [(point.1, point.2), (point.1, point.3)]);
-            let frame = Frame::new(both, HEIGHT);
+            let frame = Frame::new(both, WIDTH, HEIGHT);
             let mut body = frame.drawn("time, s", "torque, N m");
             body += &frame.dots(own.iter().map(|point| (point.1, point.2)), 0, 4.0);
             body += &frame.dots(own.iter().map(|point| (point.1, point.3)), 1, 2.0);
@@ -157,7 +52,7 @@ pub(super) fn traces(found: &Identification) -> String {
 pub(super) fn curves(found: &Identification) -> String {
     let one = |curve: &crate::results::FrictionCurve| {
         let all = curve.points.iter().chain(&curve.line).copied();
-        let frame = Frame::new(all, HEIGHT);
+        let frame = Frame::new(all, WIDTH, HEIGHT);
         let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
         body += &frame.dots(curve.points.iter().copied(), 0, 3.4);
         body += &frame.curve(curve.line.iter().copied(), 1, |before, now| before < 0.0 && now > 0.0);
@@ -175,7 +70,7 @@ pub(super) fn residuals(found: &Identification) -> String {
         if points.iter().all(|point| !point.1.is_finite()) {
             return String::new();
         }
-        let frame = Frame::new(points.iter().copied(), 0.6 * HEIGHT);
+        let frame = Frame::new(points.iter().copied(), WIDTH, 0.6 * HEIGHT);
         let mut body = frame.drawn("time, s", "residual, N m");
         body += &frame.dots(points.iter().copied(), 0, 3.4);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
@@ -204,7 +99,7 @@ pub(super) fn intervals(found: &Identification) -> String {
     });
     let ends: Vec<(f64, f64)> = ends.flatten().map(|x| (x.clamp(-200.0, 200.0), 0.0)).collect();
     let height = 26.0 * rows.len() as f64;
-    let mut frame = Frame::new(ends.into_iter().chain([(0.0, 1.0)]), height);
+    let mut frame = Frame::new(ends.into_iter().chain([(0.0, 1.0)]), WIDTH, height);
     (frame.left, frame.width) = (left, LEFT + WIDTH - left);
     let bottom = TOP + height;
     let mut body = String::new();

@@ -9,14 +9,18 @@
 //!                                                                    └─► tables, summary ─► page
 //! Analysis ─► words, analysis_pictures ─► analysis ─► page
 //! Design ─► words::design, design_pictures ─► design ─► page
+//! Identification ─► words::identification, identification_pictures ─► identification ─┬─► page
+//! BenchStudy ─► words::bench ─► bench ────────────────────────────────────────────────┘
 //! ```
 
 mod analysis;
 mod analysis_pictures;
+mod bench;
 mod charts;
 mod curves;
 mod design;
 mod design_pictures;
+mod frame;
 mod identification;
 mod identification_pictures;
 mod page;
@@ -32,7 +36,7 @@ mod thin;
 mod ticks;
 pub mod words;
 
-use crate::results::{Analysis, Design, Identification, Study};
+use crate::results::{Analysis, BenchStudy, Design, Identification, Study};
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -107,4 +111,10 @@ pub fn design_html(design: &Design) -> String {
 /// ```
 pub fn identification_html(found: &Identification) -> String {
     page::identification_html(found)
+}
+
+/// A study on a virtual bench as one HTML file that opens offline and fetches nothing: each step in the simulation and on the bench side
+/// by side, what makes the two differ, parameters found beside true ones, the excitation, the identification and the design.
+pub fn bench_html(study: &BenchStudy) -> String {
+    page::bench_html(study)
 }

@@ -1,6 +1,7 @@
 //! The page around charts and tables.
 
 use super::analysis;
+use super::bench;
 use super::charts;
 use super::curves::{ON_DARK, ON_WHITE, variant_label};
 use super::design;
@@ -9,7 +10,7 @@ use super::summary::summary;
 use super::tables;
 use super::text::escape;
 use super::words;
-use crate::results::{Analysis, Design, Identification, Study};
+use crate::results::{Analysis, BenchStudy, Design, Identification, Study};
 
 const UPLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
@@ -112,6 +113,22 @@ pub(super) fn identification_html(found: &Identification) -> String {
         verdict: (!found.parameters.is_empty()).then(|| words::identification::verdict(found)),
         alerts: identification::alerts(found),
         sections: &identification::sections(found),
+        credits: "",
+        style: "",
+        head: "",
+        scripts: "",
+    };
+    page.html()
+}
+
+/// See [`super::bench_html`].
+pub(super) fn bench_html(study: &BenchStudy) -> String {
+    let page = Page {
+        name: &format!("Bench: {}", study.model),
+        description: &study.description,
+        verdict: Some(words::bench::verdict(study)),
+        alerts: identification::alerts(&study.identification) + &design::alerts(&study.closed_loop.design),
+        sections: &bench::sections(study),
         credits: "",
         style: "",
         head: "",

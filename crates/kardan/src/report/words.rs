@@ -2,6 +2,7 @@
 //!
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
+pub mod bench;
 pub mod design;
 pub mod identification;
 

@@ -1,4 +1,4 @@
-use super::Run;
+use super::{Design, Identification, Physical, Run};
 
 /// A value of the plant on a virtual bench.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +77,84 @@ pub struct Bench {
     pub plan: Option<BenchPlan>,
     /// One log for each repetition.
     pub logs: Vec<Run>,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+}
+
+/// One of the things in which the bench differs from the simulation, and how far an output gets from the simulation by it: largest
+/// distances in the transient, in the unit of the output; NaN where such a plant cannot be, or its run failed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Difference {
+    /// `compliance of hd`, `sampling, delay and sensors`.
+    pub what: String,
+    /// Put into the simulation alone.
+    pub alone: f64,
+    /// Taken from the bench alone.
+    pub without: f64,
+}
+
+/// An output of a controller in the simulation and on the bench.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    /// The output as the file names it.
+    pub output: String,
+    /// The signal that shows it without the noise of a sensor.
+    pub signal: String,
+    /// Its reference.
+    pub reference: String,
+    /// What it is.
+    pub physical: Physical,
+    /// Mean over the last tenth of the run: simulation, bench.
+    pub settled: (f64, f64),
+    /// Farthest from the reference in the transient: simulation, bench.
+    pub farthest: (f64, f64),
+    /// Largest distance between simulation and bench in the transient, and when, s.
+    pub distance: (f64, f64),
+    /// What makes them differ.
+    pub differences: Vec<Difference>,
+}
+
+/// A scenario under a controller, in the simulation and on the bench.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment {
+    /// Name of the variant.
+    pub name: String,
+    /// The controller in continuous time on the model that it was designed on, without Coulomb friction.
+    pub simulated: Run,
+    /// The controller as it runs, on the plant.
+    pub measured: Run,
+    /// Each output of the controller.
+    pub responses: Vec<Response>,
+}
+
+/// A controller that was designed on a model, in the simulation and on a virtual bench.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClosedLoop {
+    /// The controller as it was designed.
+    pub design: Design,
+    /// How long after an event a transient lasts, s: ten time constants of the slowest pole of the loop.
+    pub transient: f64,
+    /// Each variant in which it runs.
+    pub experiments: Vec<Experiment>,
+    /// What the reader must know.
+    pub notes: Vec<String>,
+}
+
+/// The whole way on a virtual bench: excited, logged, identified, designed, controlled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BenchStudy {
+    /// Name of the model.
+    pub model: String,
+    /// From the file.
+    pub description: String,
+    /// What the plant has and the model does not know.
+    pub truth: Vec<TrueValue>,
+    /// The excitation.
+    pub plan: BenchPlan,
+    /// What was found in its logs.
+    pub identification: Identification,
+    /// The controller on the values found.
+    pub closed_loop: ClosedLoop,
     /// What the reader must know.
     pub notes: Vec<String>,
 }

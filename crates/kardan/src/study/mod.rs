@@ -23,10 +23,10 @@ mod sensitivity;
 
 pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
-pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, prepare_bench};
+pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, prepare_bench};
 pub use design::{DesignSettings, design};
 pub use equations::{EquationsForm, equations};
-pub use identification::{IdentifySettings, LogFile, identify};
+pub use identification::{IdentifySettings, LogFile, identify, written};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 pub use robustness::ToleranceBox;
 

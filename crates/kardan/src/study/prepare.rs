@@ -246,7 +246,7 @@ fn charge_of(named: &NamedTerm) -> Option<(String, String)> {
     }
 }
 
-fn file_stem(name: &str) -> String {
+pub(super) fn file_stem(name: &str) -> String {
     let stem: String =
         name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' }).collect();
     if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }

@@ -1,17 +1,20 @@
 //! The virtual test bench: a plant that its model does not know, moved so that a log tells most, or under the file's controllers.
 
+mod closed_loop;
 mod inverse;
 mod plan;
 mod servo;
 mod spec;
 mod truth;
 
+pub use closed_loop::{bench_controller, closed_loop};
+
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::checks::{check_matrices, reduce_diagnostics};
-use super::prepare::{PreparedVariant, is_error, prepare_document};
+use super::prepare::{PreparedVariant, file_stem, is_error, prepare_document};
 use super::{Progress, Purpose};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -82,6 +85,8 @@ pub fn bench(source: &str, settings: &BenchSettings, progress: &dyn Progress) ->
 /// A bench that is ready to run as often as one likes, from several threads.
 pub struct PreparedBench {
     model: String,
+    /// What logs are called, before their seed.
+    label: String,
     nominal: PreparedVariant,
     plant: Reduced,
     truth: Vec<TrueValue>,
@@ -98,6 +103,8 @@ pub struct PreparedBench {
     torque_noise: f64,
     tolerance: Tolerance,
     notes: Vec<String>,
+    /// Whether controllers run in continuous time, whatever their sample time.
+    continuous: bool,
 }
 
 /// A column of a log and the signal of the run that it shows.
@@ -143,7 +150,7 @@ impl PreparedBench {
 
     /// The name of the log of a repetition.
     pub fn log_name(&self, repetition: u64) -> String {
-        format!("{}-{}", self.nominal.name, self.seed + repetition)
+        format!("{}-{}", self.label, self.seed + repetition)
     }
 
     /// The logs of several repetitions, made in parallel.
@@ -184,6 +191,7 @@ impl PreparedBench {
                 let (servo, _) = Servo::new(model, &self.motors, course, self.period, self.bandwidth);
                 vec![Box::new(servo)]
             }
+            None if self.continuous => self.nominal.design_laws(),
             None => self.nominal.running_laws(),
         };
         let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, self.tolerance, progress);
@@ -216,7 +224,7 @@ pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Dia
     if !document.bench.values.is_empty() {
         let spec = Spec::read(document, settings, out);
         if let Some(entries) = &spec.truth {
-            Truth::given(document, settings, entries, out);
+            Truth::new(document, &[]).given(document, settings, entries, out);
         }
     }
 }
@@ -226,6 +234,15 @@ pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Dia
 /// # Errors
 /// As [`bench()`].
 pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
+    prepare_without(source, settings, &[])
+}
+
+/// The same with a plant in which the values of these names are those of the model.
+fn prepare_without(
+    source: &str,
+    settings: &BenchSettings,
+    without: &[String],
+) -> Result<PreparedBench, Vec<Diagnostic>> {
     let (document, mut out) = read(source);
     let mut prepared = prepare_document(Purpose::Run, &document, &mut out);
     let fails = |out: &Vec<Diagnostic>| out.iter().any(is_error);
@@ -250,13 +267,19 @@ pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedB
         spec.plan.clone_from(plan);
     }
     let mut notes = Vec::new();
-    let truth = true_values(&document, &own, &spec, settings, &mut notes, &mut out);
+    let truth = Truth::new(&document, without);
+    let truth = true_values(truth, &document, &own, &spec, settings, &mut notes, &mut out);
     let plant = if fails(&out) { None } else { true_plant(&truth, &own, &nominal.reduced, &mut out) };
     let Some(plant) = plant.filter(|_| !fails(&out)) else { return Err(out) };
     let is_motor = |k: &usize| matches!(nominal.reduced.equations.inputs[*k].value, InputKind::Motor(_));
     let motors: Vec<usize> = (0..nominal.reduced.equations.inputs.len()).filter(is_motor).collect();
     let tolerance = prepared.tolerance;
     let mut bench = PreparedBench {
+        // An excitation has nothing of the scenario of a variant.
+        label: match (&settings.run, &settings.variant) {
+            (BenchRun::Excitation, None) => file_stem(&prepared.name),
+            _ => nominal.name.clone(),
+        },
         model: prepared.name,
         truth: truth.values,
         plan: None,
@@ -268,6 +291,7 @@ pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedB
         period: spec.period,
         bandwidth: spec.bandwidth,
         torque_noise: spec.torque_noise,
+        continuous: false,
         tolerance,
         notes,
         motors,
@@ -310,6 +334,7 @@ fn choose(variants: &[PreparedVariant], settings: &BenchSettings) -> Result<usiz
 }
 
 fn true_values(
+    truth: Truth,
     document: &Document,
     own: &[Setting],
     spec: &Spec,
@@ -319,13 +344,13 @@ fn true_values(
 ) -> Truth {
     let Some(text) = &settings.truth else {
         return match &spec.truth {
-            Some(entries) => Truth::given(document, own, entries, out),
+            Some(entries) => truth.given(document, own, entries, out),
             None => {
                 notes.push(format!(
                     "No true values are given: each inertia, damping and friction was drawn within {} % of its value.",
                     100.0 * spec.spread
                 ));
-                Truth::drawn(document, own, spec.spread, spec.seed)
+                truth.drawn(document, own, spec.spread, spec.seed)
             }
         };
     };
@@ -339,7 +364,7 @@ fn true_values(
                 .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
         );
     }
-    let truth = Truth::given(document, own, &entries.unwrap_or_default(), &mut mistakes);
+    let truth = truth.given(document, own, &entries.unwrap_or_default(), &mut mistakes);
     // Places lie in the other file.
     out.extend(mistakes.into_iter().map(|mistake| Diagnostic {
         message: format!("the file with the true values: {}", mistake.message),

@@ -12,34 +12,41 @@ use crate::units::{Dimension, Exact};
 pub(super) struct Truth {
     pub document: Document,
     pub values: Vec<TrueValue>,
+    /// Names that stay as the model has them.
+    without: Vec<String>,
 }
 
 /// An entry of `truth`: name and value.
 pub(super) type Entry = (Spanned<String>, Spanned<Scalar>);
 
 impl Truth {
-    fn new(document: &Document) -> Self {
-        Self { document: document.clone(), values: Vec::new() }
+    /// The plant is the model but for what is set yet; some names stay so.
+    pub fn new(document: &Document, without: &[String]) -> Self {
+        Self { document: document.clone(), values: Vec::new(), without: without.to_vec() }
     }
 
     /// The values that are given.
-    pub fn given(document: &Document, settings: &[Setting], entries: &[Entry], out: &mut Vec<Diagnostic>) -> Self {
-        let mut truth = Self::new(document);
+    pub fn given(
+        mut self,
+        document: &Document,
+        settings: &[Setting],
+        entries: &[Entry],
+        out: &mut Vec<Diagnostic>,
+    ) -> Self {
         for (name, scalar) in entries {
             let label = format!("`{}` in `truth` of `[bench]`", shortened(&name.value));
             if let Some(place) = find(document, name, &label, out)
                 && let Some(value) = read(document, settings, &place, scalar, &label, out)
             {
-                truth.set(settings, &name.value, &place, value);
+                self.set(settings, &name.value, &place, value);
             }
         }
-        truth
+        self
     }
 
     /// Every inertia, damping and friction of the file within a part of its value. What is drawn for a key depends on its name and
     /// the seed alone; a breakaway torque keeps its ratio to the friction.
-    pub fn drawn(document: &Document, settings: &[Setting], spread: f64, seed: u64) -> Self {
-        let mut truth = Self::new(document);
+    pub fn drawn(mut self, document: &Document, settings: &[Setting], spread: f64, seed: u64) -> Self {
         let reader = TableReader::new(document, settings);
         for (number, element) in document.elements.iter().enumerate() {
             for field in element.kind.fields {
@@ -59,13 +66,16 @@ impl Truth {
                     continue;
                 }
                 let place = Place::Key { element: number, field, dimension, sign };
-                truth.set(settings, &name, &place, Exact::new(value.to_rational() * factor, 0));
+                self.set(settings, &name, &place, Exact::new(value.to_rational() * factor, 0));
             }
         }
-        truth
+        self
     }
 
     fn set(&mut self, settings: &[Setting], name: &str, place: &Place, value: Exact) {
+        if self.without.iter().any(|other| other == name) {
+            return;
+        }
         let reader = TableReader::new(&self.document, settings);
         let (nominal, dimension) = match place {
             Place::Parameter(number) => {

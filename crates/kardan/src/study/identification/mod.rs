@@ -25,7 +25,7 @@ use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, nearest, quoted};
 use crate::identify::{Excitation, FitOptions, Samples, cross_validate, fit};
 use crate::log::Bytes;
-use crate::model::{Document, Model, Setting, read};
+use crate::model::{self, Document, Model, NewValue, Setting, read};
 use crate::results::{Identification, LogRead, WindowCount};
 
 /// A log to be read.
@@ -201,6 +201,22 @@ pub fn identify(
     out.candidates = candidates;
     out.notes.splice(0..0, notes);
     Ok(out)
+}
+
+/// The text of the model file with what was found in place, and what it cannot hold, with the reason.
+///
+/// # Errors
+/// Mistakes of the file, or those that the values found would make of it.
+pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<String>), Vec<Diagnostic>> {
+    let values = found.for_file.iter().map(|one| NewValue {
+        name: one.name.clone(),
+        value: one.value,
+        interval: one.interval,
+        confidence: found.confidence,
+    });
+    let (text, mut left) = model::written(source, &values.collect::<Vec<_>>())?;
+    left.extend(found.not_for_file.iter().cloned());
+    Ok((text, left))
 }
 
 /// Logs that are open: those recorded together in one list each; what counts the bytes read, and all bytes.

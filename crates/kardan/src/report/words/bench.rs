@@ -1,0 +1,109 @@
+//! A study on a virtual bench in sentences.
+
+use crate::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Response, TrueValue};
+
+/// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
+pub fn verdict(study: &BenchStudy) -> (bool, String) {
+    let compared = compared(study);
+    let held = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
+    let whole = study.closed_loop.notes.is_empty();
+    let ran = if whole { "every run went to its end" } else { "some runs ended early" };
+    let text = format!(
+        "{held} of {} intervals hold the true value; under `{}` {ran}.",
+        compared.len(),
+        study.closed_loop.design.controller
+    );
+    (whole && held == compared.len(), text)
+}
+
+/// Parameters that were found and whose true values are known.
+pub fn compared(study: &BenchStudy) -> Vec<(&Found, &TrueValue)> {
+    let truth = |found: &Found| study.truth.iter().find(|one| one.name == found.name && found.combination.is_empty());
+    study.identification.parameters.iter().filter_map(|found| Some((found, truth(found)?))).collect()
+}
+
+/// Whether the interval of a parameter holds a value.
+pub fn inside(found: &Found, value: f64) -> bool {
+    (found.interval.0..=found.interval.1).contains(&value)
+}
+
+/// A parameter as a row: name, unit, before, true, found, interval, whether that holds the true value.
+pub fn parameter(found: &Found, truth: &TrueValue, number: impl Fn(f64) -> String) -> [String; 7] {
+    [
+        found.name.clone(),
+        found.unit.into(),
+        found.before.map_or("–".into(), &number),
+        number(truth.value),
+        number(found.value),
+        format!("{} … {}", number(found.interval.0), number(found.interval.1)),
+        if inside(found, truth.value) { "holds it".into() } else { "does not".into() },
+    ]
+}
+
+/// The plan in sentences.
+pub fn plan(plan: &BenchPlan, number: impl Fn(f64) -> String) -> Vec<String> {
+    let mut out = vec![
+        format!(
+            "{}: {} points of {} that keep the limits, {} s in all.",
+            plan.kind.replace('_', " "),
+            plan.points.len(),
+            plan.candidates,
+            number(plan.duration)
+        ),
+        format!(
+            "ln det(XᵀX) = {}; as many points of all candidates alike have {}: for the same precision the undesigned plan takes {} \
+             times as long.",
+            number(plan.log_det),
+            number(plan.undesigned_log_det),
+            number(plan.gain)
+        ),
+    ];
+    if !plan.known.is_empty() {
+        out.push(format!("Taken from the model: {}.", plan.known.join(", ")));
+    }
+    out
+}
+
+/// An output under a step as a row: output, unit, settled in the simulation and on the bench, farthest from the reference in both,
+/// largest distance between them and when.
+pub fn response(one: &Response, number: impl Fn(f64) -> String) -> [String; 8] {
+    [
+        one.output.clone(),
+        one.physical.unit().into(),
+        number(one.settled.0),
+        number(one.settled.1),
+        number(one.farthest.0),
+        number(one.farthest.1),
+        number(one.distance.0),
+        number(one.distance.1),
+    ]
+}
+
+/// Differences that make less than this part of the largest one are not named in a sentence.
+const SMALL: f64 = 0.1;
+
+/// What makes the bench differ from the simulation, a sentence for each output that does.
+pub fn causes(found: &ClosedLoop, number: impl Fn(f64) -> String) -> Vec<String> {
+    let mut out = Vec::new();
+    for experiment in &found.experiments {
+        for one in experiment.responses.iter().filter(|one| one.distance.0 > 0.0) {
+            let unit = one.physical.unit();
+            let mut by: Vec<_> = one.differences.iter().filter(|by| by.alone.is_finite()).collect();
+            by.sort_by(|a, b| b.alone.total_cmp(&a.alone));
+            let least = by.first().map_or(0.0, |first| SMALL * first.alone);
+            by.retain(|by| by.alone > least);
+            let by: Vec<String> = by.iter().map(|by| format!("{} ({})", by.what, number(by.alone))).collect();
+            let by = match by.is_empty() {
+                true => "nothing makes any of it alone".to_string(),
+                false => format!("alone make {}", by.join("; ")),
+            };
+            out.push(format!(
+                "{}, {}: the bench is up to {} {unit} from the simulation; {by}.",
+                experiment.name,
+                one.output,
+                number(one.distance.0)
+            ));
+        }
+    }
+    out
+}

@@ -1,0 +1,297 @@
+//! A controller that was designed on the model, in the simulation and on the bench, and what makes the two differ.
+
+use rayon::prelude::*;
+
+use super::{BenchRun, BenchSettings, prepare_bench, prepare_without};
+use crate::assemble::Equations;
+use crate::diagnostics::Diagnostic;
+use crate::equations::Measured;
+use crate::results::{ClosedLoop, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
+use crate::study::design::{DesignSettings, design};
+use crate::study::{Progress, Silent, prepare};
+
+/// The last part of a run, in which it is taken as settled.
+const LAST: f64 = 0.1;
+/// Time constants of the slowest pole after which a transient is over.
+const CONSTANTS: f64 = 10.0;
+
+/// A difference of the bench from the simulation.
+#[derive(Default)]
+struct Kind {
+    what: String,
+    /// True values that belong to it.
+    names: Vec<String>,
+    /// The controller runs at its sample time.
+    sampling: bool,
+    /// There is Coulomb friction.
+    friction: bool,
+}
+
+/// A run to be made.
+struct Job {
+    variant: String,
+    /// What the progress calls it.
+    label: String,
+    /// Names whose values are those of the model.
+    without: Vec<String>,
+    sampling: bool,
+    friction: bool,
+    /// Whether the study can do without it.
+    optional: bool,
+}
+
+/// Runs a controller of a model file in every variant that has it: in continuous time on the model that it is designed on, which has no
+/// Coulomb friction, and at its sample time on the plant of the bench; then once for each difference between the two with this one
+/// alone, and once with all but this one.
+///
+/// The controller is the one that [`BenchSettings::run`] names, else the first of the file; [`BenchSettings::truth`] should tell the
+/// true values, for those drawn lie around the values of this file. Excitation and repetitions do not matter here.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("harmonic-drive-bench").unwrap().source.replace("duration = \"5 s\"", "duration = \"1.2 s\"");
+/// let found = study::closed_loop(&source, &study::BenchSettings::default(), &study::Silent).unwrap();
+/// // The angle follows on the bench as in the simulation; the torque does not.
+/// let [angle, torque] = &found.experiments[0].responses[..] else { panic!("two outputs") };
+/// assert!(angle.distance.0 < 0.05 && torque.farthest.1 > 1.5 * torque.farthest.0);
+/// ```
+///
+/// # Errors
+/// All mistakes of the file and of the truth; a file without a controller.
+pub fn closed_loop(
+    source: &str,
+    settings: &BenchSettings,
+    progress: &dyn Progress,
+) -> Result<ClosedLoop, Vec<Diagnostic>> {
+    let control = match &settings.run {
+        BenchRun::Control(name) => bench_controller(source, Some(name))?,
+        BenchRun::Excitation => bench_controller(source, None)?,
+    };
+    let (prepared, _) = prepare(source);
+    let settings = BenchSettings {
+        run: BenchRun::Control(control.clone()),
+        variant: settings.variant.clone(),
+        ..settings.clone()
+    };
+    let first = prepare_bench(source, &settings)?;
+    let has = |name: &&String| {
+        let variant = prepared.variants.iter().find(|variant| variant.name == **name);
+        variant.is_some_and(|variant| variant.model.controls.iter().any(|one| one.name == control))
+    };
+    let names: Vec<String> = prepared.variants.iter().map(|variant| variant.name.clone()).collect();
+    let names: Vec<String> = match &settings.variant {
+        Some(name) => vec![name.clone()],
+        None => names.iter().filter(has).cloned().collect(),
+    };
+    let kinds = kinds(first.truth(), !first.plant().equations.frictions.is_empty());
+    let jobs: Vec<Job> = names.iter().flat_map(|name| jobs(name, first.truth(), &kinds)).collect();
+    let runs = jobs.par_iter().enumerate().map(|(number, job)| run(source, &settings, number, job, progress));
+    let mut runs = runs.collect::<Result<Vec<Option<Run>>, _>>()?.into_iter();
+    let design_settings =
+        DesignSettings { control: Some(control.clone()), variant: settings.variant.clone(), ..Default::default() };
+    let design = design(source, &design_settings, &Silent)?;
+    let slowest =
+        design.closed_loop_poles.iter().map(|pole| -pole.0).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
+    let transient = CONSTANTS / slowest;
+    let equations = &first.model().equations;
+    let mut experiments = Vec::new();
+    for name in names {
+        let (simulated, measured) = (runs.next().flatten(), runs.next().flatten());
+        let others: Vec<Option<Run>> = runs.by_ref().take(2 * kinds.len()).collect();
+        let (Some(simulated), Some(measured)) = (simulated, measured) else { continue };
+        let variant = prepared.variants.iter().find(|variant| variant.name == name);
+        let events = variant.map(|variant| variant.scenario.events.as_slice()).unwrap_or_default();
+        let moving = |t: f64| events.iter().any(|event| (event.at..=event.at + event.over + transient).contains(&t));
+        let pair = Pair { equations, simulated: &simulated, measured: &measured, moving: &moving };
+        let responses =
+            design.channels.iter().filter_map(|one| pair.response(&one.output, &one.reference, &kinds, &others));
+        let responses = responses.collect();
+        experiments.push(Experiment { name, responses, simulated, measured });
+    }
+    let failed = experiments.iter().flat_map(|one| [(&one.simulated, "simulation"), (&one.measured, "bench")]);
+    let notes = failed
+        .filter_map(|(run, of)| match &run.outcome {
+            Outcome::Completed => None,
+            Outcome::Failed { time, cause } => {
+                Some(format!("`{}`, {of}: it ends after {time:.3} s, {cause}", run.name))
+            }
+        })
+        .collect();
+    Ok(ClosedLoop { design, transient, experiments, notes })
+}
+
+/// The controller of a model file that is tried on its bench: the one asked for, else the first.
+///
+/// # Errors
+/// Mistakes of the file; no controller, or none of this name.
+pub fn bench_controller(source: &str, name: Option<&str>) -> Result<String, Vec<Diagnostic>> {
+    let (prepared, mistakes) = prepare(source);
+    if mistakes.iter().any(super::is_error) {
+        return Err(mistakes);
+    }
+    let first = prepared.variants.iter().find_map(|variant| variant.model.controls.first());
+    match (name, first) {
+        (Some(name), _) => {
+            let settings = BenchSettings { run: BenchRun::Control(name.into()), ..BenchSettings::default() };
+            super::choose(&prepared.variants, &settings).map(|_| name.into()).map_err(|mistake| vec![*mistake])
+        }
+        (None, Some(first)) => Ok(first.name.clone()),
+        (None, None) => Err(vec![
+            Diagnostic::error("control::unknown", "the file has no controller to be tried on the bench")
+                .help("add one, such as `[control.drive]` with `law = \"decoupling\"`"),
+        ]),
+    }
+}
+
+/// The differences of a plant and its controller from the simulation: compliance first, then what the controller does, both together.
+fn kinds(truth: &[TrueValue], friction: bool) -> Vec<Kind> {
+    let mut soft: Vec<Kind> = Vec::new();
+    let mut rest: Vec<Kind> = Vec::new();
+    if friction {
+        rest.push(Kind { what: FRICTION.into(), friction: true, ..Kind::default() });
+    }
+    for value in truth {
+        let (what, compliant) = difference(value);
+        let list = if compliant { &mut soft } else { &mut rest };
+        match list.iter_mut().find(|known| known.what == what) {
+            Some(known) => known.names.push(value.name.clone()),
+            None => list.push(Kind { what, names: vec![value.name.clone()], ..Kind::default() }),
+        }
+    }
+    let sampling = "sampling, delay and sensors";
+    let names: Vec<String> = soft.iter().flat_map(|kind| kind.names.clone()).collect();
+    let mut out = soft;
+    out.push(Kind { what: sampling.into(), sampling: true, ..Kind::default() });
+    if !names.is_empty() {
+        out.push(Kind { what: format!("compliance, {sampling}"), names, sampling: true, ..Kind::default() });
+    }
+    out.extend(rest);
+    out
+}
+
+const FRICTION: &str = "Coulomb friction and stiction";
+
+/// What a value of the plant stands for, and whether that is compliance.
+fn difference(value: &TrueValue) -> (String, bool) {
+    let (element, key) = value.name.split_once('.').unwrap_or((&value.name, ""));
+    match key {
+        "stiffness" | "damping" if value.nominal.is_none() => (format!("compliance of {element}"), true),
+        "friction" | "breakaway" | "stribeck_speed" => (FRICTION.into(), false),
+        "ripple" | "ripple_order" => ("torque ripple".into(), false),
+        _ if value.nominal.is_some() => ("errors of the values in the model".into(), false),
+        _ => (value.name.clone(), false),
+    }
+}
+
+/// The simulation, the bench, then for each difference the simulation with it alone and the bench without it.
+fn jobs(variant: &str, truth: &[TrueValue], kinds: &[Kind]) -> Vec<Job> {
+    let all: Vec<String> = truth.iter().map(|value| value.name.clone()).collect();
+    let job = |label: String, without: Vec<String>, sampling, friction, optional| Job {
+        variant: variant.into(),
+        label,
+        without,
+        sampling,
+        friction,
+        optional,
+    };
+    let mut out = vec![
+        job(format!("{variant}, simulation"), all.clone(), false, false, false),
+        job(format!("{variant}, bench"), Vec::new(), true, true, false),
+    ];
+    for Kind { what, names, sampling, friction } in kinds {
+        let others = all.iter().filter(|name| !names.contains(name)).cloned().collect();
+        out.push(job(format!("{variant}, {what} alone"), others, *sampling, *friction, true));
+        out.push(job(format!("{variant}, without {what}"), names.clone(), !*sampling, !*friction, true));
+    }
+    out
+}
+
+fn run(
+    source: &str,
+    settings: &BenchSettings,
+    number: usize,
+    job: &Job,
+    progress: &dyn Progress,
+) -> Result<Option<Run>, Vec<Diagnostic>> {
+    let settings = BenchSettings { variant: Some(job.variant.clone()), ..settings.clone() };
+    let mut bench = match prepare_without(source, &settings, &job.without) {
+        Ok(bench) => bench,
+        // Some values may make no plant without others.
+        Err(_) if job.optional => return Ok(None),
+        Err(mistakes) => return Err(mistakes),
+    };
+    bench.continuous = !job.sampling;
+    if !job.friction {
+        bench.plant.equations.frictions.clear();
+    }
+    progress.advance(number, &job.label, 0.0);
+    let mut run = bench.log(0, &mut |part| progress.advance(number, &job.label, part));
+    progress.advance(number, &job.label, 1.0);
+    run.name.clone_from(&job.variant);
+    Ok(Some(run))
+}
+
+/// The signal that shows an output without the noise of a sensor.
+fn shown(equations: &Equations, output: &str) -> String {
+    let sensor = equations.sensors.iter().find(|(name, _)| name == output.split('.').next().unwrap_or(output));
+    match sensor.map(|(name, sensor)| (name, &sensor.measured)) {
+        None => output.into(),
+        Some((_, Measured::Angle(shaft))) => format!("{shaft}.phi"),
+        Some((_, Measured::Speed(shaft))) => format!("{shaft}.w"),
+        Some((_, Measured::SpringTorque(element))) => format!("{element}.tau"),
+        Some((_, Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft))) => {
+            format!("{element}.{shaft}.tau")
+        }
+        Some((name, Measured::NetTorque(_))) => format!("{name}.tau"),
+    }
+}
+
+/// The same scenario twice, and when something moves in it.
+struct Pair<'a> {
+    equations: &'a Equations,
+    simulated: &'a Run,
+    measured: &'a Run,
+    moving: &'a dyn Fn(f64) -> bool,
+}
+
+impl Pair<'_> {
+    /// Largest distance of a signal of two runs in the transient, and when, s.
+    fn apart(&self, one: &[f64], two: &[f64]) -> (f64, f64) {
+        let both = one.iter().zip(two).zip(&self.simulated.series.time).filter(|(_, t)| (self.moving)(**t));
+        let distances = both.map(|((a, b), t)| ((a - b).abs(), *t));
+        distances.fold((0.0, 0.0), |most: (f64, f64), now| if now.0 > most.0 { now } else { most })
+    }
+
+    fn response(&self, output: &str, reference: &str, kinds: &[Kind], others: &[Option<Run>]) -> Option<Response> {
+        let signal = shown(self.equations, output);
+        let of = |run: &Run| run.series.signal(&signal).map(|found| found.values.clone());
+        let (one, two) = (of(self.simulated)?, of(self.measured)?);
+        let wanted = self.simulated.series.signal(reference).map(|found| found.values.clone()).unwrap_or_default();
+        let settled = |values: &[f64], run: &Run| {
+            let time = &run.series.time;
+            let begin = (1.0 - LAST) * time.last().copied().unwrap_or(0.0);
+            let late = time.iter().zip(values).filter(|(t, _)| **t >= begin).map(|(_, x)| *x);
+            let (sum, count) = late.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+            sum / count
+        };
+        let left = |run: &Option<Run>| {
+            let whole = run.as_ref().filter(|run| run.outcome == Outcome::Completed);
+            whole.and_then(of).map_or(f64::NAN, |values| self.apart(&one, &values).0)
+        };
+        let differences = kinds.iter().zip(others.chunks_exact(2)).map(|(kind, runs)| Difference {
+            what: kind.what.clone(),
+            alone: left(&runs[0]),
+            without: left(&runs[1]),
+        });
+        Some(Response {
+            output: output.into(),
+            reference: reference.into(),
+            physical: self.simulated.series.signal(&signal).map_or(Physical::Angle, |found| found.physical),
+            settled: (settled(&one, self.simulated), settled(&two, self.measured)),
+            farthest: (self.apart(&one, &wanted).0, self.apart(&two, &wanted).0),
+            distance: self.apart(&one, &two),
+            differences: differences.collect(),
+            signal,
+        })
+    }
+}
