@@ -23,7 +23,7 @@ pub(super) fn sections(study: &BenchStudy) -> Vec<String> {
     let mut all: Vec<(String, String, String)> = Vec::new();
     for (k, experiment) in study.closed_loop.experiments.iter().enumerate() {
         let title = format!("Simulation and bench: {}", experiment.name);
-        all.push((format!("experiment-{}", k + 1), title, pair(experiment)));
+        all.push((format!("experiment-{}", k + 1), title, pair(study, experiment)));
     }
     all.push(("differences".into(), "What makes them differ".into(), differences(study)));
     all.push(("truth".into(), "Found and true".into(), truth(study)));
@@ -39,8 +39,8 @@ pub(super) fn sections(study: &BenchStudy) -> Vec<String> {
 }
 
 /// Each output in the simulation and on the bench, side by side on the same axes.
-fn pair(experiment: &Experiment) -> String {
-    let mut out: String = experiment.responses.iter().map(|response| picture(experiment, response)).collect();
+fn pair(study: &BenchStudy, experiment: &Experiment) -> String {
+    let mut out: String = experiment.responses.iter().map(|response| picture(study, experiment, response)).collect();
     let rows = experiment.responses.iter().map(|one| {
         let [output, units, rest @ ..] = said::response(one, number);
         let mut row = vec![Cell::Head(output, 1), Cell::text(unit(&units))];
@@ -50,18 +50,19 @@ fn pair(experiment: &Experiment) -> String {
     let headers = [
         "output",
         "unit",
-        "#settles, simulation",
-        "#settles, bench",
-        "#farthest from the reference, simulation",
-        "#the same, bench",
-        "#largest distance of the two",
+        "#settles: simulation",
+        "#bench",
+        "#farthest from reference: simulation",
+        "#bench",
+        "#distance",
         "#at s",
     ];
     out += &rows_of(&headers, rows.collect());
     out
 }
 
-fn picture(experiment: &Experiment, response: &Response) -> String {
+/// The axes are those of this output in all experiments: what does not move looks so.
+fn picture(study: &BenchStudy, experiment: &Experiment, response: &Response) -> String {
     let points = |run: &Run, signal: &str| -> Vec<(f64, f64)> {
         let Some(found) = run.series.signal(signal) else { return Vec::new() };
         let kept = thin(&run.series.time, &found.values, POINTS);
@@ -70,7 +71,18 @@ fn picture(experiment: &Experiment, response: &Response) -> String {
     let runs = [("simulation", &experiment.simulated), ("bench", &experiment.measured)];
     let curves = runs.map(|(_, run)| points(run, &response.signal));
     let reference = points(&experiment.simulated, &response.reference);
-    let every = || curves.iter().flatten().chain(&reference).copied();
+    let mut shown = Vec::new();
+    for other in &study.closed_loop.experiments {
+        for run in [&other.simulated, &other.measured] {
+            let values = run.series.signal(&response.signal).map(|found| found.values.as_slice()).unwrap_or_default();
+            let finite = || values.iter().copied().filter(|x| x.is_finite());
+            let begin = run.series.time.first().copied().unwrap_or(0.0);
+            shown.extend(
+                [finite().reduce(f64::min), finite().reduce(f64::max)].into_iter().flatten().map(|x| (begin, x)),
+            );
+        }
+    }
+    let every = || curves.iter().flatten().chain(&reference).chain(&shown).copied();
     let mut body = String::new();
     let mut below = 0.0;
     for (k, ((name, _), curve)) in runs.iter().zip(&curves).enumerate() {

@@ -81,12 +81,19 @@ pub fn response(one: &Response, number: impl Fn(f64) -> String) -> [String; 8] {
 
 /// Differences that make less than this part of the largest one are not named in a sentence.
 const SMALL: f64 = 0.1;
+/// Distances below this part of what the output does elsewhere are those of rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// What makes the bench differ from the simulation, a sentence for each output that does.
 pub fn causes(found: &ClosedLoop, number: impl Fn(f64) -> String) -> Vec<String> {
     let mut out = Vec::new();
+    let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
+    let size = |output: &str| {
+        everywhere().filter(|one| one.output == output).map(|one| one.farthest.1).fold(0.0_f64, f64::max)
+    };
     for experiment in &found.experiments {
-        for one in experiment.responses.iter().filter(|one| one.distance.0 > 0.0) {
+        let differs = |one: &&Response| one.distance.0 > ROUNDING * size(&one.output);
+        for one in experiment.responses.iter().filter(differs) {
             let unit = one.physical.unit();
             let mut by: Vec<_> = one.differences.iter().filter(|by| by.alone.is_finite()).collect();
             by.sort_by(|a, b| b.alone.total_cmp(&a.alone));

@@ -158,18 +158,21 @@ fn kinds(truth: &[TrueValue], friction: bool) -> Vec<Kind> {
             None => list.push(Kind { what, names: vec![value.name.clone()], ..Kind::default() }),
         }
     }
-    let sampling = "sampling, delay and sensors";
-    let names: Vec<String> = soft.iter().flat_map(|kind| kind.names.clone()).collect();
+    let (lags, rest): (Vec<Kind>, Vec<Kind>) = rest.into_iter().partition(|kind| kind.what == DELAY);
+    let lags: Vec<String> = lags.into_iter().flat_map(|kind| kind.names).collect();
+    let mut names: Vec<String> = soft.iter().flat_map(|kind| kind.names.clone()).collect();
     let mut out = soft;
-    out.push(Kind { what: sampling.into(), sampling: true, ..Kind::default() });
+    out.push(Kind { what: DELAY.into(), names: lags.clone(), sampling: true, ..Kind::default() });
     if !names.is_empty() {
-        out.push(Kind { what: format!("compliance, {sampling}"), names, sampling: true, ..Kind::default() });
+        names.extend(lags);
+        out.push(Kind { what: format!("compliance and {DELAY}"), names, sampling: true, ..Kind::default() });
     }
     out.extend(rest);
     out
 }
 
 const FRICTION: &str = "Coulomb friction and stiction";
+const DELAY: &str = "delay (sampling, computation, motors, sensors)";
 
 /// What a value of the plant stands for, and whether that is compliance.
 fn difference(value: &TrueValue) -> (String, bool) {
@@ -177,6 +180,7 @@ fn difference(value: &TrueValue) -> (String, bool) {
     match key {
         "stiffness" | "damping" if value.nominal.is_none() => (format!("compliance of {element}"), true),
         "friction" | "breakaway" | "stribeck_speed" => (FRICTION.into(), false),
+        "lag" => (DELAY.into(), false),
         "ripple" | "ripple_order" => ("torque ripple".into(), false),
         _ if value.nominal.is_some() => ("errors of the values in the model".into(), false),
         _ => (value.name.clone(), false),
