@@ -176,7 +176,7 @@ pub struct IdentifyArgs {
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
     /// What is to be found, separated by commas: `shaft.damping`, `bar.stiffness`, or entries of [parameters]; those of
-    /// [identification], or every damping and friction, if not given.
+    /// [identification], or every damping and friction, if not given (with `--method dynamic` every inertia and stiffness too).
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub parameters: Vec<String>,
     /// Segments of constant speed, or everything with filtered derivatives.
@@ -211,7 +211,12 @@ pub struct IdentifyArgs {
 /// A percentage above 0 and below 100.
 fn confidence(text: &str) -> Result<f64, String> {
     let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
-    percent.ok().filter(|x| *x > 0.0 && *x < 100.0).ok_or_else(|| "not above 0 and below 100: write 95".into())
+    match percent {
+        // Nobody wants an interval that is right once in a hundred times.
+        Ok(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
+        Ok(x) if x >= 1.0 && x < 100.0 => Ok(x),
+        _ => Err("not from 1 to below 100: write 95".into()),
+    }
 }
 
 /// What of a log is used.

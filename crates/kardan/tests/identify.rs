@@ -124,7 +124,7 @@ fn table_6_1_from_constant_speeds() {
     let all = coefficients(&model);
     let names = ["wg.damping", "cs.damping", "fs.damping", "wg.friction", "cs.friction", "fs.friction"];
     let wanted = named(&all, &names);
-    assert_eq!(undetermined(&model, &wanted, Excitation::Steady), Vec::<Vec<Rational>>::new());
+    assert_eq!(undetermined(&model, &wanted, &[], Excitation::Steady), Vec::<Vec<Rational>>::new());
     let (dynamics, mut work) = Dynamics::new(&model);
     let mut regressor = Regressor::new(&model, &wanted, &[], 1e-6);
     let mut problem = LeastSquares::new(6);
@@ -200,7 +200,7 @@ shaft = \"a\"
 ";
     let model = reduced(source, 0);
     let all = coefficients(&model);
-    let left = undetermined(&model, &all, Excitation::Free);
+    let left = undetermined(&model, &all, &[], Excitation::Free);
     // Inertias, dampings and frictions of the two geared shafts.
     assert_eq!(left.len(), 3, "{left:?}");
     let mut regressor = Regressor::new(&model, &all, &[], 1e-9);
@@ -220,7 +220,7 @@ shaft = \"a\"
         }
     }
     // At constant speeds neither the inertias nor the damping of the spring show, and the geared shafts stay tied.
-    let steady = undetermined(&model, &all, Excitation::Steady);
+    let steady = undetermined(&model, &all, &[], Excitation::Steady);
     let lost = |name: &str| {
         let column = all.iter().position(|one| one.name == name).expect("a coefficient");
         steady.iter().any(|combination| (0..p).all(|k| (k == column) != (combination[k] == Rational::ZERO)))
@@ -233,8 +233,8 @@ shaft = \"a\"
     let names = ["cs.inertia", "cj.inertia"];
     let straight = built_in("sia-steering", 0);
     let bent = built_in("sia-steering", 3);
-    assert_eq!(undetermined(&straight, &named(&coefficients(&straight), &names), Excitation::Free).len(), 1);
-    assert_eq!(undetermined(&bent, &named(&coefficients(&bent), &names), Excitation::Free).len(), 0);
+    assert_eq!(undetermined(&straight, &named(&coefficients(&straight), &names), &[], Excitation::Free).len(), 1);
+    assert_eq!(undetermined(&bent, &named(&coefficients(&bent), &names), &[], Excitation::Free).len(), 0);
 }
 
 /// Least squares against exact normal equations over the rationals, with weights, in one piece and in two.
@@ -412,7 +412,7 @@ over = \"1 s\"
 fn plain_samples(rows: &[(&[f64], f64)]) -> Samples {
     let mut samples = Samples::new(1, rows[0].0.len(), 0, 1, 0);
     for (k, (x, y)) in rows.iter().enumerate() {
-        let place = Where { log: 0, time: k as f64, duration: 1.0 };
+        let place = Where { log: 0, section: 0, time: k as f64, duration: 1.0 };
         let room = samples.push(place, [&[0.0], &[1.0], &[0.0]], &[]);
         room.x.copy_from_slice(x);
         (room.y[0], room.covariance[0]) = (*y, 1.0);
@@ -461,7 +461,7 @@ fn standard_errors_allow_for_unlike_spread() {
 fn course(speeds: &[(f64, bool)]) -> Samples {
     let mut samples = Samples::new(1, 1, 0, 1, 0);
     for (k, (speed, moving)) in speeds.iter().enumerate() {
-        let place = Where { log: 0, time: 0.05 * k as f64, duration: 0.05 };
+        let place = Where { log: 0, section: 0, time: 0.05 * k as f64, duration: 0.05 };
         let acceleration = if *moving { 20.0 } else { 0.0 };
         samples.push(place, [&[0.0], &[*speed], &[acceleration]], &[]);
     }

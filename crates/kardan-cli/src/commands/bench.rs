@@ -24,6 +24,12 @@ const AT_ONCE: u64 = 16;
 const SHOWN: usize = 12;
 
 pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
+    let mut formats: Vec<Format> = Vec::new();
+    for format in &args.format {
+        if !formats.contains(format) {
+            formats.push(*format);
+        }
+    }
     let source = input::read(&args.model, quiet)?;
     let truth = args.truth.as_deref().map(input::read_text).transpose()?;
     let known = study::check(&source.text);
@@ -53,7 +59,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let bench = study::prepare_bench(&source.text, &settings).map_err(failed(&source))?;
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
-    let logs = output.logs(&bench, args, quiet);
+    let logs = output.logs(&bench, &formats, u64::from(args.repetitions), quiet);
     let found = match tried {
         Some(control) => {
             let settings = BenchSettings {
@@ -62,7 +68,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
                 run: BenchRun::Control(control),
                 ..settings
             };
-            Some(output.study(&source, &bench, &logs, &args.format, &settings, quiet)?)
+            Some(output.study(&source, &bench, &logs, &formats, &settings, quiet)?)
         }
         None => None,
     };
@@ -110,20 +116,19 @@ impl Output {
     }
 
     /// Runs the bench and writes all that can be written.
-    fn logs(&mut self, bench: &PreparedBench, args: &BenchArgs, quiet: bool) -> Vec<WrittenLog> {
+    fn logs(&mut self, bench: &PreparedBench, formats: &[Format], all: u64, quiet: bool) -> Vec<WrittenLog> {
         let mut logs = Vec::new();
         if let Some(plan) = bench.plan() {
             self.keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes());
         }
         self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
         let bars = Bars::new(quiet);
-        let all = u64::from(args.repetitions);
         let mut next = 0;
         while next < all {
             let until = (next + AT_ONCE).min(all);
             for log in bench.logs(next..until, &bars) {
-                let formats = args.format.iter();
-                let paths = formats.filter_map(|format| self.table(bench.name(), &log, &log.name, *format)).collect();
+                let paths =
+                    formats.iter().filter_map(|format| self.table(bench.name(), &log, &log.name, *format)).collect();
                 if let Outcome::Failed { cause, .. } = &log.outcome {
                     let message = format!("the log `{}` ends early, {cause}", log.name);
                     self.problems.push(Diagnostic::error("bench::run", message));

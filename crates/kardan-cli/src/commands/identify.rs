@@ -54,12 +54,14 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
         save(path, report::identification_html(&found).as_bytes())?;
     }
-    let left = args.write.as_deref().map(|path| write(path, &source, &found)).transpose()?.unwrap_or_default();
+    let left = args.write.as_deref().map(|path| write(path, &source, &found)).transpose();
+    // What was found is told also where it cannot be written.
     if args.json {
         print(&(export::identification_json(&found) + "\n"))?;
     } else {
         print(&identify_text::text(&found, &origin))?;
     }
+    let left = left?.unwrap_or_default();
     for path in args.report.iter().chain(&args.write).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));
     }
@@ -69,8 +71,18 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// The logs, each known to be a file that can be opened.
+/// The logs, each known to be a file that can be opened, and no other one of them.
 pub(super) fn logs(paths: &[PathBuf]) -> Result<Vec<LogFile>, Diagnostic> {
+    let same = |a: &PathBuf, b: &PathBuf| match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    if let Some(path) = paths.iter().enumerate().find_map(|(k, path)| paths[..k].iter().find(|other| same(other, path)))
+    {
+        let message = format!("the log `{}` is named twice", path.display());
+        return Err(Diagnostic::error("log::twice", message)
+            .help("name it once: what is read twice would look more certain than it is"));
+    }
     paths.iter().map(|path| log(path)).collect()
 }
 
@@ -104,9 +116,8 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
 
 /// `50 ms`, or a number of seconds.
 fn window(text: &str) -> Result<f64, Diagnostic> {
-    let read = parse_quantity(text).or_else(|_| parse_quantity(&format!("{text} s")));
-    match read {
-        Ok((value, Dimension::TIME)) if value.signum() > 0 => Ok(value.to_f64()),
+    match parse_quantity(text) {
+        Ok((value, Dimension::TIME | Dimension::NONE)) if value.signum() > 0 => Ok(value.to_f64()),
         _ => Err(Diagnostic::error("arguments::window", format!("`--window {text}` is no time above zero"))
             .help("write it like `--window \"50 ms\"`")),
     }

@@ -20,7 +20,8 @@ const POSITIONS: (usize, u64) = (6, 1);
 ///
 /// Exact: with the reduced direction `g = Kᵀa` an inertia (damping, stiffness) enters by the matrix `g gᵀ` alone, a Coulomb
 /// torque by `g sgn(gᵀq̇)`; what these features do not tell apart, no data do. With bent transmissions the features at several
-/// positions together, their slopes rounded once.
+/// positions together, their slopes rounded once. Inputs in `unmeasured` may have any torque: of every feature only what is across
+/// their directions counts.
 ///
 /// ```
 /// use kardan::identify::{Excitation, coefficients, undetermined};
@@ -32,10 +33,15 @@ const POSITIONS: (usize, u64) = (6, 1);
 /// let reduced = reduce(assemble(&gears.shafts, &gears.terms), Some(&["b".to_string()])).unwrap();
 /// let all = coefficients(&reduced);
 /// // a turns three times as fast as b: nine more of b and one less of a are the same.
-/// let left = undetermined(&reduced, &all, Excitation::Free);
+/// let left = undetermined(&reduced, &all, &[], Excitation::Free);
 /// assert_eq!(left, [[Rational::from(-1), Rational::from(9)]].map(|row| row.map(|x| x / Rational::from(9)).to_vec()));
 /// ```
-pub fn undetermined(reduced: &Reduced, wanted: &[Coefficient], excitation: Excitation) -> Vec<Vec<Rational>> {
+pub fn undetermined(
+    reduced: &Reduced,
+    wanted: &[Coefficient],
+    unmeasured: &[usize],
+    excitation: Excitation,
+) -> Vec<Vec<Rational>> {
     let (r, equations) = (reduced.freedoms(), &reduced.equations);
     let mut positions = vec![vec![0.0; r]];
     if !Kinematics::new(reduced).is_constant() {
@@ -69,6 +75,14 @@ pub fn undetermined(reduced: &Reduced, wanted: &[Coefficient], excitation: Excit
             let along = |k: usize| (0..r).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&speeds[(j, k)])));
             (0..speeds.columns()).map(along).collect()
         };
+        // A basis of what is across the torques that nobody measured.
+        let torques: Vec<Vec<Rational>> = unmeasured.iter().map(|&k| direction(&equations.inputs[k].row)).collect();
+        let across = null_space(&Matrix::from_fn(torques.len(), r, |i, j| torques[i][j].clone()));
+        let rest = |g: &[Rational]| -> Vec<Rational> {
+            let along = |k: usize| (0..r).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&across[(j, k)])));
+            (0..across.columns()).map(along).collect()
+        };
+        let rows = across.columns();
         for kind in [Kind::Inertia, Kind::Damping, Kind::Stiffness] {
             if kind == Kind::Inertia && excitation == Excitation::Steady {
                 continue;
@@ -77,18 +91,19 @@ pub fn undetermined(reduced: &Reduced, wanted: &[Coefficient], excitation: Excit
                 .iter()
                 .map(|one| {
                     (one.kind == kind).then(|| {
-                        let mut sum = vec![Rational::ZERO; r * r];
+                        let mut sum = vec![Rational::ZERO; rows * r];
                         for &term in &one.terms {
                             let g = of(kind, term);
                             let mut signal = if kind == Kind::Damping { seen(&g) } else { g.clone() };
                             signal.resize(r, Rational::ZERO);
-                            (0..r * r).for_each(|k| sum[k] = sum[k].plus(&g[k / r].times(&signal[k % r])));
+                            let torque = rest(&g);
+                            (0..rows * r).for_each(|k| sum[k] = sum[k].plus(&torque[k / r].times(&signal[k % r])));
                         }
                         sum
                     })
                 })
                 .collect();
-            for k in 0..r * r {
+            for k in 0..rows * r {
                 let entry = |square: &Option<Vec<Rational>>| square.as_ref().map_or(Rational::ZERO, |s| s[k].clone());
                 features.push(squares.iter().map(entry).collect());
             }
@@ -98,8 +113,8 @@ pub fn undetermined(reduced: &Reduced, wanted: &[Coefficient], excitation: Excit
         for (column, one) in wanted.iter().enumerate().filter(|(_, one)| one.kind == Kind::Friction) {
             for &term in &one.terms {
                 let g = of(Kind::Friction, term);
-                // Of a friction that rests nobody knows the sign.
-                if seen(&g).iter().all(Rational::is_zero) {
+                // Of a friction that rests nobody knows the sign; one along a torque that nobody measured does nothing else.
+                if seen(&g).iter().all(Rational::is_zero) || rest(&g).iter().all(Rational::is_zero) {
                     continue;
                 }
                 let Some(first) = g.iter().find(|x| !x.is_zero()).cloned() else { continue };

@@ -251,8 +251,9 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
             let change = next.iter().zip(&weights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             weights = next;
             if round == 5 {
+                at_end.clear();
                 for &k in &searched {
-                    search(&data, k, &mut shapes, &weights, options, false)?;
+                    at_end.extend(search(&data, k, &mut shapes, &weights, options, false)?.then_some(k));
                 }
             }
             solution = Solution::of(&data, &shapes, &weights, options)?;
@@ -483,11 +484,14 @@ fn covered(
         }
     }
     let freedoms = leverage.freedoms();
-    let meat = newey_west(&scores, all, lags);
-    let half = Matrix::from_fn(all, all, |i, j| (0..all).map(|k| bread[(i, k)] * meat[(k, j)]).sum::<f64>());
+    // What each score moves: their sum of squares has no negative eigenvalue, however badly the columns are told apart.
+    let mut moves = vec![0.0; scores.len()];
+    for (own, score) in moves.chunks_exact_mut(all.max(1)).zip(scores.chunks_exact(all.max(1))) {
+        own.iter_mut().enumerate().for_each(|(i, x)| *x = (0..all).map(|k| bread[(i, k)] * score[k]).sum());
+    }
+    let mut covariance = newey_west(&moves, all, lags);
     let influence = influence(options.loss, &weights);
-    let covariance =
-        Matrix::from_fn(all, all, |i, j| influence * (0..all).map(|k| half[(i, k)] * bread[(k, j)]).sum::<f64>());
+    (0..all * all).for_each(|k| covariance[(k / all, k % all)] *= influence);
     // Back to all columns, then the Stribeck speeds.
     let shaped: Vec<usize> = (0..data.extras).filter(|&k| shapes[k].is_some()).collect();
     let total = p + shaped.len();
@@ -702,7 +706,7 @@ fn serial_test(series: &[Vec<f64>]) -> Option<f64> {
         }
         freedom += lags;
     }
-    let chi = ChiSquared::new(freedom as f64).ok().filter(|_| freedom > 0)?;
+    let chi = ChiSquared::new(freedom as f64).ok().filter(|_| freedom > 0 && sum.is_finite())?;
     Some(1.0 - chi.cdf(sum))
 }
 
@@ -743,8 +747,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         let mean = x.iter().sum::<f64>() / n;
         let spread = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         if let (true, Ok(student)) = (spread > 0.0, StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0))) {
-            let probability = 2.0 * (1.0 - student.cdf((mean / spread).abs()));
-            out.push(Test { what: TestKind::Mean(row), probability });
+            let ratio = (mean / spread).abs();
+            if ratio.is_finite() {
+                out.push(Test { what: TestKind::Mean(row), probability: 2.0 * (1.0 - student.cdf(ratio)) });
+            }
         }
     }
     out.extend(serial_test(&series).map(|probability| Test { what: TestKind::Serial, probability }));
@@ -755,8 +761,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     let square = moment(2);
     if let (true, Ok(chi)) = (square > 0.0 && count > 7.0, ChiSquared::new(2.0)) {
         let (skew, excess) = (moment(3) / square.powf(1.5), moment(4) / (square * square) - 3.0);
-        let probability = 1.0 - chi.cdf(count / 6.0 * (skew * skew + excess * excess / 4.0));
-        out.push(Test { what: TestKind::Normal, probability });
+        let sum = count / 6.0 * (skew * skew + excess * excess / 4.0);
+        if sum.is_finite() {
+            out.push(Test { what: TestKind::Normal, probability: 1.0 - chi.cdf(sum) });
+        }
     }
     for coordinate in 0..samples.freedoms {
         let mut order: Vec<usize> = (0..kept.len()).collect();
@@ -779,8 +787,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         let rows = series.len() as f64;
         let (a, b) = (rows * (bins as f64 - 1.0), rows * (n - bins as f64));
         if let (true, Ok(fisher)) = (within > 0.0 && b > 0.0, FisherSnedecor::new(a, b)) {
-            let probability = 1.0 - fisher.cdf(between / a / (within / b));
-            out.push(Test { what: TestKind::Speed(coordinate), probability });
+            let ratio = between / a / (within / b);
+            if ratio.is_finite() {
+                out.push(Test { what: TestKind::Speed(coordinate), probability: 1.0 - fisher.cdf(ratio) });
+            }
         }
     }
     out

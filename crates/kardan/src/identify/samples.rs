@@ -7,6 +7,8 @@ use std::ops::Range;
 pub struct Where {
     /// Number of the log.
     pub log: usize,
+    /// Number of the part of it in which the clock goes on.
+    pub section: usize,
     /// Middle, s.
     pub time: f64,
     /// Length, s.
@@ -140,7 +142,12 @@ impl Samples {
             };
             let (first, last) = (self.places[range.start], self.places[range.end - 1]);
             let (begin, end) = (first.time - first.duration / 2.0, last.time + last.duration / 2.0);
-            out.places.push(Where { log: first.log, time: (begin + end) / 2.0, duration: end - begin });
+            out.places.push(Where {
+                log: first.log,
+                section: first.section,
+                time: (begin + end) / 2.0,
+                duration: end - begin,
+            });
             out.windows.push(self.windows[range.clone()].iter().sum());
             out.x.extend(mean(&self.x, self.rows * self.columns));
             out.y.extend(mean(&self.y, self.rows));
@@ -200,7 +207,8 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     };
     let follows = |sample: usize, most: f64| {
         let (before, after) = (samples.places[sample - 1], samples.places[sample]);
-        before.log == after.log && after.time - before.time < (most + 0.5) * after.duration
+        (before.log, before.section) == (after.log, after.section)
+            && after.time - before.time < (most + 0.5) * after.duration
     };
     // Pieces with their mean speeds.
     let mut pieces: Vec<(Range<usize>, Vec<f64>)> = Vec::new();

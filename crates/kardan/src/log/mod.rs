@@ -368,7 +368,23 @@ fn named_time(name: &str) -> bool {
             | "date_time"
             | "time_s"
             | "time_ms"
+            | "time_us"
+            | "time_ns"
+            | "timestamp_s"
+            | "timestamp_ms"
+            | "timestamp_us"
+            | "timestamp_ns"
+            | "t_s"
+            | "t_ms"
+            | "t_us"
+            | "t_ns"
     )
+}
+
+/// The unit that the name of a time ends with: `ms` of `time_ms`.
+pub fn unit_in_name(name: &str) -> Option<&'static str> {
+    let end = name.trim().rsplit_once('_')?.1.to_ascii_lowercase();
+    ["s", "ms", "us", "ns"].into_iter().find(|unit| *unit == end)
 }
 
 fn find_time(channels: &[Channel]) -> Option<usize> {

@@ -6,6 +6,9 @@ use crate::results::{Candidate, Found, Identification, LogRead, ResidualTest, Va
 /// Probability below which a test of the residuals speaks.
 const UNLIKELY: f64 = 0.01;
 
+/// Residual over the noise of the sensors from which the two are told apart in words.
+const LOUD: f64 = 10.0;
+
 /// What came of it in one sentence; `true` if every parameter has an interval and nothing stands against it.
 pub fn verdict(found: &Identification) -> (bool, String) {
     let all = found.parameters.len();
@@ -20,6 +23,13 @@ pub fn verdict(found: &Identification) -> (bool, String) {
         (0, _) => "; what is left over looks like noise".into(),
         (1, _) => "; one test of what is left over speaks against the model".into(),
         (many, _) => format!("; {many} tests of what is left over speak against the model"),
+    };
+    // Noise that is much more than that of the sensors is something else, however random it looks.
+    let tests = match tests.strip_suffix("looks like noise") {
+        Some(start) if found.scale > LOUD => {
+            format!("{start}looks random, but is {:.0} times the noise of the sensors", found.scale)
+        }
+        _ => tests,
     };
     let warnings = match found.warnings.len() {
         0 => String::new(),

@@ -150,7 +150,7 @@ impl PreparedBench {
 
     /// The name of the log of a repetition.
     pub fn log_name(&self, repetition: u64) -> String {
-        format!("{}-{}", self.label, self.seed + repetition)
+        format!("{}-{}", self.label, self.seed.wrapping_add(repetition))
     }
 
     /// The logs of several repetitions, made in parallel.
@@ -170,7 +170,7 @@ impl PreparedBench {
     /// next (the latter if no spring holds the shafts and all ratios are constant), and how long constant speeds are held beyond their
     /// dwell; the plant and the set points do not. The same bits for the same number, on any thread.
     pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64)) -> Run {
-        let seed = self.seed + repetition;
+        let seed = self.seed.wrapping_add(repetition);
         let mut scenario = Scenario { seed, ..self.scenario.clone() };
         let course = self.tour.as_ref().map(|tour| Arc::new(tour.course(seed).0));
         if let Some(course) = &course {
@@ -254,6 +254,10 @@ fn prepare_without(
     let own = document.variant_settings().swap_remove(chosen).settings;
     let mut spec = Spec::read(&document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
+    if spec.seed.checked_add(settings.repetitions as u64).is_none() {
+        let message = format!("there are not so many seeds from {} on", spec.seed);
+        out.push(Diagnostic::error("bench::seed", message).help("begin with a smaller seed"));
+    }
     if let Some(plan) = &settings.plan {
         let known = ["constant_speeds", "multisine", "random_steps"];
         if !known.contains(&plan.as_str()) {
@@ -302,7 +306,9 @@ fn prepare_without(
         BenchRun::Excitation => bench.excite(&document, &spec, &mut out),
         BenchRun::Control(_) => bench.control(),
     }
-    bench.choose_columns(&document, &spec, settings.run == BenchRun::Excitation, &mut out);
+    if !fails(&out) {
+        bench.choose_columns(&document, &spec, settings.run == BenchRun::Excitation, &mut out);
+    }
     if fails(&out) { Err(out) } else { Ok(bench) }
 }
 

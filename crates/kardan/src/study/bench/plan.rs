@@ -143,7 +143,7 @@ impl Planner<'_> {
 
     /// Of these coefficients those that this kind of motion can tell from all others.
     pub fn determinable(&self, all: &[Coefficient]) -> Vec<Coefficient> {
-        let lost = undetermined(self.reduced, all, self.excitation());
+        let lost = undetermined(self.reduced, all, &[], self.excitation());
         let told = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
         let kept = all.iter().enumerate().filter(|(column, _)| told(*column));
         kept.map(|(_, one)| one.clone()).collect()
@@ -199,7 +199,7 @@ impl Planner<'_> {
     pub fn plan(&self, all: &[Coefficient]) -> Result<(BenchPlan, Tour), Refusal> {
         let period = self.spec.period;
         let wanted = if self.wanted.is_empty() { self.determinable(all) } else { self.wanted.clone() };
-        let lost = undetermined(self.reduced, &wanted, self.excitation());
+        let lost = undetermined(self.reduced, &wanted, &[], self.excitation());
         let mixed = |column: &usize| lost.iter().any(|row| !Scalar::is_zero(&row[*column]));
         let mixed: Vec<String> = (0..wanted.len()).filter(mixed).map(|column| wanted[column].name.clone()).collect();
         if !mixed.is_empty() || wanted.is_empty() {
@@ -209,6 +209,10 @@ impl Planner<'_> {
         let limits = self.limits();
         if let Some(&free) = self.reduced.coordinates.iter().find(|&&shaft| limits[shaft].is_infinite()) {
             return Err(Refusal::NoLimit(self.reduced.equations.shafts[free].clone()));
+        }
+        let shortest = self.count(0) as f64 * self.dwell();
+        if self.spec.plan != "constant_speeds" && shortest > self.spec.duration {
+            return Err(Refusal::TooLong(shortest));
         }
         let (mut candidates, looked) = match self.spec.plan.as_str() {
             "constant_speeds" => self.constant(&mut work, &limits)?,

@@ -35,6 +35,9 @@ pub(super) struct Spec {
     pub bandwidth: f64,
 }
 
+/// Largest bandwidth of the servo loops times their sample time; their filter is ten times as fast.
+const FASTEST: f64 = 0.1;
+
 /// The entries of a table of names and quantities.
 pub(super) fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
     match table.values.get(key).map(|spanned| &spanned.value) {
@@ -96,6 +99,17 @@ impl Spec {
         let speed_limits = speeds(document, &reader, "speed_limit", positive, out);
         let least_speeds = speeds(document, &reader, "least_speed", nonnegative, out);
         let grid = speeds(document, &reader, "speeds", any, out);
+        let bandwidth = number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out).unwrap_or(30.0);
+        if bandwidth * period > FASTEST {
+            out.push(
+                Diagnostic::error(
+                    "bench::bandwidth",
+                    format!("`bandwidth` of {what}: servo loops of {bandwidth} rad/s cannot run every {period} s"),
+                )
+                .at(TableReader::span(table, "bandwidth"), "too fast for the sample time")
+                .help(format!("choose at most {} rad/s, or a shorter `sample_time`", FASTEST / period)),
+            );
+        }
         Self {
             truth: entries(table, "truth"),
             spread,
@@ -113,7 +127,7 @@ impl Spec {
             ramp: time("ramp", out).unwrap_or(0.5),
             duration: time("duration", out).unwrap_or(600.0),
             torque_noise: number("torque_noise", Dimension::TORQUE, Sign::NonNegative, out).unwrap_or(0.0),
-            bandwidth: number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out).unwrap_or(30.0),
+            bandwidth,
         }
     }
 }

@@ -179,7 +179,8 @@ pub(super) fn asked(
     out: &mut Vec<Diagnostic>,
 ) -> Asked {
     let table = &document.identification;
-    let mut names = if given.parameters.is_empty() { words(table, "parameters") } else { given.parameters.clone() };
+    let trimmed = || given.parameters.iter().map(|name| name.trim().to_string()).collect();
+    let mut names: Vec<String> = if given.parameters.is_empty() { words(table, "parameters") } else { trimmed() };
     let all = names.is_empty();
     if all {
         let inertial = given.method.as_deref().or(read_word(table, "method")) == Some("dynamic");
@@ -209,7 +210,7 @@ pub(super) fn asked(
     let extras: Vec<ExtraTerm> = declared.iter().filter(fitted).cloned().collect();
     names.retain(|name| !extras.iter().any(|extra| named(extra, name)));
     let mut seen: Vec<Wanted> = Vec::new();
-    for name in &names {
+    for name in names.iter().filter(|name| !name.is_empty()) {
         let Some(one) = wanted(document, settings, name, out) else { continue };
         if let Some(other) = seen.iter().find(|other| other.keys.iter().any(|key| one.keys.contains(key))) {
             let message = format!("`{}` and `{}` are the same coefficient", other.name, one.name);
@@ -237,6 +238,12 @@ pub(super) fn asked(
             Diagnostic::error("identify::confidence", format!("a confidence of {confidence} is not between 0 and 1"))
                 .at(TableReader::span(table, "confidence"), "this confidence")
                 .help("write 0.95 for 95 %"),
+        );
+    }
+    if names.iter().any(|name| name.is_empty()) {
+        out.push(
+            Diagnostic::error("identify::parameters", "one of the parameters asked for has no name")
+                .help("write them with commas and nothing empty between: `--parameters wg.damping,wg.friction`"),
         );
     }
     let steadiness = Steadiness {
@@ -270,7 +277,7 @@ pub(super) fn asked(
             .collect(),
         _ => Vec::new(),
     };
-    let asked = Asked {
+    let mut asked = Asked {
         wanted: seen,
         candidates,
         method,
@@ -293,8 +300,14 @@ pub(super) fn asked(
                 .help("write one of some 50 samples: `--window \"50 ms\"`"),
         );
     }
-    let known = |name: &String| {
+    let sought = |name: &String| {
         asked.wanted.iter().any(|one| one.name == *name) || asked.extras.iter().any(|extra| extra.name == *name)
+    };
+    // What the file bounds need not be what is asked for this time.
+    let possible = possible(document);
+    let known = |name: &String| {
+        let parameter = document.parameters.iter().any(|one| one.name == *name);
+        sought(name) || parameter || possible.contains(name) || asked.declared.iter().any(|extra| extra.name == *name)
     };
     for name in asked.nonnegative.iter().filter(|name| !known(name)) {
         let names = asked.wanted.iter().map(|one| one.name.as_str());
@@ -304,6 +317,8 @@ pub(super) fn asked(
                 .help(format!("there are {}", quoted(names))),
         );
     }
+    let bounded: Vec<String> = asked.nonnegative.iter().filter(|name| sought(name)).cloned().collect();
+    asked.nonnegative = bounded;
     asked
 }
 

@@ -268,10 +268,13 @@ pub(super) fn open_log(
         let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
         let names: Vec<&str> = names.take(24).collect();
         let message = format!("no channel of `{}` is known to the model", file.name);
+        let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
-            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}",
+            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
             quoted(names.into_iter()),
-            quoted(signals(model).iter().map(String::as_str))
+            quoted(signals(model).iter().map(String::as_str)),
+            if notes.is_empty() { "" } else { "; and see what the log says: " },
+            notes.join("; ")
         )));
     }
     (out.len() == before).then(|| OpenLog {
@@ -449,8 +452,8 @@ fn clocks(
                     "time" | "t" | "timestamp" | "time [s]" | "time (s)"
                 )
             };
-            let own = named.and_then(|name| group.channels.iter().position(|channel| channel.name == name));
-            let found = own.or(if named.is_none() || named.is_some_and(|_| own.is_none()) { group.time } else { None });
+            let own = named.and_then(|name| find(std::slice::from_ref(group), Some(name), None)).map(|found| found.1);
+            let found = own.or(group.time);
             let found = found.or_else(|| group.channels.iter().position(usual));
             let Some(channel) = found else {
                 if step.is_none() {
@@ -458,7 +461,12 @@ fn clocks(
                 }
                 return step;
             };
-            let unit = read_word(table, "time_unit").unwrap_or(&group.channels[channel].unit).trim().to_string();
+            let written = group.channels[channel].unit.trim();
+            let unit = match (written, crate::log::unit_in_name(&group.channels[channel].name)) {
+                ("", Some(unit)) => unit,
+                (unit, _) => unit,
+            };
+            let unit = read_word(table, "time_unit").unwrap_or(unit).trim().to_string();
             let factor = match unit.as_str() {
                 "" | "-" | "1" => Some(1.0),
                 unit => match parse_quantity(&format!("1 {unit}")) {

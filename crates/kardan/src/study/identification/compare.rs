@@ -62,8 +62,7 @@ pub(super) fn compare(
             new
         });
     }
-    // The windows are those that the whole model uses, so that all predict the same.
-    let places = &built.samples.places;
+    // The windows and their covariances are those of the whole model, so that all predict the same on one scale.
     let mut out = Vec::new();
     let count = specs.len();
     for (k, spec) in specs.into_iter().enumerate() {
@@ -93,7 +92,7 @@ pub(super) fn compare(
         let trial = plant_without(plant, &silent);
         let columns = columns(&trial, &own, method);
         let mut rows = rows(&trial, &own, &columns, material);
-        keep_places(&mut rows.samples, places);
+        keep_places(&mut rows.samples, &built.samples);
         let samples = match method {
             Method::Steady => settled(&rows, &own, material.window),
             Method::Dynamic => rows.samples,
@@ -125,20 +124,23 @@ pub(super) fn compare(
     Ok(out)
 }
 
-/// Keeps the samples at some places, which are in order.
-fn keep_places(samples: &mut Samples, places: &[Where]) {
+/// Keeps the samples at the places of others, which are in order, with the covariances of those.
+fn keep_places(samples: &mut Samples, others: &Samples) {
     let mut kept = Vec::new();
+    let mut covariance = Vec::new();
     let mut from = 0;
     for (k, place) in samples.places.iter().enumerate() {
-        let before = |other: &Where| (other.log, other.time) < (place.log, place.time);
-        while places.get(from).is_some_and(before) {
+        let key = |one: &Where| (one.log, one.section, one.time);
+        while others.places.get(from).is_some_and(|other| key(other) < key(place)) {
             from += 1;
         }
-        if places.get(from) == Some(place) {
+        if others.places.get(from) == Some(place) {
             kept.push(k..k + 1);
+            covariance.extend_from_slice(others.covariance(from));
         }
     }
     *samples = samples.averaged(&kept);
+    samples.covariance = covariance;
 }
 
 /// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.

@@ -83,6 +83,8 @@ const PLENTY: usize = 3;
 const RARE: usize = 5;
 /// Folds of the cross-validation.
 const FOLDS: usize = 5;
+/// Remarks of logs that a diagnostic repeats.
+const REMARKS: usize = 4;
 /// Blocks of windows that stay together in it, for each fold.
 const BLOCKS: usize = 20;
 
@@ -133,7 +135,12 @@ pub fn identify(
     }
     let Opened { mut experiments, counters, bytes } = opened(&document, &model, files)?;
     let slots = slots(&experiments)?;
-    let plant = plant(&document, &set, &asked, &slots, &model)?;
+    let notes: Vec<String> = experiments
+        .iter()
+        .flatten()
+        .flat_map(|open| open.log.notes().into_iter().map(|note| format!("`{}`: {note}", open.name)))
+        .collect();
+    let plant = plant(&document, &set, &asked, &slots, &model).map_err(|mistakes| with_remarks(mistakes, &notes))?;
     let failed = |(name, error): (String, _)| vec![log_error(&name, &error)];
     let window = match asked.window {
         Some(window) => window,
@@ -157,7 +164,14 @@ pub fn identify(
     progress.advance(0, "logs", 1.0);
 
     let material = Material { recorded: &recorded, slots: &slots, window };
-    let Taken { method, columns, built, samples, notes } = taken(&plant, &asked, &material)?;
+    // What was wrong with a log is likely to be why it does not suffice.
+    let remarks: Vec<String> = recorded
+        .iter()
+        .flat_map(|one| &one.logs)
+        .flat_map(|log| log.remarks.iter().map(|remark| format!("`{}`: {remark}", log.name)))
+        .collect();
+    let Taken { method, columns, built, samples, notes } =
+        taken(&plant, &asked, &material).map_err(|mistakes| with_remarks(mistakes, &remarks))?;
     let count = WindowCount {
         moving: match method {
             Method::Steady => built.samples.len() - samples.windows.iter().sum::<usize>(),
@@ -169,11 +183,12 @@ pub fn identify(
     let options = fit_options(&asked, &columns, method);
     let chosen: Vec<usize> = (0..samples.len()).collect();
     let Some(best) = fit(&samples, &chosen, &options) else {
-        return Err(vec![
-            Diagnostic::error("identify::numbers", "the logs hold numbers too large to compute with")
-                .help("check units and factors of the channels"),
-        ]);
+        return Err(vec![too_large()]);
     };
+    let told = |k: usize| best.values[k].is_finite() && !(best.standard_errors[k].is_nan() && best.values[k] != 0.0);
+    if !best.scale.is_finite() || !(0..best.values.len()).all(told) {
+        return Err(vec![too_large()]);
+    }
     let folds = folds(&samples, method);
     let unseen = cross_validate(&samples, &chosen, &folds, &options);
     let candidates = if settings.compare {
@@ -188,12 +203,11 @@ pub fn identify(
         asked: &asked,
         columns: &columns,
         samples: &samples,
-        all: &built.samples,
         fit: &best,
         unseen: unseen.as_deref(),
         method: method.word(),
         window,
-        acceleration_noise: &built.noise,
+        noise: &built.noise,
     };
     let mut out = told::told(&story);
     out.logs = recorded.into_iter().flat_map(|recording| logs_told(recording, &slots)).collect();
@@ -201,6 +215,16 @@ pub fn identify(
     out.candidates = candidates;
     out.notes.splice(0..0, notes);
     Ok(out)
+}
+
+/// Diagnostics that tell what was remarked about the logs.
+fn with_remarks(mut mistakes: Vec<Diagnostic>, remarks: &[String]) -> Vec<Diagnostic> {
+    if let (Some(first), false) = (mistakes.first_mut(), remarks.is_empty()) {
+        let known = first.help.take().unwrap_or_default();
+        let shown = remarks[..remarks.len().min(REMARKS)].join("; ");
+        first.help = Some(format!("{known}; and see what the logs say: {shown}"));
+    }
+    mistakes
 }
 
 /// The text of the model file with what was found in place, and what it cannot hold, with the reason.
@@ -217,6 +241,13 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
     let (text, mut left) = model::written(source, &values.collect::<Vec<_>>())?;
     left.extend(found.not_for_file.iter().cloned());
     Ok((text, left))
+}
+
+fn too_large() -> Diagnostic {
+    Diagnostic::error("identify::numbers", "the logs hold numbers too large to compute with").help(
+        "check units and factors of the channels, and whether a large number stands for a reading that is missing (it may be left \
+         empty)",
+    )
 }
 
 /// Logs that are open: those recorded together in one list each; what counts the bytes read, and all bytes.
@@ -339,11 +370,12 @@ fn folds(samples: &Samples, method: Method) -> Vec<usize> {
 fn too_little(taken: &Taken, needed: usize, window: f64) -> Diagnostic {
     let (count, steady) = (&taken.built.count, taken.method == Method::Steady);
     let message = format!(
-        "{} {} tell too little for {needed} parameters: of {} windows of {window} s, {} lack samples of a channel, in {} a \
+        "{} {} tell too little for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, in {} a \
          friction rests or its sign is not known",
         taken.samples.len(),
         if steady { "segments of constant speed" } else { "windows" },
         count.all,
+        told::short(window),
         count.incomplete,
         count.resting,
     );

@@ -61,7 +61,8 @@ pub(super) fn slots(experiments: &[Vec<OpenLog>]) -> Result<Vec<Quantity>, Vec<D
             let name = experiments[k].first().map_or("", |log| log.name.as_str());
             let message = format!("`{name}` holds other signals than the first log");
             let help = format!(
-                "it lacks {}, it has {} besides; logs of one identification hold the same",
+                "it lacks {}, it has {} besides; logs of one identification hold the same. Two files of one recording are joined by their \
+                 time if the model has a `[log.NAME]` with `file` for each",
                 if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
                 if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
             );
@@ -158,6 +159,16 @@ pub(super) fn plant(
             format!("log the torque of one of {names}"),
         ));
     }
+    let lost = |extra: &&super::asked::ExtraTerm| {
+        extra.torque.as_ref().is_some_and(|name| unmeasured.iter().any(|&k| inputs[k].element == *name))
+    };
+    if let Some(extra) = asked.extras.iter().find(lost) {
+        let motor = extra.torque.as_deref().unwrap_or_default();
+        return Err(wrong(
+            format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
+            format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
+        ));
+    }
     let steps = slots
         .iter()
         .map(|slot| {
@@ -183,7 +194,7 @@ pub(super) fn plant(
 /// The columns for a kind of excitation: what is dependent by structure is left out.
 pub(super) fn columns(plant: &Plant, asked: &Asked, method: Method) -> Columns {
     let all = coefficients(&plant.reduced.equations, &asked.wanted);
-    let structural = undetermined(&plant.reduced, &all, method.excitation());
+    let structural = undetermined(&plant.reduced, &all, &plant.unmeasured, method.excitation());
     // Of each dependent combination the last parameter is the free one.
     let free: Vec<usize> = structural
         .iter()
@@ -227,7 +238,10 @@ pub(super) fn silence(equations: &mut Equations, coefficient: &Coefficient) {
             Kind::Inertia => equations.inertias[term].value = Exact::zero(),
             Kind::Damping => equations.dampers[term].value = Exact::zero(),
             Kind::Stiffness => equations.springs[term].value.stiffness = Exact::zero(),
-            Kind::Friction => equations.frictions[term].value.torque = Exact::zero(),
+            Kind::Friction => {
+                let law = &mut equations.frictions[term].value;
+                (law.torque, law.stribeck) = (Exact::zero(), None);
+            }
         }
     }
 }

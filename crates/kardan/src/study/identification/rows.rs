@@ -27,8 +27,8 @@ pub(super) struct Material<'a> {
 pub(super) struct Built {
     pub samples: Samples,
     pub count: WindowCount,
-    /// Standard deviations of the accelerations of the coordinates, rad/s².
-    pub noise: Vec<f64>,
+    /// Standard deviations of a window's angles, speeds and accelerations of the coordinates, SI.
+    pub noise: [Vec<f64>; 3],
 }
 
 /// Rows of the torque balance in every window that tells one.
@@ -91,15 +91,16 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         .with_rest_speeds(&rest);
     let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
     let mut count = WindowCount::default();
-    let mut accelerations = vec![0.0; r];
+    let mut noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
     for (log, recording) in recorded.iter().enumerate() {
-        for ((_, number), row) in &recording.windows {
+        for ((section, number), row) in &recording.windows {
             count.all += 1;
             if !motion.take(plant, row, &noise, window) {
                 count.incomplete += 1;
                 continue;
             }
-            let place = Where { log, time: recording.origin + (*number as f64 + 0.5) * window, duration: window };
+            let time = recording.origin + (*number as f64 + 0.5) * window;
+            let place = Where { log, section: *section, time, duration: window };
             let room = samples.push(place, [&motion.position, &motion.speed, &motion.acceleration], &motion.torques);
             let at = Motion { position: &motion.position, speed: &motion.speed, acceleration: &motion.acceleration };
             let variances = Variances {
@@ -121,10 +122,13 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
                 count.resting += 1;
                 continue;
             }
-            accelerations.iter_mut().zip(&motion.acceleration_variance).for_each(|(a, v)| *a = v.sqrt().max(*a));
+            let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];
+            for (most, variances) in noise_of.iter_mut().zip(parts) {
+                most.iter_mut().zip(variances).for_each(|(most, v)| *most = v.sqrt().max(*most));
+            }
         }
     }
-    Built { samples, count, noise: accelerations }
+    Built { samples, count, noise: noise_of }
 }
 
 /// The motion and the torques in a window, with their variances.
@@ -195,5 +199,5 @@ pub(super) fn settled(built: &Built, asked: &Asked, window: f64) -> Samples {
     if let Some(shortest) = asked.shortest {
         steadiness.windows = (shortest / window).ceil().max(1.0) as usize;
     }
-    built.samples.averaged(&steady_segments(&built.samples, &built.noise, steadiness))
+    built.samples.averaged(&steady_segments(&built.samples, &built.noise[2], steadiness))
 }

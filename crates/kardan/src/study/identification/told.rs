@@ -14,14 +14,13 @@ pub(super) struct Story<'a> {
     pub columns: &'a Columns,
     /// The samples of the fit.
     pub samples: &'a Samples,
-    /// All windows.
-    pub all: &'a Samples,
     pub fit: &'a Fit,
     /// Predictions without having seen, sample by sample, row by row.
     pub unseen: Option<&'a [f64]>,
     pub method: &'a str,
     pub window: f64,
-    pub acceleration_noise: &'a [f64],
+    /// Standard deviations of a window's angles, speeds and accelerations.
+    pub noise: &'a [Vec<f64>; 3],
 }
 
 /// Parameters that hardly differ from a combination of others.
@@ -123,7 +122,7 @@ fn free_combination(row: &[Rational], columns: &Columns) -> String {
 }
 
 /// Six digits at most.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.6}");
     if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) {
         return format!("{x:.4e}");
@@ -220,6 +219,9 @@ fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<Str
     for one in plain {
         if told(one) {
             values.push(FileValue { name: one.name.clone(), value: one.value, interval: Some(one.interval) });
+        } else if one.value == 0.0 && one.standard_error.is_nan() {
+            // At its bound: all others were fitted with it at zero.
+            values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
         } else {
             left.push(format!("{}: {}", one.name, one.remark));
         }
@@ -514,22 +516,43 @@ fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
     out
 }
 
-fn warnings(story: &Story<'_>, out: &Identification) -> Vec<String> {
-    let Story { plant, asked, all, acceleration_noise, method, .. } = story;
-    let mut warnings = Vec::new();
-    if *method == "dynamic" && asked.wanted.iter().any(|one| one.keys[0].1 == Kind::Inertia) {
-        for (k, name) in plant.reduced.coordinate_names().iter().enumerate() {
-            let mean = (0..all.len()).map(|s| all.motion(s, 2)[k].powi(2)).sum::<f64>() / all.len().max(1) as f64;
-            let part = acceleration_noise[k].powi(2) / mean;
-            if part > NOISE {
-                warnings.push(format!(
-                    "{:.0} % of the square of the acceleration of {name} is noise of its sensor, which makes inertias come out \
-                     too small by about that: use a wider window, or accelerate more",
-                    100.0 * part.min(1.0)
-                ));
-            }
+/// Parameters whose signal is noise of the sensors for a good part: errors in what they are multiplied with make them too small.
+fn drowned(story: &Story<'_>) -> Vec<String> {
+    let Story { plant, columns, samples, noise, .. } = story;
+    let equations = &plant.reduced.equations;
+    let r = plant.reduced.freedoms();
+    let basis = linearise(&plant.reduced, &vec![0.0; r]).basis;
+    let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
+    let mut out = Vec::new();
+    for (k, _) in &columns.kept {
+        let one = &columns.asked[*k];
+        let Some(&term) = one.terms.first() else { continue };
+        let (row, part, what) = match one.kind {
+            Kind::Inertia => (&equations.inertias[term].row, 2, "acceleration"),
+            Kind::Damping => (&equations.dampers[term].row, 1, "speed"),
+            Kind::Stiffness => (&equations.springs[term].row, 0, "twist"),
+            Kind::Friction => continue,
+        };
+        let along = |j: usize| row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum();
+        let g: Vec<f64> = (0..r).map(along).collect();
+        let square = (0..samples.len()).map(|s| dot(&g, samples.motion(s, part)).powi(2)).sum::<f64>();
+        let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| (g * sigma).powi(2)).sum();
+        let share = variance / windows / (square / samples.len().max(1) as f64);
+        if share > NOISE {
+            out.push(format!(
+                "{:.0} % of the square of the {what} that {} acts on is noise of the sensors, which makes it come out too small by \
+                 about that: use a wider window, or move more",
+                100.0 * share.min(1.0),
+                one.name
+            ));
         }
     }
+    out
+}
+
+fn warnings(story: &Story<'_>, out: &Identification) -> Vec<String> {
+    let Story { asked, .. } = story;
+    let mut warnings = drowned(story);
     if let Some((_, false)) = &out.damping {
         warnings.push(
             "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
