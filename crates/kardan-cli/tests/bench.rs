@@ -71,6 +71,50 @@ fn controllers_of_the_file_run() {
     assert!(!at.join("c/plan.txt").exists() && at.join("c/truth.toml").exists());
 }
 
+/// Excited, logged, identified from the file that was written, designed on the values found, run in simulation and on the plant.
+#[test]
+fn a_study_goes_the_whole_way() {
+    let at = folder("study");
+    let text = model(&at).replace("duration = \"5 s\"", "duration = \"1.3 s\"");
+    fs::write(at.join("m.toml"), text.replace("points = 6", "points = 12")).unwrap();
+    let got = bench(&at, &["m.toml", "--study", "--json", "--out", "s", "--format", "mdf,csv,csv"]);
+    assert_eq!(got.status.code(), Some(0), "{}", String::from_utf8_lossy(&got.stderr));
+    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    assert_eq!(object["controller"], "drive");
+    assert_eq!(object["files"].as_array().unwrap().len(), 2 + 2 + 1 + 8 + 1, "{}", object["files"]);
+    for file in object["files"].as_array().unwrap() {
+        assert!(at.join(file.as_str().unwrap()).exists(), "{file}");
+    }
+    assert!(object["identification"]["logs"][0]["name"].as_str().unwrap().ends_with(".mf4"));
+    // What was drawn is found to some percent, and written with comments and order of the file.
+    let truth = object["truth"].as_array().unwrap();
+    let of = |name: &str| truth.iter().find(|one| one["name"] == name).unwrap()["value"].as_f64().unwrap();
+    let found = object["identification"]["parameters"].as_array().unwrap();
+    let friction = found.iter().find(|one| one["name"] == "cs.friction").unwrap()["value"].as_f64().unwrap();
+    assert!((friction / of("cs.friction") - 1.0).abs() < 0.05, "{friction}");
+    let identified = fs::read_to_string(at.join("s/identified.toml")).unwrap();
+    assert!(identified.lines().next() == text.lines().next() && identified.contains("95 %"), "{identified}");
+    let experiments = object["experiments"].as_array().unwrap();
+    assert_eq!(experiments.len(), 2);
+    for (experiment, output) in experiments.iter().zip([0, 1]) {
+        let [one, other] = [output, 1 - output].map(|k| &experiment["responses"][k]);
+        assert!(one["settled"]["simulation"].as_f64().unwrap() > 0.09, "{one}");
+        assert!(other["farthest"]["simulation"].as_f64().unwrap() < 1e-6, "{other}");
+        assert!(one["differences"].as_array().unwrap().len() >= 3);
+    }
+    let page = fs::read_to_string(at.join("s/report.html")).unwrap();
+    for part in
+        ["Simulation and bench: position", "What makes them differ", "Found and true", "Excitation", "Design of drive"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("NaN") && !page.contains("http://") && !page.contains("https://"));
+    // The text says the same.
+    let got = bench(&at, &["m.toml", "--study", "--out", "t", "-q"]);
+    let said = String::from_utf8(got.stdout).unwrap();
+    assert!(said.contains("Found and true") && said.contains("Simulation and bench: torque"), "{said}");
+}
+
 #[test]
 fn what_cannot_be_is_said_and_leaves_no_folder() {
     let at = folder("wrong");
@@ -78,7 +122,9 @@ fn what_cannot_be_is_said_and_leaves_no_folder() {
     fs::write(at.join("fast.toml"), text.replace("points = 6", "points = 900")).unwrap();
     fs::write(at.join("truth.toml"), "[bench.truth]\n\"gw.damping\" = \"1 N m s/rad\"\n").unwrap();
     for (arguments, part) in [
-        (&["fast.toml"][..], "only 52 keep the limits"),
+        (&["fast.toml"][..], "only 48 keep the limits"),
+        (&["m.toml", "--study", "--control", "drve"], "did you mean `drive`?"),
+        (&["rack-and-pinion", "--study"], "no controller to be tried"),
         (&["m.toml", "--truth", "truth.toml"], "there is no element `gw`"),
         (&["m.toml", "--truth", "nowhere.toml"], "there is no file `nowhere.toml`"),
         (&["m.toml", "--plan", "multisin"], "did you mean `multisine`?"),

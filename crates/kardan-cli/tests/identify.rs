@@ -83,6 +83,45 @@ fn text_json_page_and_file() {
         assert!(low < value && value < high && (high - low) / 2.0 > 2.5 * error, "99 %: {one}");
     }
     assert_eq!(got.stderr, b"");
+    // A time may be a number of seconds, names may stand apart.
+    let line = [
+        "identify",
+        "axle.toml",
+        "bench.csv",
+        "--json",
+        "-q",
+        "--window",
+        "0.04",
+        "--parameters",
+        "axle.damping, axle.friction",
+    ];
+    let object: Value = serde_json::from_slice(&kardan(&at, &line).stdout).unwrap();
+    assert_eq!((object["window_s"].as_f64(), object["parameters"].as_array().unwrap().len()), (Some(0.04), 2));
+}
+
+/// What Stribeck friction was found goes into the file as the torque at which it breaks away.
+#[test]
+fn a_breakaway_torque_is_written() {
+    let at = folder("breakaway");
+    let mut log = String::from("time,axle.w,drive.tau\ns,rad/s,N m\n");
+    for k in 0..40_000 {
+        let t = 0.001 * f64::from(k);
+        let speed = 12.0 * (0.5 * t).sin().powi(3) + 0.3 * (2.3 * t).sin();
+        let rate = 18.0 * (0.5 * t).sin().powi(2) * (0.5 * t).cos() + 0.69 * (2.3 * t).cos();
+        let friction = 0.3 + 0.2 * (-(speed / 1.5_f64).powi(2)).exp();
+        let hiss = f64::from(k * 7919 % 1009) / 1009.0 - 0.5;
+        let torque = 0.01 * rate + 0.02 * speed + friction.copysign(speed) + 0.02 * hiss;
+        let _ = writeln!(log, "{t:.3},{speed:.9},{torque:.9}");
+    }
+    fs::write(at.join("slow.csv"), log).unwrap();
+    let extra = "[[identification.extra]]\nkind = \"stribeck\"\nfriction = \"axle\"\n";
+    fs::write(at.join("sticky.toml"), format!("{MODEL}{extra}")).unwrap();
+    let got = kardan(&at, &["identify", "sticky.toml", "slow.csv", "--write", "new.toml"]);
+    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    let new = fs::read_to_string(at.join("new.toml")).unwrap();
+    assert!(new.contains("breakaway = ") && new.contains("stribeck_speed = "), "{new}");
+    let got = kardan(&at, &["check", "new.toml"]);
+    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
 }
 
 #[test]
@@ -99,6 +138,9 @@ fn what_cannot_be_is_told() {
         (vec!["identify", "axle.toml", "axle.toml"], vec!["axle.toml"]),
         (vec!["identify", "axle.toml"], vec!["LOG"]),
         (vec!["identify", "axle.toml", "bench.csv", "--window", "long"], vec!["no time above zero", "50 ms"]),
+        (vec!["identify", "axle.toml", "bench.csv", "./bench.csv"], vec!["named twice"]),
+        (vec!["identify", "axle.toml", "bench.csv", "--confidence", "0.95"], vec!["did you mean 95?"]),
+        (vec!["identify", "axle.toml", "bench.csv", "--parameters", "axle.damping,,"], vec!["no name"]),
         (vec!["identify", "axle.toml", "bench.csv", "--confidence", "100"], vec!["95"]),
         (vec!["identify", "axle.toml", "bench.csv", "--parameters", "axle.damping,axle.x"], vec!["axle.x"]),
         (vec!["identify", "axle.toml", "bench.csv", "--parameters", "axle.inertia"], vec!["constant speed"]),

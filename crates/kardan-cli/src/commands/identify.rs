@@ -55,7 +55,8 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
         save(path, report::identification_html(&found).as_bytes())?;
     }
     let left = args.write.as_deref().map(|path| write(path, &source, &found)).transpose();
-    // What was found is told also where it cannot be written.
+    // What was found is told also where it cannot be written; of JSON there is one object, then that of the mistake.
+    let left = if args.json { Ok(left?) } else { left };
     if args.json {
         print(&(export::identification_json(&found) + "\n"))?;
     } else {
