@@ -214,7 +214,7 @@ fn confidence(text: &str) -> Result<f64, String> {
     match percent {
         // Nobody wants an interval that is right once in a hundred times.
         Ok(x) if x > 0.0 && x < 1.0 => Err(format!("in percent: did you mean {}?", 100.0 * x)),
-        Ok(x) if x >= 1.0 && x < 100.0 => Ok(x),
+        Ok(x) if (1.0..100.0).contains(&x) => Ok(x),
         _ => Err("not from 1 to below 100: write 95".into()),
     }
 }
