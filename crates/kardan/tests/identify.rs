@@ -480,7 +480,8 @@ fn a_wobble_does_not_part_a_set_point() {
     let hop = vec![(2.3, true), (2.5, true), (2.3, true)];
     assert_eq!(segments(&[held(10.0, 8), held(2.0, 7), hop.clone(), held(2.05, 9)]), [1..7, 9..26]);
     // Nor do two pieces make one that are each too short alone and unlike.
-    assert_eq!(segments(&[held(10.0, 8), held(2.0, 4), hop, held(4.0, 4)]), [1..7]);
+    let short = segments(&[held(10.0, 8), held(2.0, 4), hop, held(4.0, 4)]);
+    assert!(short.len() == 1 && short[0] == (1..7), "{short:?}");
     let away = vec![(6.0, true); 3];
     assert_eq!(segments(&[held(10.0, 8), away.clone(), held(10.0, 8)]), [1..7, 12..18]);
     assert_eq!(segments(&[held(2.0, 8), held(10.0, 8), held(2.0, 8)]), [1..7, 9..15, 17..23]);
