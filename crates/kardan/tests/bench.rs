@@ -509,8 +509,10 @@ fn a_bench_like_the_model_differs_by_the_controller_alone() {
     let none = short.replace("[control.drive", "[unknown.drive");
     assert!(study::closed_loop(&none, &settings, &Silent).is_err());
     let bare = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n";
-    let refused = study::bench_controller(bare, None).unwrap_err();
+    let refused = study::bench_controller(bare, None, None).unwrap_err();
     assert!(refused[0].message.contains("no controller") && refused[0].help.is_some());
-    let refused = study::bench_controller(source(), Some("drve")).unwrap_err();
+    assert_eq!(study::bench_controller(source(), None, Some("torque")).unwrap(), "drive");
+    assert!(study::bench_controller(source(), None, Some("torqe")).unwrap_err()[0].message.contains("no variant"));
+    let refused = study::bench_controller(source(), Some("drve"), None).unwrap_err();
     assert!(refused[0].help.as_ref().is_some_and(|help| help.contains("did you mean `drive`")));
 }

@@ -54,7 +54,10 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         }
     };
     // What would stop the study in its middle is told before it begins.
-    let tried = args.study.then(|| study::bench_controller(&source.text, args.control.as_deref())).transpose();
+    let tried = args
+        .study
+        .then(|| study::bench_controller(&source.text, args.control.as_deref(), args.variant.as_deref()))
+        .transpose();
     let tried = tried.map_err(failed(&source))?;
     let bench = study::prepare_bench(&source.text, &settings).map_err(failed(&source))?;
     let folder = Folder::prepare(&args.out)?;

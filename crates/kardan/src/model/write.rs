@@ -105,8 +105,10 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
         Some(Spanned { span, .. }) => Ok(Edit { place: span.clone(), text }),
         None => {
             let place = below_header(source, instance).ok_or("its table is written in one line: add the key there")?;
-            let line_end = if place > 0 && source.as_bytes()[place - 1] == b'\n' { "" } else { "\n" };
-            Ok(Edit { place: place..place, text: format!("{line_end}{key} = {text}\n") })
+            // As the lines of the file end.
+            let end = if source.contains("\r\n") { "\r\n" } else { "\n" };
+            let before = if place > 0 && source.as_bytes()[place - 1] == b'\n' { "" } else { end };
+            Ok(Edit { place: place..place, text: format!("{before}{key} = {text}{end}") })
         }
     }
 }

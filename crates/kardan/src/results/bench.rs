@@ -132,7 +132,7 @@ pub struct Experiment {
 pub struct ClosedLoop {
     /// The controller as it was designed.
     pub design: Design,
-    /// How long after an event a transient lasts, s: ten time constants of the slowest pole of the loop.
+    /// How long after an event a transient lasts, s: ten time constants of the slowest pole of a channel.
     pub transient: f64,
     /// Each variant in which it runs.
     pub experiments: Vec<Experiment>,

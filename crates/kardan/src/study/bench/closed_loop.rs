@@ -8,7 +8,7 @@ use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
 use crate::results::{ClosedLoop, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
 use crate::study::design::{DesignSettings, design};
-use crate::study::{Progress, Silent, prepare};
+use crate::study::{PreparedVariant, Progress, Silent, prepare};
 
 /// The last part of a run, in which it is taken as settled.
 const LAST: f64 = 0.1;
@@ -63,50 +63,44 @@ pub fn closed_loop(
     settings: &BenchSettings,
     progress: &dyn Progress,
 ) -> Result<ClosedLoop, Vec<Diagnostic>> {
-    let control = match &settings.run {
-        BenchRun::Control(name) => bench_controller(source, Some(name))?,
-        BenchRun::Excitation => bench_controller(source, None)?,
+    let asked = match &settings.run {
+        BenchRun::Control(name) => Some(name.as_str()),
+        BenchRun::Excitation => None,
     };
+    let control = bench_controller(source, asked, settings.variant.as_deref())?;
     let (prepared, _) = prepare(source);
-    let settings = BenchSettings {
-        run: BenchRun::Control(control.clone()),
-        variant: settings.variant.clone(),
-        ..settings.clone()
-    };
+    let settings = BenchSettings { run: BenchRun::Control(control.clone()), ..settings.clone() };
     let first = prepare_bench(source, &settings)?;
-    let has = |name: &&String| {
-        let variant = prepared.variants.iter().find(|variant| variant.name == **name);
-        variant.is_some_and(|variant| variant.model.controls.iter().any(|one| one.name == control))
+    let meant = |variant: &&PreparedVariant| match &settings.variant {
+        Some(name) => variant.name == *name,
+        None => variant.model.controls.iter().any(|one| one.name == control),
     };
-    let names: Vec<String> = prepared.variants.iter().map(|variant| variant.name.clone()).collect();
-    let names: Vec<String> = match &settings.variant {
-        Some(name) => vec![name.clone()],
-        None => names.iter().filter(has).cloned().collect(),
-    };
+    let variants: Vec<&PreparedVariant> = prepared.variants.iter().filter(meant).collect();
     let kinds = kinds(first.truth(), !first.plant().equations.frictions.is_empty());
-    let jobs: Vec<Job> = names.iter().flat_map(|name| jobs(name, first.truth(), &kinds)).collect();
+    let jobs: Vec<Job> = variants.iter().flat_map(|variant| jobs(&variant.name, first.truth(), &kinds)).collect();
     let runs = jobs.par_iter().enumerate().map(|(number, job)| run(source, &settings, number, job, progress));
     let mut runs = runs.collect::<Result<Vec<Option<Run>>, _>>()?.into_iter();
     let design_settings =
         DesignSettings { control: Some(control.clone()), variant: settings.variant.clone(), ..Default::default() };
     let design = design(source, &design_settings, &Silent)?;
-    let slowest =
-        design.closed_loop_poles.iter().map(|pole| -pole.0).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
-    let transient = CONSTANTS / slowest;
+    // What the outputs do not show may be slower.
+    let poles = design.channels.iter().flat_map(|channel| &channel.poles);
+    let slowest = poles.map(|pole| -pole.0).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
+    let longest = variants.iter().map(|variant| variant.scenario.duration).fold(0.0, f64::max);
+    let transient = if slowest.is_finite() { (CONSTANTS / slowest).min(longest) } else { longest };
     let equations = &first.model().equations;
     let mut experiments = Vec::new();
-    for name in names {
+    for variant in variants {
         let (simulated, measured) = (runs.next().flatten(), runs.next().flatten());
         let others: Vec<Option<Run>> = runs.by_ref().take(2 * kinds.len()).collect();
         let (Some(simulated), Some(measured)) = (simulated, measured) else { continue };
-        let variant = prepared.variants.iter().find(|variant| variant.name == name);
-        let events = variant.map(|variant| variant.scenario.events.as_slice()).unwrap_or_default();
+        let events = &variant.scenario.events;
         let moving = |t: f64| events.iter().any(|event| (event.at..=event.at + event.over + transient).contains(&t));
         let pair = Pair { equations, simulated: &simulated, measured: &measured, moving: &moving };
         let responses =
             design.channels.iter().filter_map(|one| pair.response(&one.output, &one.reference, &kinds, &others));
         let responses = responses.collect();
-        experiments.push(Experiment { name, responses, simulated, measured });
+        experiments.push(Experiment { name: variant.name.clone(), responses, simulated, measured });
     }
     let failed = experiments.iter().flat_map(|one| [(&one.simulated, "simulation"), (&one.measured, "bench")]);
     let notes = failed
@@ -120,14 +114,19 @@ pub fn closed_loop(
     Ok(ClosedLoop { design, transient, experiments, notes })
 }
 
-/// The controller of a model file that is tried on its bench: the one asked for, else the first.
+/// The controller of a model file (of one of its variants) that is tried on its bench: the one asked for, else the first.
 ///
 /// # Errors
-/// Mistakes of the file; no controller, or none of this name.
-pub fn bench_controller(source: &str, name: Option<&str>) -> Result<String, Vec<Diagnostic>> {
-    let (prepared, mistakes) = prepare(source);
+/// Mistakes of the file; no controller, or none of this name; no such variant.
+pub fn bench_controller(source: &str, name: Option<&str>, variant: Option<&str>) -> Result<String, Vec<Diagnostic>> {
+    let (mut prepared, mistakes) = prepare(source);
     if mistakes.iter().any(super::is_error) {
         return Err(mistakes);
+    }
+    if variant.is_some() {
+        let settings = BenchSettings { variant: variant.map(String::from), ..BenchSettings::default() };
+        let number = super::choose(&prepared.variants, &settings).map_err(|mistake| vec![*mistake])?;
+        prepared.variants = vec![prepared.variants.swap_remove(number)];
     }
     let first = prepared.variants.iter().find_map(|variant| variant.model.controls.first());
     match (name, first) {
@@ -137,7 +136,7 @@ pub fn bench_controller(source: &str, name: Option<&str>) -> Result<String, Vec<
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
-            Diagnostic::error("control::unknown", "the file has no controller to be tried on the bench")
+            Diagnostic::error("control::unknown", "there is no controller to be tried on the bench")
                 .help("add one, such as `[control.drive]` with `law = \"decoupling\"`"),
         ]),
     }

@@ -198,6 +198,13 @@ pub fn identify(
     } else {
         Vec::new()
     };
+    let mut notes = notes;
+    if settings.compare && candidates.is_empty() {
+        notes.push(
+            "there is nothing to compare: the terms asked for are one model, and the file has no other candidate"
+                .into(),
+        );
+    }
     let story = told::Story {
         plant: &plant,
         asked: &asked,

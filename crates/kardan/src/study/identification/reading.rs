@@ -13,6 +13,9 @@ use crate::results::{ChannelRead, LogRead};
 
 /// A time between rows is a gap from so many usual ones on.
 const GAP: f64 = 5.0;
+/// A clock that begins later (s, some 3000 years), or is slower (s), is doubted.
+const LATE: f64 = 1e11;
+const SLOW: f64 = 0.5;
 /// Remarks of one kind that are told in full.
 const TOLD: usize = 3;
 /// Blocks that are looked at for the rates of the channels.
@@ -421,6 +424,14 @@ impl Ticking {
         }
         if self.jumps > TOLD {
             remarks.push(format!("{} jumps of the clock in all", self.jumps));
+        }
+        // Milliseconds or nanoseconds that nobody called so.
+        if self.first.abs() > LATE || self.step >= SLOW {
+            remarks.push(format!(
+                "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
+                 `[log.NAME]`",
+                self.first, self.step
+            ));
         }
         if self.repeated > 0 {
             remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
