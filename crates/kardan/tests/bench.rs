@@ -408,6 +408,11 @@ fn nonsense_is_explained() {
         (with("points = 24", "points = 24\nduration = \"5 s\""), "and 5 s are allowed"),
         (with("points = 24", "points = 24\nsample_time = \"1 s\""), "cannot sample every 1 s"),
         (with("points = 24", "points = 24\nspread = 1.5"), "let a value change its sign"),
+        (with("points = 24", "points = 24\nbandwidth = \"1e9 rad/s\""), "cannot run every 0.001 s"),
+        (
+            with("plan = \"constant_speeds\"", "plan = \"multisine\"").replace("dwell = \"2 s\"", "dwell = \"1e6 s\""),
+            "and 600 s are allowed",
+        ),
         (free().replace("\"1.3 N m\"", "\"1e-6 N m\"").replace("\"8 N m\"", "\"1e-6 N m\""), "only 0 keep the limits"),
         ("[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n".into(), "the motors cannot push"),
     ] {

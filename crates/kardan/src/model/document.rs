@@ -277,7 +277,7 @@ pub const BENCH: &[Field] = &[
     Field::optional(
         "bandwidth",
         Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Triple pole of the servo loops that play the plan; left out: 30 rad/s.",
+        "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s.",
     ),
 ];
 

@@ -35,8 +35,10 @@ pub(super) struct Spec {
     pub bandwidth: f64,
 }
 
+/// Bandwidth of the servo loops that have no other, rad/s.
+const USUAL: f64 = 30.0;
 /// Largest bandwidth of the servo loops times their sample time; their filter is ten times as fast.
-const FASTEST: f64 = 0.1;
+const FASTEST: f64 = 0.3;
 
 /// The entries of a table of names and quantities.
 pub(super) fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
@@ -99,8 +101,9 @@ impl Spec {
         let speed_limits = speeds(document, &reader, "speed_limit", positive, out);
         let least_speeds = speeds(document, &reader, "least_speed", nonnegative, out);
         let grid = speeds(document, &reader, "speeds", any, out);
-        let bandwidth = number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out).unwrap_or(30.0);
-        if bandwidth * period > FASTEST {
+        let bandwidth = number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out);
+        let bandwidth = bandwidth.unwrap_or(USUAL.min(FASTEST / period));
+        if bandwidth * period > FASTEST * (1.0 + 1e-9) {
             out.push(
                 Diagnostic::error(
                     "bench::bandwidth",
