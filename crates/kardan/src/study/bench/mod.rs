@@ -327,7 +327,10 @@ fn choose(variants: &[PreparedVariant], settings: &BenchSettings) -> Result<usiz
     let BenchRun::Control(name) = &settings.run else { return Ok(0) };
     let has = |variant: &PreparedVariant| variant.model.controls.iter().any(|control| control.name == *name);
     variants.iter().position(has).ok_or_else(|| {
-        let all: Vec<&str> = variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
+        let mut all: Vec<&str> =
+            variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
+        all.sort_unstable();
+        all.dedup();
         let help = match nearest(name, all.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
             None if all.is_empty() => "the file has no `[control.NAME]`".to_string(),
