@@ -384,6 +384,38 @@ fn candidates_are_compared_alike() {
     assert_eq!(found(&bounded, vec![log.clone()], &one_of_them).parameters.len(), 1);
 }
 
+/// A guess of an inertia that the log does not have changes the noise that accelerations would bring, but not which model is better:
+/// with it and without it predictions are the same, and so are their errors.
+#[test]
+fn a_guess_does_not_choose_the_model() {
+    let mut random = Random::new(9);
+    let mut log = String::from("t;s.w;m.tau;load.tau\ns;rad/s;N m;N m\n");
+    for k in 0..20_000 {
+        let t = 0.001 * f64::from(k);
+        let w = 20.0 * (0.4 * t).sin().powi(3) + 0.5 * (2.3 * t).sin();
+        let tau = 0.02 * w + 0.3 * w.signum() + 0.01 * normal(&mut random);
+        let _ = writeln!(log, "{t:.3};{:.6};{tau:.9};0", w + 0.05 * normal(&mut random));
+    }
+    let plain = SHAFT.split("[[identification.extra]]").next().expect("text");
+    let errors = ["0.05 kg m^2", "1e-6 kg m^2"].map(|guess| {
+        let source = format!(
+            "{}[[identification.candidate]]\nname = \"with\"\nparameters = [\"s.inertia\", \"s.damping\", \"s.friction\"]\n\
+             [[identification.candidate]]\nname = \"without\"\nparameters = [\"s.damping\", \"s.friction\"]\n",
+            plain.replace("0.01 kg m^2", guess)
+        );
+        let asked = IdentifySettings {
+            parameters: vec!["s.inertia".into(), "s.damping".into(), "s.friction".into()],
+            method: Some("dynamic".into()),
+            compare: true,
+            ..IdentifySettings::default()
+        };
+        let all = found(&source, vec![log.clone()], &asked).candidates;
+        assert!(all.len() == 2 && all[1].chosen, "{all:?}");
+        all[0].error.0 / all[1].error.0
+    });
+    assert!(errors.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{errors:?}");
+}
+
 /// A parameter at its bound goes into the file as zero: the others were fitted so.
 #[test]
 fn a_parameter_at_its_bound_is_written() {
