@@ -208,7 +208,7 @@ pub struct IdentifyArgs {
     pub write: Option<PathBuf>,
 }
 
-/// A percentage above 0 and below 100.
+/// A percentage from 1 to below 100.
 fn confidence(text: &str) -> Result<f64, String> {
     let percent = text.trim().trim_end_matches('%').trim().parse::<f64>();
     match percent {

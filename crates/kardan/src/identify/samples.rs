@@ -189,6 +189,9 @@ impl Default for Steadiness {
     }
 }
 
+/// Tolerances that a wobble may stray and return from.
+const WOBBLE: f64 = 5.0;
+
 /// Segments of constant speed: ranges of samples that follow each other in time, in which each speed stays within the tolerance of
 /// its mean and no acceleration is told from noise (`noise`: standard deviations of the accelerations, rad/s²).
 ///
@@ -258,6 +261,3 @@ pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<
     let long = joined.into_iter().map(|(range, _)| range).filter(|range| range.len() >= of.windows + 2 * of.guard);
     long.map(|range| range.start + of.guard..range.end - of.guard).collect()
 }
-
-/// Tolerances that a wobble may stray and return from.
-const WOBBLE: f64 = 5.0;

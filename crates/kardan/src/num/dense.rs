@@ -59,6 +59,7 @@ impl Cholesky {
             b[i] = sum / self.lower[i * n + i];
         }
     }
+
     /// Overwrites `b` with `L⁻ᵀ b`.
     pub fn other_half_solve(&self, b: &mut [f64]) {
         let n = self.n;

@@ -116,6 +116,12 @@ pub fn closed_loop(
 
 /// The controller of a model file (of one of its variants) that is tried on its bench: the one asked for, else the first.
 ///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("harmonic-drive-bench").unwrap().source;
+/// assert_eq!(study::bench_controller(source, None, None).unwrap(), "drive");
+/// ```
+///
 /// # Errors
 /// Mistakes of the file; no controller, or none of this name; no such variant.
 pub fn bench_controller(source: &str, name: Option<&str>, variant: Option<&str>) -> Result<String, Vec<Diagnostic>> {
