@@ -38,7 +38,7 @@ pub fn text(analysis: &Analysis, origin: &str) -> String {
         heading(&mut out, "Motions without inertia");
         words::elimination(found, &analysis.structure).iter().for_each(|text| sentence(&mut out, text));
     }
-    modes(&mut out, &analysis.modes);
+    modes(&mut out, &analysis.modes, &analysis.structure);
     structure(&mut out, &analysis.structure);
     least_numbers(&mut out, &analysis.structure);
     placement(&mut out, &analysis.placement);
@@ -155,7 +155,12 @@ fn constraint_forces(out: &mut String, forces: &ConstraintForces) {
     }
 }
 
-fn modes(out: &mut String, modes: &[Mode]) {
+/// The same where it is decided.
+fn told(decided: Option<bool>, holds: bool) -> String {
+    decided.map_or_else(|| "NOT DECIDED".to_owned(), |_| yes(holds))
+}
+
+fn modes(out: &mut String, modes: &[Mode], structure: &Structure) {
     if modes.is_empty() {
         return;
     }
@@ -171,8 +176,8 @@ fn modes(out: &mut String, modes: &[Mode]) {
             number(mode.natural_frequency / std::f64::consts::TAU),
             number(mode.damping_ratio),
             words::pair(mode.eigenvalue, number),
-            yes(mode.controllable),
-            yes(mode.observable),
+            told(structure.controllability(), mode.controllable),
+            told(structure.observability(), mode.observable),
             words::together(&words::shape(mode, number)),
         ];
         if has_energy {
@@ -193,11 +198,14 @@ fn structure(out: &mut String, structure: &Structure) {
         sentence(out, &format!("{what} ({}): {shown}", names.len()));
     }
     let rows = [
-        ("controllable", structure.controllable(), words::rank(structure.controllable_rank, states)),
-        ("observable", structure.observable(), words::rank(structure.observable_rank, states)),
-        ("minimal", structure.minimal(), String::new()),
+        ("controllable", structure.controllability(), Some(structure.controllable_rank)),
+        ("observable", structure.observability(), Some(structure.observable_rank)),
+        ("minimal", structure.minimality(), None),
     ]
-    .map(|(what, holds, rank)| vec![what.to_owned(), yes(holds), rank]);
+    .map(|(what, holds, rank)| {
+        let rank = rank.map_or_else(String::new, |rank| words::rank(rank, states, holds.is_some()));
+        vec![what.to_owned(), told(holds, holds == Some(true)), rank]
+    });
     table(out, &["", "", ""], &rows, ROWS);
     for (list, verb) in [
         (&structure.uncontrollable, "Not reached by the inputs: "),

@@ -206,3 +206,139 @@ fn every_changed_number_is_refused() {
     }
     assert_eq!(parts_seen.len(), 21, "{parts_seen:?}");
 }
+
+/// What a damaged or dishonest file may hold in place of a value.
+fn nonsense() -> Vec<Value> {
+    let digits = "9".repeat(400);
+    vec![
+        Value::Null,
+        json!(true),
+        json!("NaN"),
+        json!("inf"),
+        json!("1/0"),
+        json!("one"),
+        json!(""),
+        json!(digits),
+        json!(format!("-{digits}/7")),
+        json!(1e308),
+        json!(-1),
+        json!(0.5),
+        json!(u64::MAX),
+        json!(1u64 << 61),
+        json!([]),
+        json!({}),
+    ]
+}
+
+/// Paths to everything below a value that holds something.
+fn places(value: &Value, path: &str, out: &mut Vec<String>) {
+    out.push(path.into());
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, value)| places(value, &format!("{path}/{key}"), out)),
+        Value::Array(list) => list.iter().enumerate().for_each(|(k, value)| places(value, &format!("{path}/{k}"), out)),
+        _ => {}
+    }
+}
+
+/// Values that are no numbers, numbers of any size, parts that are missing, come twice or in another order: all is refused
+/// that could matter, and nothing makes the checker panic.
+#[test]
+fn damaged_certificates_are_refused() {
+    let texts = [hidden(), analysis("two-bodies", &[], &[]), analysis("harmonic-drive", &["wg_motor"], &["wg.phi"])];
+    let mut tried = [0; 2];
+    for text in texts {
+        let all: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(check(&text), Some(()));
+        let mut try_out = |forged: &Value| {
+            let refused = check(&forged.to_string()).is_none();
+            tried[usize::from(refused)] += 1;
+            refused
+        };
+        let several = all["min_inputs"].as_u64() > Some(1);
+        let parts: &[&str] = &[
+            "/states",
+            "/state_names",
+            "/kind",
+            "/inputs",
+            "/outputs",
+            "/controllable",
+            "/observable",
+            "/controllable_rank",
+            "/observable_rank",
+            "/min_inputs",
+            "/min_outputs",
+            "/certificate",
+        ];
+        let mut paths = Vec::new();
+        parts.iter().for_each(|part| places(all.pointer(part).unwrap(), part, &mut paths));
+        // Not needed for the ranks and least numbers; where one input is enough, no common factor is needed.
+        let rests = ["/proven", "/failure_probability", "/primes", "/statements", "/pencil/D"];
+        let side = |path: &str| path.starts_with("/certificate/inputs/") || path.starts_with("/certificate/outputs/");
+        paths.retain(|path| {
+            let unread = rests.iter().any(|rest| path.starts_with(&format!("/certificate{rest}")))
+                || (path.starts_with("/certificate/") && side(path))
+                    && !several
+                    && (path.contains("/common_factor/") || path.contains("/rows/"))
+                    && !path.contains("/minor/")
+                || ["/kind", "/state_names/", "/inputs/", "/outputs/"].iter().any(|name| path.starts_with(name));
+            !unread
+        });
+        for path in &paths {
+            let whole = all.pointer(path).unwrap();
+            for value in nonsense().into_iter().filter(|value| value != whole) {
+                let mut forged = all.clone();
+                *forged.pointer_mut(path).unwrap() = value.clone();
+                let refused = try_out(&forged);
+                // Numbers of a witness and of the vectors may be others; a list may be empty where it is not needed.
+                let free = path.contains("/witness/") || path.contains("/rows/") || path.contains("/action");
+                let unneeded = value.is_array() && whole.as_array().is_some_and(Vec::is_empty)
+                    || whole.is_null()
+                    || !several && (path.ends_with("/common_factor") || path.ends_with("s/rows"));
+                assert!(refused || free || unneeded, "{path} = {value} in {text}");
+            }
+            let (above, key) = path.rsplit_once('/').unwrap();
+            let mut forged = all.clone();
+            match forged.pointer_mut(above) {
+                Some(Value::Object(map)) => {
+                    map.remove(key);
+                    let refused = try_out(&forged);
+                    let unneeded = whole.is_null() || !several && (key == "common_factor" || key == "rows");
+                    assert!(refused || unneeded, "{path} is missing in {text}");
+                }
+                Some(Value::Array(list)) => {
+                    let k: usize = key.parse().unwrap();
+                    list.remove(k);
+                    assert!(try_out(&forged), "{path} is missing in {text}");
+                    let twice = |all: &Value| {
+                        let mut forged = all.clone();
+                        let list = forged.pointer_mut(above).unwrap().as_array_mut().unwrap();
+                        list.insert(k, list[k].clone());
+                        forged
+                    };
+                    // An entry of a sparse matrix may be told twice.
+                    let entry = above.contains("/pencil/");
+                    assert!(try_out(&twice(&all)) || entry, "{path} comes twice in {text}");
+                    let mut forged = all.clone();
+                    let list = forged.pointer_mut(above).unwrap().as_array_mut().unwrap();
+                    if k + 1 < list.len() && list[k] != list[k + 1] {
+                        list.swap(k, k + 1);
+                        let refused = try_out(&forged);
+                        let ordered = ["/minor/", "/reached/", "/seen/"].iter().any(|part| path.contains(part));
+                        assert!(refused || !ordered, "{path} is exchanged in {text}");
+                    }
+                }
+                _ => {}
+            }
+        }
+        // A rank that is not decided is no verdict.
+        for key in ["controllable", "observable", "controllable_rank", "observable_rank"] {
+            let mut forged = all.clone();
+            forged[key] = Value::Null;
+            assert_eq!(check(&forged.to_string()), None, "{key}");
+        }
+        for cut in (0..text.len()).step_by(97).filter(|&cut| text.is_char_boundary(cut)) {
+            assert_eq!(check(&text[..cut]), None, "cut at {cut}");
+        }
+    }
+    assert!(tried[1] > 5000 && tried[0] < tried[1] / 4, "{tried:?}");
+}

@@ -40,7 +40,7 @@ pub fn construction(system: &LinearSystem) -> Option<Construction> {
     if n == 0 || n > MOST_STATES {
         return None;
     }
-    let mut images = Images::new(system, 3);
+    let mut images = Images::unforeseen(system);
     let image = images.get(0)?.clone();
     let (least, factors) = factors(&mut images)?;
     let offset = system.freedoms.unwrap_or(0);

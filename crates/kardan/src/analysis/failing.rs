@@ -18,7 +18,8 @@ pub struct Mechanics<'a> {
 /// Which eigenvalues fail and how often is taken from the exact factors; floating point only shapes the motion: the null
 /// vectors v of `[λ²H + λD + S; Fᵀ]` (of `[…; C]`), since the matrices are symmetric \[diss. (5.15), corrected\]. Shares are
 /// relative to the largest, independent of the basis chosen in the null space. Without mechanics the states are named.
-/// Also sets `factor`, `controllable` and `observable` of the modes.
+/// Also sets `factor`, `controllable` and `observable` of modes that have no `factor` yet. Of what is not decided nothing is
+/// listed.
 pub fn failing_modes(
     structure: &mut Structure,
     modes: &mut [Mode],
@@ -29,7 +30,7 @@ pub fn failing_modes(
     for factor in &factors {
         for &eigenvalue in factor.roots.iter().filter(|root| root.1 >= 0.0) {
             for (defect, inputs) in [(factor.input_defect, true), (factor.output_defect, false)] {
-                if defect == 0 {
+                if defect == 0 || structure.undecided[usize::from(!inputs)] {
                     continue;
                 }
                 let (shafts, elements) = participants(system, mechanics, eigenvalue, defect, inputs);
@@ -39,7 +40,7 @@ pub fn failing_modes(
         }
     }
     let size = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1);
-    for mode in modes {
+    for mode in modes.iter_mut().filter(|mode| mode.factor.is_empty()) {
         let roots =
             factors.iter().flat_map(|f| f.roots.iter().filter(|root| root.1 >= 0.0).map(move |root| (f, *root)));
         let nearest = roots.min_by(|a, b| size(a.1, mode.eigenvalue).total_cmp(&size(b.1, mode.eigenvalue)));

@@ -248,8 +248,8 @@ fn slopes(
         }
         slopes.push(slope);
     }
-    // Products of parameters show where several move at once.
-    let mut random = Random::new(1);
+    // Products of parameters show where several move at once; no model can know the places.
+    let mut random = Random::unforeseen(1);
     for _ in 0..4 {
         let y: Vec<Rational> = parameters
             .iter()

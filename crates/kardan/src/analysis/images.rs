@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::LinearSystem;
-use crate::num::{ModularMatrix, PrimeField, Random, Rational, Reconstruction, Residue, random_prime};
+use crate::num::{ModularMatrix, PrimeField, Primes, Rational, Reconstruction, Residue};
 
 /// A system modulo a prime.
 #[derive(Debug, Clone)]
@@ -38,19 +38,51 @@ pub(super) struct Images<'a> {
     pub system: &'a LinearSystem,
     primes: Vec<u64>,
     images: Vec<Arc<Image>>,
-    random: Random,
+    source: Primes,
+}
+
+/// What an image says about numbers that are brought back.
+pub(super) enum Seen {
+    /// Their images.
+    Values(Vec<u64>),
+    /// Nothing: the prime is left out.
+    Nothing,
+    /// That there are no such numbers.
+    Impossible,
+}
+
+/// A number that is the same for the same matrices (FNV-1a over their entries).
+pub(super) fn fingerprint(system: &LinearSystem) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    let mut add = |bytes: &[u8]| {
+        bytes.iter().for_each(|byte| hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    };
+    for matrix in [&system.e, &system.a, &system.b, &system.c, &system.d] {
+        add(&[matrix.rows(), matrix.columns()].map(|x| x as u64).map(u64::to_le_bytes).concat());
+        for (at, x) in matrix.as_slice().iter().enumerate().filter(|(_, x)| !x.is_zero()) {
+            add(&(at as u64).to_le_bytes());
+            add(&x.numerator().to_le_bytes());
+            add(&x.denominator().to_le_bytes());
+        }
+    }
+    hash
 }
 
 impl<'a> Images<'a> {
-    /// The same seed gives the same primes.
-    pub fn new(system: &'a LinearSystem, seed: u64) -> Self {
-        Self { system, primes: Vec::new(), images: Vec::new(), random: Random::new(seed) }
+    /// Modulo these primes, but those that divide det E or a denominator.
+    pub fn new(system: &'a LinearSystem, source: Primes) -> Self {
+        Self { system, primes: Vec::new(), images: Vec::new(), source }
+    }
+
+    /// Modulo primes that nobody can foresee.
+    pub fn unforeseen(system: &'a LinearSystem) -> Self {
+        Self::new(system, Primes::unforeseen(fingerprint(system)))
     }
 
     /// The image modulo the prime of that number; `None` if E is singular modulo eight primes in a row.
     pub fn get(&mut self, number: usize) -> Option<Arc<Image>> {
         while self.primes.len() <= number {
-            let next = (0..8).find_map(|_| Image::new(self.system, random_prime(&mut self.random)).map(Arc::new))?;
+            let next = self.source.by_ref().take(8).find_map(|prime| Image::new(self.system, prime).map(Arc::new))?;
             self.primes.push(next.field.prime());
             let size = self.system.states.len().pow(2).max(1);
             if self.images.len() < MOST_KEPT / (2 * size) {
@@ -65,27 +97,27 @@ impl<'a> Images<'a> {
         }
     }
 
-    /// Puts the image of that number first.
-    pub fn prefer(&mut self, number: usize, image: &Arc<Image>) {
-        self.primes.swap(0, number);
-        if number < self.images.len() {
-            self.images.swap(0, number);
-        } else if let Some(first) = self.images.first_mut() {
-            *first = image.clone();
-        }
-    }
-
-    /// The primes used so far.
-    pub fn primes(&self) -> &[u64] {
-        &self.primes
+    /// Leaves out the first images, which have misled.
+    pub fn forget(&mut self, count: usize) {
+        self.primes.drain(..count.min(self.primes.len()));
+        self.images.drain(..count.min(self.images.len()));
     }
 
     /// Fractions whose images `compute` gives, confirmed modulo one further prime; primes for which it gives none are left
     /// out. `None` if `limit` primes are not enough.
     pub fn reconstruct(&mut self, limit: usize, compute: impl Fn(&Image) -> Option<Vec<u64>>) -> Option<Vec<Rational>> {
+        self.reconstruct_if(limit, |image| compute(image).map_or(Seen::Nothing, Seen::Values))
+    }
+
+    /// The same; `None` at once where an image shows that there are no such numbers.
+    pub fn reconstruct_if(&mut self, limit: usize, compute: impl Fn(&Image) -> Seen) -> Option<Vec<Rational>> {
         reconstruct(limit, |number| {
             let image = self.get(number)?;
-            Some((image.field, compute(&image)))
+            match compute(&image) {
+                Seen::Values(values) => Some((image.field, Some(values))),
+                Seen::Nothing => Some((image.field, None)),
+                Seen::Impossible => None,
+            }
         })
     }
 }

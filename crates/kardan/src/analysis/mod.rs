@@ -32,7 +32,7 @@ pub use family::{Family, Parameter, Pencil, SystemAt, loss_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};
 pub use loss::{FARTHEST, nearest_loss};
 pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, massless_direction};
-pub use modes::{mode_of_motion, modes, modes_of_pencil};
+pub use modes::{exact_modes, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, Side, place, with_candidates};
 pub use reduction::{Reduction, reduction, sum_of_terms};

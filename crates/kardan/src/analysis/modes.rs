@@ -3,10 +3,10 @@ use std::collections::BTreeSet;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef, Side, c64};
 
-use super::{ConstrainedSystem, Reduction};
+use super::{ConstrainedSystem, LinearSystem, Reduction};
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, SparseRow, balance, null_vectors, project, rational_to_f64, sparse_echelon};
-use crate::results::{EnergyKind, Mode, Pole};
+use crate::results::{EnergyKind, Factor, Mode, Pole};
 
 /// Up to this number of rigid motions those without damping are told apart exactly.
 const EXACT_RIGID_UP_TO: usize = 60;
@@ -51,6 +51,178 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
         elements.mode(pair.value, &vector, shape)
     };
     Some(sorted(pairs.iter().map(mode).collect()))
+}
+
+/// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · freedoms roots
+/// altogether, whatever rounding makes of multiple ones.
+///
+/// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the
+/// factor says, repeated where an eigenvalue has fewer of them than its multiplicity. `factor`, `controllable` and
+/// `observable` are those of the factor. Roots of factors that are not written out come from [`modes`]. `None` if these are
+/// needed and there are none.
+///
+/// # Panics
+/// If the reduction is not one of the system.
+pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &[Factor]) -> Option<Vec<Mode>> {
+    let r = reduction.freedoms();
+    let matrices = [reduction.inertia(), reduction.damping(), reduction.stiffness()];
+    if !matrices.iter().all(Mat::is_all_finite) {
+        return None;
+    }
+    let original = matrices.each_ref();
+    let band = bandwidth(original);
+    let Rigid { free, damped } = rigid_motions(&reduction.system);
+    let rigid: Vec<Vec<c64>> = free.iter().chain(&damped).map(|motion| dense(motion, r)).collect();
+    let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
+    let elements = Elements::new(&reduction.system);
+    let at = |pole: Pole, count: usize| {
+        let vectors = match pole == (0.0, 0.0) && rigid.len() == count {
+            true => Some(rigid.clone()),
+            false => quadratic_null_vectors(original, band, c64::new(pole.0, pole.1), count),
+        };
+        let mode = |vector: &Vec<c64>| {
+            let all: Vec<c64> = basis.iter().map(|row| along(row, vector)).collect();
+            let scale = largest(&all);
+            let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
+            let shape = shape(&system.shafts, all.iter().map(|x| x / scale));
+            elements.mode(c64::new(pole.0, pole.1), &vector, shape)
+        };
+        vectors.unwrap_or_default().iter().map(mode).collect()
+    };
+    with_exact_values(2 * r, factors, at, || modes(system, reduction))
+}
+
+/// The modes of `E ẋ = A x` with the eigenvalues of the exact factors, each as often as it is one: n roots altogether.
+///
+/// Shapes are those of [`modes_of_pencil`], as many independent ones as the factor says. Roots of factors that are not
+/// written out come from there. `None` if these are needed and there are none.
+///
+/// ```
+/// use kardan::analysis::{LinearSystem, exact_modes_of_pencil, structure};
+/// use kardan::num::{Matrix, Rational};
+/// // A² = 0: rounding would make ± 1e-8 of the double zero.
+/// let a = Matrix::from_fn(2, 2, |_, j| Rational::from(1 - 2 * j as i64));
+/// let system = LinearSystem::state_space(a, Matrix::zeros(2, 0), Matrix::zeros(0, 2));
+/// let modes = exact_modes_of_pencil(&system, &structure(&system).unwrap().factors).unwrap();
+/// assert_eq!(modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>(), [(0.0, 0.0); 2]);
+/// ```
+pub fn exact_modes_of_pencil(system: &LinearSystem, factors: &[Factor]) -> Option<Vec<Mode>> {
+    let (e, a) = (system.e.to_f64(), system.a.to_f64());
+    let n = system.states.len();
+    let state = state_matrix(&e, &a);
+    let scales = if state.is_all_finite() { balance(&state) } else { Vec::new() };
+    let balanced = Mat::from_fn(n, n, |i, j| match scales.is_empty() {
+        true => 0.0,
+        false => state[(i, j)] * scales[j] / scales[i],
+    });
+    let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
+    let at = |pole: Pole, count: usize| {
+        let value = c64::new(pole.0, pole.1);
+        let vectors = match (scales.is_empty(), count) {
+            (true, _) => None,
+            (_, 1) => null_vector(balanced.as_ref(), value, tolerance).map(|vector| vec![vector]),
+            _ => null_space(
+                &Mat::from_fn(n, n, |i, j| c64::new(balanced[(i, j)], 0.0) - if i == j { value } else { c64::ZERO }),
+                count,
+            ),
+        };
+        let original = |vector: &Vec<c64>| {
+            let vector = vector.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>();
+            Some(Mode { shape: shape(&system.states, normalised(&vector)?.into_iter()), ..root(value) })
+        };
+        vectors.unwrap_or_default().iter().filter_map(original).collect()
+    };
+    with_exact_values(n, factors, at, || modes_of_pencil(&system.states, &e, &a))
+}
+
+/// Modes with the roots of the factors as eigenvalues, `count` roots altogether; `at` gives modes of independent vectors to
+/// an eigenvalue, as many as it is asked for or none, and `floating` all modes as floating point has them.
+fn with_exact_values(
+    count: usize,
+    factors: &[Factor],
+    at: impl Fn(Pole, usize) -> Vec<Mode>,
+    floating: impl FnOnce() -> Option<Vec<Mode>>,
+) -> Option<Vec<Mode>> {
+    let mut out = Vec::new();
+    // Every root, those of pairs both.
+    let mut known: Vec<Pole> = Vec::new();
+    for factor in factors {
+        for &pole in &factor.roots {
+            known.extend(std::iter::repeat_n(pole, factor.algebraic));
+            if pole.1 < 0.0 {
+                continue;
+            }
+            let found = at(pole, factor.geometric);
+            let mode = |k: usize| Mode {
+                factor: factor.polynomial.clone(),
+                controllable: factor.input_defect == 0,
+                observable: factor.output_defect == 0,
+                // Without a vector nothing is said but the eigenvalue.
+                ..found.get(k % found.len().max(1)).cloned().unwrap_or_else(|| root(c64::new(pole.0, pole.1)))
+            };
+            out.extend((0..factor.algebraic).map(mode));
+        }
+    }
+    if known.len() < count {
+        out.extend(others(floating()?, &known, count)?);
+    }
+    Some(sorted(out))
+}
+
+/// The modes that are left when for each known root the nearest one is taken out of `count` roots; `None` if the modes do not
+/// stand for that many.
+///
+/// Where one root of a pair is taken out, the pair is what rounding has made of two real roots.
+fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
+    let both = |(k, mode): (usize, &Mode)| {
+        let (re, im) = mode.eigenvalue;
+        let roots = if im == 0.0 { vec![(re, 0.0)] } else { vec![(re, im), (re, -im)] };
+        roots.into_iter().map(move |root| (k, root))
+    };
+    let mut left: Vec<(usize, Pole)> = modes.iter().enumerate().flat_map(both).collect();
+    if left.len() != count {
+        return None;
+    }
+    for root in known {
+        let distance = |(_, other): &(usize, Pole)| (other.0 - root.0).hypot(other.1 - root.1);
+        let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j])))?;
+        left.swap_remove(nearest);
+    }
+    let of_mode = |(k, mode): (usize, Mode)| {
+        let roots = left.iter().filter(|(other, _)| *other == k).count();
+        match (roots, mode.eigenvalue) {
+            (0, _) => None,
+            (1, (re, im)) if im != 0.0 => {
+                let shape = mode.shape.into_iter().map(|(name, re, _)| (name, re, 0.0)).collect();
+                let Mode { natural_frequency, damping_ratio, .. } = root(c64::new(re, 0.0));
+                Some(Mode { eigenvalue: (re, 0.0), natural_frequency, damping_ratio, shape, ..mode })
+            }
+            _ => Some(mode),
+        }
+    };
+    Some(modes.into_iter().enumerate().filter_map(of_mode).collect())
+}
+
+/// Independent null vectors of a matrix whose defect is known, each with largest entry 1.
+fn null_space(matrix: &Mat<c64>, count: usize) -> Option<Vec<Vec<c64>>> {
+    let vector = |v: &Vec<(f64, f64)>| normalised(&v.iter().map(|(re, im)| c64::new(*re, *im)).collect::<Vec<_>>());
+    null_vectors(matrix.as_ref(), count)?.vectors.iter().map(vector).collect()
+}
+
+fn dense(row: &SparseRow, length: usize) -> Vec<c64> {
+    let mut out = vec![c64::ZERO; length];
+    row.iter().for_each(|(i, x)| out[*i] = c64::new(rational_to_f64(x), 0.0));
+    out
+}
+
+/// E⁻¹A.
+fn state_matrix(e: &Matrix<f64>, a: &Matrix<f64>) -> Mat<f64> {
+    let n = e.rows();
+    let right = Mat::from_fn(n, n, |i, j| a[(i, j)]);
+    if n == 0 {
+        return right;
+    }
+    PartialPivLu::new(Mat::from_fn(n, n, |i, j| e[(i, j)]).as_ref()).solve(right)
 }
 
 /// The mode of a motion that is known: all shafts move as `v e^{λt}`, with `motion` = v (real and imaginary part for each
@@ -117,9 +289,7 @@ pub fn modes_of_pencil(states: &[String], e: &Matrix<f64>, a: &Matrix<f64>) -> O
     if n == 0 {
         return Some(Vec::new());
     }
-    let right = Mat::from_fn(n, n, |i, j| a[(i, j)]);
-    let state = PartialPivLu::new(Mat::from_fn(n, n, |i, j| e[(i, j)]).as_ref()).solve(right);
-    let pairs: Vec<Pair> = state_pairs(&state, null_vector)?;
+    let pairs: Vec<Pair> = state_pairs(&state_matrix(e, a), null_vector)?;
     let mode = |pair: &Pair| Mode { shape: shape(states, pair.vector.iter().copied()), ..root(pair.value) };
     Some(sorted(pairs.iter().map(mode).collect()))
 }
@@ -321,7 +491,7 @@ fn quadratic_pairs(h: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>, rigid: &Rigid) -> O
     let band = bandwidth(original);
     for (k, value) in values.into_iter().enumerate() {
         let vector: Vec<c64> = if unsolved.contains(&k) {
-            quadratic_null_vector(original, band, value)?
+            quadratic_null_vectors(original, band, value, 1)?.swap_remove(0)
         } else {
             (0..r).map(|i| c64::new(vectors[0][(i, k)], vectors[1][(i, k)])).collect()
         };
@@ -462,9 +632,9 @@ fn bandwidth(matrices: [&Mat<f64>; 3]) -> usize {
         .unwrap_or(0)
 }
 
-/// The null vector of `λ²H + λD + S` at a known eigenvalue: inverse iteration within the band, else the singular value
-/// decomposition.
-fn quadratic_null_vector([h, d, s]: [&Mat<f64>; 3], band: usize, value: c64) -> Option<Vec<c64>> {
+/// The null vectors of `λ²H + λD + S` at a known eigenvalue, `count` of them: inverse iteration within the band for a single
+/// one, else the singular value decomposition.
+fn quadratic_null_vectors([h, d, s]: [&Mat<f64>; 3], band: usize, value: c64, count: usize) -> Option<Vec<Vec<c64>>> {
     let r = h.nrows();
     let size = value.norm();
     let largest_of = |i: usize| h[(i, i)].abs() * size * size + d[(i, i)].abs() * size + s[(i, i)].abs();
@@ -476,8 +646,9 @@ fn quadratic_null_vector([h, d, s]: [&Mat<f64>; 3], band: usize, value: c64) -> 
     let fastest =
         (0..r).map(|i| (s[(i, i)].abs() / h[(i, i)]).sqrt() + d[(i, i)].abs() / h[(i, i)]).fold(size, f64::max);
     let tolerance = 1e-14 * r as f64 * fastest / size.max(f64::MIN_POSITIVE);
+    let unscaled = |x: &[c64]| normalised(&x.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>());
     let mut x: Vec<c64> = (0..r).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
-    for _ in 0..2 {
+    for _ in 0..if count == 1 { 2 } else { 0 } {
         let before = x.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
         x = solve_banded(r, band, entry, x);
         let after = largest(&x).norm();
@@ -485,14 +656,11 @@ fn quadratic_null_vector([h, d, s]: [&Mat<f64>; 3], band: usize, value: c64) -> 
             break;
         }
         if before <= tolerance * after {
-            return normalised(&x.iter().zip(&scales).map(|(x, scale)| x * *scale).collect::<Vec<_>>());
+            return Some(vec![unscaled(&x)?]);
         }
         x.iter_mut().for_each(|x| *x /= after);
     }
-    let matrix = Mat::from_fn(r, r, entry);
-    let null = null_vectors(matrix.as_ref(), 1)?;
-    let of = null.vectors[0].iter().zip(&scales).map(|((re, im), scale)| c64::new(*re, *im) * *scale);
-    normalised(&of.collect::<Vec<_>>())
+    null_space(&Mat::from_fn(r, r, entry), count)?.iter().map(|x| unscaled(x)).collect()
 }
 
 /// Gaussian elimination with row exchanges of a matrix whose entries lie within `band` of the diagonal; a pivot that
@@ -545,6 +713,20 @@ mod tests {
     use super::*;
     use crate::num::Random;
 
+    /// What is left beside known roots stands for the others, whatever rounding has made of them.
+    #[test]
+    fn known_roots_are_taken_out() {
+        let mode = |re: f64, im: f64| root(c64::new(re, im));
+        let values = |modes: Vec<Mode>| modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>();
+        // Three zeros as a real root and a pair; a pair far away.
+        let spread = vec![mode(1e-5, 0.0), mode(-5e-6, 8.7e-6), mode(-1.0, 2.0)];
+        assert_eq!(values(others(spread.clone(), &[(0.0, 0.0); 3], 5).unwrap()), [(-1.0, 2.0)]);
+        // With two zeros known the third stays, real.
+        assert_eq!(values(others(spread.clone(), &[(0.0, 0.0); 2], 5).unwrap()), [(-5e-6, 0.0), (-1.0, 2.0)]);
+        assert_eq!(values(others(spread.clone(), &[(-1.0, 2.0), (-1.0, -2.0)], 5).unwrap()).len(), 2);
+        assert!(others(spread, &[], 4).is_none(), "five roots are not four");
+    }
+
     /// Against the product: `A x = b`, with small pivots on the diagonal so that rows are exchanged.
     #[test]
     fn banded_systems_are_solved() {
@@ -572,7 +754,7 @@ mod tests {
         let scaled = |m: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| m[i][j] * unit[i] * unit[j]);
         let (h, d) = (scaled([[1.0, 0.0], [0.0, 1.0]]), scaled([[0.0, 0.0], [0.0, 0.0]]));
         let s = scaled([[2.0, -1.0], [-1.0, 2.0]]);
-        let v = quadratic_null_vector([&h, &d, &s], 1, c64::new(0.0, 3f64.sqrt())).unwrap();
+        let v = &quadratic_null_vectors([&h, &d, &s], 1, c64::new(0.0, 3f64.sqrt()), 1).unwrap()[0];
         assert!((v[0] * 1e4 + v[1]).norm() < 1e-10, "{v:?}");
     }
 }

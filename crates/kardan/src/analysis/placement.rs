@@ -2,9 +2,9 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use super::family::to_mat;
-use super::images::Images;
+use super::images::{Image, Images};
 use super::{Gramian, LinearSystem, gramian, smallest_eigenvalue, transfer_energy};
-use crate::num::{Matrix, Rational, rational_to_f64, reachable};
+use crate::num::{Matrix, ModularMatrix, Rational, rational_to_f64, reachable};
 use crate::results::{PlacedSet, PlacementSearch};
 
 /// A place where a motor may sit (or, for the dual system, a sensor).
@@ -44,7 +44,8 @@ const MOST_LISTED: usize = 50;
 
 /// All smallest sets of candidates that make `E ẋ = A x` controllable (observable), ranked by a measure, then by cost.
 ///
-/// Whether a set is enough is decided modulo a random prime (a set that is listed is proven to be enough). From the least
+/// Whether a set is enough is decided modulo random primes, two where the first one says no (a set that is listed is proven
+/// to be enough). From the least
 /// number upwards all sets of one size are tried; if these are more than 20 000, candidates are added one by one, each the
 /// one that reaches most, and superfluous ones taken out again: then `gap` compares its cost with that of the cheapest
 /// `least` candidates, which no set can undercut. The Gramian of a set is the sum of those of its members.
@@ -64,11 +65,15 @@ pub fn place(
 ) -> Option<PlacementSearch> {
     let n = system.states.len();
     let all = with_candidates(system, side, candidates);
-    let mut images = Images::new(&all, 3);
-    let image = images.get(0)?.clone();
+    let mut images = Images::unforeseen(&all);
+    let both = [images.get(0)?, images.get(1)?];
     let rank = |set: &[usize]| {
-        let columns = crate::num::ModularMatrix::from_fn(n, set.len(), |i, j| image.b.row(i)[set[j]]);
-        reachable(&image.field, &image.g, &columns).span.dimension()
+        let modulo = |image: &Image| {
+            let columns = ModularMatrix::from_fn(n, set.len(), |i, j| image.b.row(i)[set[j]]);
+            reachable(&image.field, &image.g, &columns).span.dimension()
+        };
+        let first = modulo(&both[0]);
+        if first == n { n } else { first.max(modulo(&both[1])) }
     };
     let everything: Vec<usize> = (0..candidates.len()).collect();
     let mut out = PlacementSearch {

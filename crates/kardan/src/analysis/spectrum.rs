@@ -23,7 +23,7 @@ pub(super) type Layout = ([Vec<usize>; 3], Vec<(Pattern, usize)>);
 pub(super) struct Spectrum {
     /// Non-trivial invariant factors of the system, of what no input reaches, of what no output shows.
     pub lists: [Vec<Vec<Residue>>; 3],
-    /// Coprime square-free factors of the characteristic polynomial, one for each pattern.
+    /// Coprime square-free factors of the characteristic polynomial, one for each pattern, and s of its own.
     pub pieces: Vec<(Pattern, Vec<Residue>)>,
 }
 
@@ -48,7 +48,9 @@ impl Spectrum {
         let largest = parts[0].last().map_or(&[][..], Vec::as_slice);
         let radical = largest.iter().fold(vec![field.one()], |all, (part, _)| product(field, &all, part));
         let mut pieces = vec![radical];
-        for (splitter, _) in parts.iter().flatten().flatten() {
+        // The root zero stands alone.
+        let zero = (vec![0, field.one()], 1);
+        for (splitter, _) in parts.iter().flatten().flatten().chain([&zero]) {
             pieces = pieces
                 .into_iter()
                 .flat_map(|piece| {
@@ -66,12 +68,13 @@ impl Spectrum {
                 f.iter().filter(|(part, _)| divides(&piece, part)).map(|(_, exponent)| *exponent).sum()
             };
             let pattern = std::array::from_fn(|k| parts[k].iter().map(exponent).collect());
-            match all.iter_mut().find(|(other, _)| *other == pattern) {
+            let is_zero = |piece: &[Residue]| piece[0] == 0;
+            match all.iter_mut().find(|(other, found)| *other == pattern && is_zero(found) == is_zero(&piece)) {
                 Some((_, found)) => *found = product(field, found, &piece),
                 None => all.push((pattern, piece)),
             }
         }
-        all.sort_by_cached_key(|(pattern, _)| (signature(pattern), pattern.clone()));
+        all.sort_by_cached_key(|(pattern, piece)| (signature(pattern), pattern.clone(), piece[0] != 0));
         Self { lists, pieces: all }
     }
 

@@ -1,13 +1,14 @@
+use std::cmp::Ordering;
 use std::sync::Arc;
 
-use super::images::{Image, Images};
+use super::images::{Image, Images, Seen, fingerprint};
 use super::spectrum::{MOST_EXPANDED, Spectrum, factors, in_words, quotient_factors, with_leading_one};
 use super::zeros::ZeroStructure;
 use super::{LinearSystem, certified, spectrum, zeros};
 use crate::num::modular_polynomial::product;
 use crate::num::{
-    Matrix, ModularMatrix, Operator, Polynomial, PrimeField, Random, Rational, Residue, Scalar, Span, prime_below,
-    reachable,
+    Matrix, ModularMatrix, Operator, Polynomial, PrimeField, Primes, Random, Rational, Residue, Scalar, Span,
+    exact_rank, reachable,
 };
 use crate::results::{Certificate, Count, Entry, Factor, Invariant, Minor, Structure, Zeros};
 
@@ -36,6 +37,9 @@ const FEW_PRIMES: usize = 24;
 /// Most primes for one number where a proof is asked for.
 const PRIMES_FOR_PROOF: usize = 20_000;
 
+/// Primes that are looked at where inputs do not reach all.
+const LOOKS: usize = 3;
+
 /// Most numbers in one proof by exact rows, where speed is asked for.
 const MOST_NUMBERS: usize = 20_000;
 
@@ -47,6 +51,10 @@ const MOST_NUMBERS: usize = 20_000;
 /// back to fractions and checked exactly. Polynomials are brought back in the same way and confirmed modulo a further
 /// prime; `certificate.statements` says what is proven and `certificate.failure_probability` bounds the rest.
 /// [`certified_structure`] leaves no rest.
+///
+/// The bound holds for every system, also for one that was written to mislead: the primes that it is about are others each
+/// time ([`Primes::unforeseen`]), and appear nowhere in the result. The primes in the certificate, whose minors are proofs
+/// with any prime, follow from the numbers of the system.
 ///
 /// The least number of inputs is the number of non-trivial invariant factors of `sI − E⁻¹A` \[diss. Theorems 5.2, 5.3\];
 /// no eigenvalue is computed for any decision. The fields `uncontrollable` and `unobservable` are left to
@@ -111,56 +119,130 @@ pub fn certified_structure(system: &LinearSystem, progress: &dyn Fn(f64)) -> Res
 
 /// With `certify` everything is proven, and it hears the fraction done.
 fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Structure, StructureError> {
+    let seed = fingerprint(system);
+    let limits = Limits::new(system.states.len(), certify.is_some());
+    decide_modulo(system, certify, [Primes::unforeseen(seed), Primes::new(seed)], &limits)
+}
+
+/// `drawn` are the primes that decide what is not proven; with `own`, which follow from the system, all is proven that the
+/// certificate shows.
+fn decide_modulo(
+    system: &LinearSystem,
+    certify: Option<&dyn Fn(f64)>,
+    [drawn, mut own]: [Primes; 2],
+    limits: &Limits,
+) -> Result<Structure, StructureError> {
     let n = system.states.len();
     if n == 0 {
         return Err(StructureError::NoStates);
     }
     let dual = system.transpose();
-    let mut images = Images::new(system, 1);
-    // The same seed gives the dual system the same primes.
-    let mut dual_images = Images::new(&dual, 1);
+    // Both skip the same primes.
+    let mut images = Images::new(system, drawn.clone());
+    let mut dual_images = Images::new(&dual, drawn);
     if images.get(0).is_none() {
-        let order: Vec<usize> = (0..n).collect();
-        return Err(StructureError::SingularDescriptor {
-            rank: crate::num::echelon(&system.e, &order).rank(),
-            states: n,
-        });
+        let rank = exact_rank(&system.e);
+        if rank < n {
+            return Err(StructureError::SingularDescriptor { rank, states: n });
+        }
+        while images.get(0).is_none() {}
+        while dual_images.get(0).is_none() {}
     }
-    let limits = Limits::new(n, certify.is_some());
-    let ((first, reached), (dual_first, seen)) =
-        rayon::join(|| best_image(&mut images, &limits), || best_image(&mut dual_images, &limits));
-    let unreached = (reached.rank < n).then(|| invariant_rows(&mut images, n - reached.rank, &limits));
-    let unseen = (seen.rank < n).then(|| invariant_rows(&mut dual_images, n - seen.rank, &limits));
+    let mut next_own = || loop {
+        if let Some(found) = own.next().and_then(|prime| Some([system, &dual].map(|s| Image::new(s, prime)))) {
+            let [Some(image), Some(dual)] = found else { continue };
+            return Look::of(Arc::new(image), Arc::new(dual));
+        }
+    };
+    let mut stated = next_own();
+    let (found, unreached, unseen) = loop {
+        let mut looks = 0;
+        let mut look = || {
+            let pair = images.get(looks).zip(dual_images.get(looks)).expect("E is regular, and primes are many");
+            looks += 1;
+            pair
+        };
+        let found = if stated.is_full() {
+            // Full rank needs no second opinion.
+            let (image, dual) = look();
+            Look { image, dual, ..stated.clone() }
+        } else {
+            let mut best: Option<Look> = None;
+            for _ in 0..limits.looks {
+                let (image, dual) = look();
+                let next = Look::of(image, dual);
+                let full = next.is_full();
+                if best.as_ref().is_none_or(|best| best.sum() < next.sum()) {
+                    best = Some(next);
+                }
+                if full {
+                    break;
+                }
+            }
+            best.expect("one look at least")
+        };
+        while !stated.reaches(&found) {
+            stated = next_own();
+        }
+        let rows = |images: &mut Images<'_>, rank: usize| match n - rank {
+            0 => Ok(None),
+            missing => invariant_rows(images, missing, limits),
+        };
+        if found.reaches(&stated)
+            && let Ok(unreached) = rows(&mut images, found.reached.rank)
+            && let Ok(unseen) = rows(&mut dual_images, found.seen.rank)
+        {
+            break (found, unreached, unseen);
+        }
+        // What was seen modulo these primes is not so.
+        images.forget(looks);
+        dual_images.forget(looks);
+    };
+    let Look { image: first, dual: dual_first, reached, seen } = found;
+    let decided = [(reached.rank, &unreached), (seen.rank, &unseen)].map(|(rank, rows)| rank == n || rows.is_some());
     let mut proof = Proof::new(system);
-    proof.rank("controllability", reached.rank, n, unreached.as_ref().is_none_or(Option::is_some));
-    proof.rank("observability", seen.rank, n, unseen.as_ref().is_none_or(Option::is_some));
-    let (unreached, unseen) = (unreached.flatten(), unseen.flatten());
-    let complete = (reached.rank == n || unreached.is_some()) && (seen.rank == n || unseen.is_some());
+    let undecided = decided.map(|decided| certify.is_some() && !decided);
+    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", seen.rank, 1)] {
+        if undecided[k] {
+            proof.undecided(what, rank, n, limits.primes);
+        } else {
+            proof.rank(what, rank, n, decided[k]);
+        }
+    }
+    let complete = decided == [true; 2];
     if certify.is_some() && !complete {
-        proof
-            .statements
-            .push(format!("no proof of the rest: exact left vectors were not found modulo {PRIMES_FOR_PROOF} primes"));
+        proof.statements.push("no proof of the rest: it needs the exact left vectors".into());
     }
     let facts = certify.filter(|_| complete).and_then(|progress| {
         let actions = [&unreached, &unseen].map(|rows| rows.as_ref().map(|rows| &rows.action));
-        let facts = certified::prove(system, actions, &mut descending_primes(), progress);
+        let facts = certified::prove(system, actions, &mut || own.next().expect("primes are many"), progress);
         facts.map_err(|why| proof.statements.push(format!("no proof of the rest: {why}"))).ok()
     });
 
     // What is not proven is found modulo random primes.
     let known = facts.as_ref().and_then(certified::Facts::spectrum);
     let proven = known.is_some();
-    let spectrum = known.unwrap_or_else(|| spectrum(&mut images, &first, &reached, &dual_first, &seen, &limits));
+    let spectrum = known.unwrap_or_else(|| spectrum(&mut images, &first, &reached, &dual_first, &seen, limits));
     let known = facts.as_ref().and_then(certified::Facts::zeros);
     let zeros_proven = known.is_some();
-    let zeros = known.unwrap_or_else(|| zeros(&mut images, &first, &limits));
+    let zeros = known.unwrap_or_else(|| zeros(&mut images, &first, limits));
     let table = facts.as_ref().map_or_else(|| relative_degrees(&first), |facts| facts.relative_degrees.clone());
     let m = spectrum.invariant_factors.len();
     let common = spectrum.common.as_ref();
     let kind = Kind::of(system);
     let (inputs, outputs) = rayon::join(
-        || count(&mut images, &first, m, common, kind.freedoms.map(|r| (r, true)), proven),
-        || count(&mut dual_images, &dual_first, m, common, kind.freedoms.map(|r| (r, false)), proven),
+        || count(&mut images, &first, (&stated.image, &own), m, common, kind.freedoms.map(|r| (r, true)), proven),
+        || {
+            count(
+                &mut dual_images,
+                &dual_first,
+                (&stated.dual, &own),
+                m,
+                common,
+                kind.freedoms.map(|r| (r, false)),
+                proven,
+            )
+        },
     );
     if let Some(facts) = &facts {
         proof.statements.extend(facts.statements.iter().cloned());
@@ -182,12 +264,14 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
             proof.modular("relative degrees");
         }
     }
-    let mut primes = [images.primes(), dual_images.primes()].concat();
+    let minors =
+        inputs.iter().chain(&outputs).map(|count| &count.minor).chain([&stated.reached.minor, &stated.seen.minor]);
+    let mut primes: Vec<u64> = minors.map(|minor| minor.prime).collect();
     primes.extend(facts.iter().flat_map(|facts| &facts.primes));
     primes.sort_unstable();
     primes.dedup();
     let certificate = Certificate {
-        proven: proof.open == 0,
+        proven: proof.open == 0 && undecided == [false; 2],
         failure_probability: proof.failure_probability(),
         primes,
         statements: proof.statements,
@@ -196,8 +280,8 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
         outputs,
         unreached: unreached.map(Left::into_fractions),
         unseen: unseen.map(Left::into_fractions),
-        reached: Some(reached.minor),
-        seen: Some(seen.minor),
+        reached: Some(stated.reached.minor),
+        seen: Some(stated.seen.minor),
     };
     Ok(Structure {
         states: system.states.clone(),
@@ -205,6 +289,7 @@ fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Struct
         outputs: system.outputs.clone(),
         controllable_rank: reached.rank,
         observable_rank: seen.rank,
+        undecided,
         factors: spectrum.factors,
         uncontrollable: Vec::new(),
         unobservable: Vec::new(),
@@ -232,16 +317,16 @@ struct Limits {
     primes: usize,
     /// Most numbers in exact rows.
     numbers: usize,
-    /// How many images are looked at for one that is not special.
+    /// How many images are looked at where inputs do not reach all.
     looks: usize,
 }
 
 impl Limits {
     fn new(n: usize, certify: bool) -> Self {
         if certify {
-            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, looks: 4 };
+            return Self { primes: PRIMES_FOR_PROOF, numbers: usize::MAX, looks: LOOKS };
         }
-        Self { primes: most_primes(n), numbers: MOST_NUMBERS, looks: 1 }
+        Self { primes: most_primes(n), numbers: MOST_NUMBERS, looks: LOOKS }
     }
 }
 
@@ -250,39 +335,21 @@ fn most_primes(n: usize) -> usize {
     ((2e9 / (n as f64).powi(3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
 }
 
-/// The first image, or the one of the first few where inputs reach most; it becomes the first.
-fn best_image(images: &mut Images<'_>, limits: &Limits) -> (Arc<Image>, Reach) {
-    let mut best: Option<(Arc<Image>, Reach)> = None;
-    for number in 0..limits.looks {
-        let Some(image) = images.get(number) else { break };
-        let reach = Reach::of(&image);
-        let full = reach.rank == image.g.rows;
-        if best.as_ref().is_none_or(|(_, found)| found.rank < reach.rank) {
-            images.prefer(number, &image);
-            best = Some((image, reach));
-        }
-        if full {
-            break;
-        }
-    }
-    best.expect("the first image is there")
-}
-
-/// Primes below 2⁶¹, the largest first.
-fn descending_primes() -> impl FnMut() -> u64 {
-    let mut last = 1 << 61;
-    move || {
-        last = prime_below(last);
-        last
-    }
-}
-
-/// The rank of the controllability matrix of `E ẋ = A x + B u`, modulo one random prime: never above the true rank.
+/// The rank of the controllability matrix of `E ẋ = A x + B u`, the largest one modulo a few random primes: never above the
+/// true rank, and n only if it is n.
 ///
 /// `None` if E is singular.
 pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
-    let mut images = Images::new(system, 1);
-    images.get(0).map(|image| reachable(&image.field, &image.g, &image.b).span.dimension())
+    let mut images = Images::unforeseen(system);
+    let mut best = 0;
+    for number in 0..LOOKS {
+        let image = images.get(number)?;
+        best = best.max(reachable(&image.field, &image.g, &image.b).span.dimension());
+        if best == image.g.rows {
+            break;
+        }
+    }
+    Some(best)
 }
 
 /// Which theorem of chapter 5 applies.
@@ -330,6 +397,13 @@ impl Proof {
         self.statements.push(format!("{what}: modulo random primes; wrong with a probability below {:.0e}", self.each));
     }
 
+    fn undecided(&mut self, what: &str, rank: usize, n: usize, primes: usize) {
+        self.statements.push(format!(
+            "{what} rank: not decided; it is at least {rank} of {n}, and exact left vectors for a proof that it is not more \
+             were not found modulo {primes} primes"
+        ));
+    }
+
     fn rank(&mut self, what: &str, rank: usize, n: usize, proven: bool) {
         if !proven {
             return self.modular(&format!("{what} rank {rank} of {n} (at least {rank} is proven)"));
@@ -374,7 +448,38 @@ impl Proof {
     }
 }
 
+/// What is reached and seen modulo one prime.
+#[derive(Clone)]
+struct Look {
+    image: Arc<Image>,
+    /// The image of the transposed system.
+    dual: Arc<Image>,
+    reached: Reach,
+    seen: Reach,
+}
+
+impl Look {
+    fn of(image: Arc<Image>, dual: Arc<Image>) -> Self {
+        let (reached, seen) = rayon::join(|| Reach::of(&image), || Reach::of(&dual));
+        Self { image, dual, reached, seen }
+    }
+
+    fn is_full(&self) -> bool {
+        [self.reached.rank, self.seen.rank] == [self.image.g.rows; 2]
+    }
+
+    fn sum(&self) -> usize {
+        self.reached.rank + self.seen.rank
+    }
+
+    /// Whether no rank is below that of another look.
+    fn reaches(&self, other: &Self) -> bool {
+        self.reached.rank >= other.reached.rank && self.seen.rank >= other.seen.rank
+    }
+}
+
 /// The reachable part modulo one prime.
+#[derive(Clone)]
 struct Reach {
     rank: usize,
     minor: Minor,
@@ -407,36 +512,59 @@ impl Left {
     }
 }
 
+/// What primes have shown is not so over the rationals.
+struct Misled;
+
 /// Y and M, found modulo primes, checked exactly; `None` if the fractions are too large.
-fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Option<Left> {
+///
+/// # Errors
+/// If some prime shows fewer such rows, or what several of them agree on is wrong.
+fn invariant_rows(images: &mut Images<'_>, count: usize, limits: &Limits) -> Result<Option<Left>, Misled> {
     let system = images.system;
     let n = system.states.len();
     if count * (n + count) > limits.numbers {
-        return None;
+        return Ok(None);
     }
+    let larger = std::cell::Cell::new(false);
     let modular = |image: &Image| {
         let field = &image.field;
         let part = reachable(field, &image.g, &image.b);
         let spanning = ModularMatrix::from_fn(part.vectors.len(), n, |i, j| part.vectors[i][j]);
-        let rows = spanning.null_space(field).multiply(field, &image.inverse_e).echelon(field).0;
-        (rows.rows == count).then_some(rows)
+        spanning.null_space(field).multiply(field, &image.inverse_e).echelon(field).0
     };
-    let flat = images.reconstruct(limits.primes, |image| {
-        let (field, rows) = (&image.field, modular(image)?);
+    let all = |image: &Image, rows: ModularMatrix| {
+        let field = &image.field;
         let on_e = rows.multiply(field, &ModularMatrix::from_rational(field, &system.e)?);
         let on_a = on_e.multiply(field, &image.g);
         let pivots = on_e.clone().echelon(field).1;
         let pick = |m: &ModularMatrix| ModularMatrix::from_fn(count, count, |i, j| m.row(j)[pivots[i]]);
         let action = pick(&on_e).solve(field, &pick(&on_a))?.0.transpose();
         Some([values(field, &rows), values(field, &action)].concat())
-    })?;
+    };
+    let flat = images.reconstruct_if(limits.primes, |image| {
+        let rows = modular(image);
+        match rows.rows.cmp(&count) {
+            Ordering::Less => {
+                larger.set(true);
+                Seen::Impossible
+            }
+            Ordering::Equal => all(image, rows).map_or(Seen::Nothing, Seen::Values),
+            Ordering::Greater => Seen::Nothing,
+        }
+    });
+    if larger.get() {
+        return Err(Misled);
+    }
+    let Some(flat) = flat else { return Ok(None) };
     let rows = Matrix::from_fn(count, n, |i, j| flat[i * n + j].clone());
     let action = Matrix::from_fn(count, count, |i, j| flat[count * n + i * count + j].clone());
     let (on_e, on_a) = (multiply_sparse(&rows, &system.e), multiply_sparse(&rows, &system.a));
-    let field = images.get(0)?.field;
-    let independent = ModularMatrix::from_rational(&field, &rows)?.echelon(&field).1.len() == count;
+    // The rows are in echelon form, hence independent.
+    let leads = (0..count).map(|i| rows.row(i).iter().position(|x| !x.is_zero())).collect::<Option<Vec<_>>>();
+    let independent = leads.is_some_and(|leads| leads.is_sorted_by(|a, b| a < b));
     let unreached = multiply_sparse(&rows, &system.b).as_slice().iter().all(Scalar::is_zero);
-    (independent && unreached && multiply_sparse(&action, &on_e) == on_a).then_some(Left { rows, action })
+    let proven = independent && unreached && multiply_sparse(&action, &on_e) == on_a;
+    if proven { Ok(Some(Left { rows, action })) } else { Err(Misled) }
 }
 
 /// A product that skips the zeros of the right factor.
@@ -520,36 +648,20 @@ fn spectrum(
 ///
 /// With `force = Some((r, true))` the witness acts as forces on r degrees of freedom; with `false` (the dual system) as
 /// sensors of their positions.
+///
+/// `stated` is the image that the minor is about; should nothing be found modulo its prime, others of `spare` follow.
 fn count(
     images: &mut Images<'_>,
     first: &Image,
+    (stated, spare): (&Arc<Image>, &Primes),
     m: usize,
     common: Option<&Polynomial>,
     force: Option<(usize, bool)>,
     proven: bool,
 ) -> Option<Count> {
-    let n = images.system.states.len();
-    let field = first.field;
-    let mut random = Random::new(5);
-    let (mut witness, mut proof) = (Vec::new(), None);
-    for attempt in 0..30 {
-        let (rows, at) = match force {
-            Some((r, true)) => (r, r),
-            Some((r, false)) => (r, 0),
-            None => (n, 0),
-        };
-        witness = vec![vec![0i64; m]; n];
-        for row in &mut witness[at..at + rows] {
-            row.iter_mut().for_each(|x| *x = random.small(1 + 3 * attempt));
-        }
-        let raw = ModularMatrix::from_fn(n, m, |i, j| field.integer(witness[i][j]));
-        let part = reachable(&field, &first.g, &first.inverse_e.multiply(&field, &raw));
-        if part.span.dimension() == n {
-            proof = Some(minor(&field, part.columns, &part.span));
-            break;
-        }
-    }
-    let minor = proof?;
+    let system = images.system;
+    let others = spare.clone().take(8).filter_map(|prime| Image::new(system, prime).map(Arc::new));
+    let (witness, minor) = std::iter::once(stated.clone()).chain(others).find_map(|image| witness(&image, m, force))?;
     if m == 1 {
         return Some(Count { number: 1, witness, minor, ..Count::default() });
     }
@@ -559,6 +671,26 @@ fn count(
     (proven || rows.is_some()).then(|| {
         let rows = rows.map_or_else(Vec::new, |rows| fractions(&rows));
         Count { number: m, witness, minor, common_factor, rows }
+    })
+}
+
+/// An input matrix of whole numbers with m columns that reaches everything, and its minor.
+fn witness(image: &Image, m: usize, force: Option<(usize, bool)>) -> Option<(Vec<Vec<i64>>, Minor)> {
+    let (field, n) = (&image.field, image.g.rows);
+    let mut random = Random::new(5);
+    (0..30).find_map(|attempt| {
+        let (rows, at) = match force {
+            Some((r, true)) => (r, r),
+            Some((r, false)) => (r, 0),
+            None => (n, 0),
+        };
+        let mut witness = vec![vec![0i64; m]; n];
+        for row in &mut witness[at..at + rows] {
+            row.iter_mut().for_each(|x| *x = random.small(1 + 3 * attempt));
+        }
+        let raw = ModularMatrix::from_fn(n, m, |i, j| field.integer(witness[i][j]));
+        let part = reachable(field, &image.g, &image.inverse_e.multiply(field, &raw));
+        (part.span.dimension() == n).then(|| (witness, minor(field, part.columns, &part.span)))
     })
 }
 
@@ -733,4 +865,114 @@ fn pencil(system: &LinearSystem) -> Vec<(String, Vec<Entry>)> {
             (name.to_string(), entries)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::prime_below;
+
+    fn matrix(rows: &[&[&Rational]]) -> Matrix<Rational> {
+        Matrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j].clone())
+    }
+
+    /// `A = diag(0, x)`, `B = (1, 1)`, `C = (1, 0)`, with x a multiple of these primes: modulo each of them one state is
+    /// reached, over the rationals both are.
+    fn misleading(primes: &[u64]) -> LinearSystem {
+        let x = primes.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+        let (none, one) = (Rational::ZERO, Rational::ONE);
+        LinearSystem::state_space(
+            matrix(&[&[&none, &none], &[&none, &x]]),
+            matrix(&[&[&one], &[&one]]),
+            matrix(&[&[&one, &none]]),
+        )
+    }
+
+    fn silent(_: f64) {}
+
+    /// The very primes that the analysis will draw divide the entries: it goes on to further ones.
+    #[test]
+    fn the_primes_in_use_do_not_mislead() {
+        for count in [1, LOOKS, 2 * LOOKS, 20] {
+            let primes: Vec<u64> =
+                std::iter::successors(Some((1 << 61) - 1), |&p| Some(prime_below(p))).take(count).collect();
+            let system = misleading(&primes);
+            for certify in [None, Some(&silent as &dyn Fn(f64))] {
+                let drawn = [1, 2].map(|seed| Primes::new(seed).after(&primes));
+                let found = decide_modulo(&system, certify, drawn, &Limits::new(2, certify.is_some())).unwrap();
+                let ranks = (found.controllable_rank, found.observable_rank, found.min_inputs);
+                assert_eq!(ranks, (2, 1, 1), "{count} {:#?}", found.certificate.statements);
+                assert_eq!(found.undecided, [false; 2]);
+                assert!(found.certificate.primes.iter().all(|p| !primes.contains(p) || certify.is_some()));
+                assert!(found.certificate.proven || certify.is_none());
+            }
+            // A descriptor matrix that seems singular modulo all of them.
+            let x = primes.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+            let descriptor = LinearSystem {
+                e: matrix(&[&[&x]]),
+                ..LinearSystem::state_space(
+                    matrix(&[&[&Rational::ONE]]),
+                    matrix(&[&[&Rational::ONE]]),
+                    matrix(&[&[&Rational::ONE]]),
+                )
+            };
+            let drawn = [1, 2].map(|seed| Primes::new(seed).after(&primes));
+            let found = decide_modulo(&descriptor, Some(&silent), drawn, &Limits::new(1, true)).unwrap();
+            assert_eq!((found.controllable_rank, found.observable_rank), (1, 1));
+        }
+    }
+
+    /// Where a proof is asked for and not found, there is no verdict.
+    #[test]
+    fn what_is_not_proven_is_not_decided() {
+        // The vector that is not reached has 200 digits, and one prime is allowed.
+        let large = Rational::from_parts(1.into(), dashu_int::UBig::from(7u8).pow(240));
+        let (none, one) = (Rational::ZERO, Rational::ONE);
+        let system = LinearSystem::state_space(
+            matrix(&[&[&none, &none], &[&none, &none]]),
+            matrix(&[&[&one], &[&large]]),
+            matrix(&[&[&one, &none], &[&none, &one]]),
+        );
+        let limits = |certify| Limits { primes: 2, ..Limits::new(2, certify) };
+        let both = || [Primes::unforeseen(1), Primes::new(1)];
+        let found = decide_modulo(&system, Some(&silent), both(), &limits(true)).unwrap();
+        assert_eq!(
+            (found.undecided, found.controllability(), found.observability()),
+            ([true, false], None, Some(true))
+        );
+        assert_eq!((found.minimality(), found.controllable()), (None, false));
+        assert!(!found.certificate.proven);
+        let said = found.certificate.statements.join("\n");
+        assert!(said.contains("controllability rank: not decided; it is at least 1 of 2"), "{said}");
+        // Where no proof was asked for, it is told with its probability.
+        let fast = decide_modulo(&system, None, both(), &limits(false)).unwrap();
+        assert_eq!((fast.undecided, fast.controllability()), ([false; 2], Some(false)));
+        assert!(fast.certificate.failure_probability > 0.0 && fast.certificate.failure_probability < 1e-6);
+        assert!(fast.certificate.statements[0].contains("probability"), "{:?}", fast.certificate.statements);
+        // With primes enough it is decided.
+        assert!(certified_structure(&system, &silent).unwrap().certificate.proven);
+    }
+
+    /// Equal systems have equal fingerprints, others do not: signs, places and the matrix that an entry stands in count.
+    #[test]
+    fn fingerprints_tell_systems_apart() {
+        let system = misleading(&[7]);
+        assert_eq!(fingerprint(&system), fingerprint(&system.clone()));
+        let mut seen = vec![fingerprint(&system)];
+        for change in 0..6 {
+            let mut other = system.clone();
+            match change {
+                0 => other.a[(1, 1)] = Rational::from(-7),
+                1 => other.a[(1, 1)] = Rational::ONE.over(&Rational::from(7)),
+                2 => other.b[(0, 0)] = Rational::ZERO,
+                3 => other.c[(0, 0)] = Rational::from(256),
+                4 => other.d[(0, 0)] = Rational::ONE,
+                _ => other.e[(0, 1)] = Rational::ONE,
+            }
+            seen.push(fingerprint(&other));
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 7);
+    }
 }

@@ -20,7 +20,7 @@ use crate::results::{
 /// | `coordinates` | names of the reduced coordinates |
 /// | `elimination` | motions without inertia, `null` if there was none to eliminate: `motions`, `direction`, `removed` (states that are none any more), `definitions` (`state`, `is`) |
 /// | `modes` | `eigenvalue_per_s`, `frequency_Hz`, `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex, relative to the largest), `stored` (`element`, `energy`: `kinetic` or `potential`, `share`), `dissipated` (`element`, `share`), `factor`, `controllable`, `observable` |
-/// | `controllable`, `observable`, `minimal` | booleans |
+/// | `controllable`, `observable`, `minimal` | booleans; `null` where a proof was asked for and not found: then all that rests on it is `null` too |
 /// | `uncontrollable`, `unobservable` | modes: `eigenvalue_per_s`, `factor`, `defect`, `shafts` (`name`, `share` of the largest), `elements` (`name`, `share` of the stored energy) |
 /// | `controllable_rank`, `observable_rank` | whole numbers |
 /// | `states`, `state_names`, `inputs`, `outputs` | the number of states; names |
@@ -36,7 +36,7 @@ use crate::results::{
 /// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `starts` of the search, `proven_distance_tolerances`, `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
 /// | `bases` | `name`, `basis`, `inertia`, `damping`, `stiffness`, `input` (matrices: `title`, `unit`, `rows`, `columns`, `values`), `orthogonality`, `bounds` (`matrix`, `unit`, `eigenvalues`, `centres`, `radii`) |
 /// | `constraint_forces` | `projector`, `rank`, `idempotence_residual`, `input_to_torque`, `input_to_multiplier` |
-/// | `certificate` | `proven`, `failure_probability`, `primes`, `statements`; `pencil`: E, A, B, C, D of `E x' = A x + B u`, `y = C x + D u`, each a list of `[row, column, "value"]`; `inputs`, `outputs`: `number`, `witness`, `minor`, `common_factor` (coefficients of 1, s, s², …), `rows`; `unreached`, `unseen`: `rows` Y and `action` M with `Y A = M Y E`, `Y B = 0`; `reached`, `seen`: `prime`, `columns` (`[input, power]`), `rows`, `value`. Those for outputs are about the transposed pencil. Whole numbers may exceed 2⁵³. |
+/// | `certificate` | `proven`, `failure_probability`, `primes` (those of the minors and proofs; what is not proven was decided modulo others, drawn anew each time), `statements`; `pencil`: E, A, B, C, D of `E x' = A x + B u`, `y = C x + D u`, each a list of `[row, column, "value"]`; `inputs`, `outputs`: `number`, `witness`, `minor`, `common_factor` (coefficients of 1, s, s², …), `rows`; `unreached`, `unseen`: `rows` Y and `action` M with `Y A = M Y E`, `Y B = 0`; `reached`, `seen`: `prime`, `columns` (`[input, power]`), `rows`, `value`. Those for outputs are about the transposed pencil. Whole numbers may exceed 2⁵³. |
 /// | `notes` | sentences |
 pub fn analysis_json(analysis: &Analysis) -> String {
     let structure = &analysis.structure;
@@ -46,14 +46,14 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "class": analysis.class.as_ref().map(class),
         "coordinates": analysis.coordinates,
         "elimination": analysis.elimination.as_ref().map(elimination),
-        "modes": list(&analysis.modes, mode),
-        "controllable": structure.controllable(),
-        "observable": structure.observable(),
-        "minimal": structure.minimal(),
+        "modes": list(&analysis.modes, |found| mode(found, structure)),
+        "controllable": structure.controllability(),
+        "observable": structure.observability(),
+        "minimal": structure.minimality(),
         "uncontrollable": list(&structure.uncontrollable, failing),
         "unobservable": list(&structure.unobservable, failing),
-        "controllable_rank": structure.controllable_rank,
-        "observable_rank": structure.observable_rank,
+        "controllable_rank": structure.controllability().map(|_| structure.controllable_rank),
+        "observable_rank": structure.observability().map(|_| structure.observable_rank),
         "states": structure.states.len(),
         "state_names": structure.states,
         "inputs": structure.inputs,
@@ -67,7 +67,7 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "kind": structure.kind,
         "min_inputs": structure.min_inputs,
         "min_outputs": structure.min_outputs,
-        "factors": list(&structure.factors, factor),
+        "factors": list(&structure.factors, |found| factor(found, structure)),
         "invariant_factors": structure.invariant_factors,
         "construction": structure.construction.as_ref().map(construction),
         "placements": placements(&analysis.placement),
@@ -151,7 +151,7 @@ fn elimination(elimination: &Elimination) -> Value {
     })
 }
 
-fn mode(mode: &Mode) -> Value {
+fn mode(mode: &Mode, structure: &Structure) -> Value {
     let kind = |kind: &EnergyKind| match kind {
         EnergyKind::Kinetic => "kinetic",
         EnergyKind::Potential => "potential",
@@ -167,8 +167,8 @@ fn mode(mode: &Mode) -> Value {
         })),
         "dissipated": shares(&mode.dissipated, "element"),
         "factor": mode.factor,
-        "controllable": mode.controllable,
-        "observable": mode.observable,
+        "controllable": structure.controllability().map(|_| mode.controllable),
+        "observable": structure.observability().map(|_| mode.observable),
     })
 }
 
@@ -192,14 +192,14 @@ fn relative_degrees(structure: &Structure) -> Value {
     })
 }
 
-fn factor(factor: &Factor) -> Value {
+fn factor(factor: &Factor, structure: &Structure) -> Value {
     object!({
         "polynomial": factor.polynomial,
         "roots_per_s": list(&factor.roots, pole),
         "algebraic": factor.algebraic,
         "geometric": factor.geometric,
-        "input_defect": factor.input_defect,
-        "output_defect": factor.output_defect,
+        "input_defect": structure.controllability().map(|_| factor.input_defect),
+        "output_defect": structure.observability().map(|_| factor.output_defect),
     })
 }
 

@@ -8,7 +8,7 @@ use serde_json::value::RawValue;
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::log::mat5::{Array, Broken, Content, MatFile};
-use crate::num::{Matrix, Rational, Scalar, echelon};
+use crate::num::{Matrix, Rational, Scalar, exact_rank};
 use crate::units::parse_number;
 
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
@@ -232,7 +232,7 @@ fn square(e: Found, states: Option<usize>, mistakes: &mut Vec<Diagnostic>) -> Op
         mistakes.push(place(mistake, &e.span).help("leave `E` out if it is the identity"));
         return None;
     }
-    let rank = rank(&e.matrix);
+    let rank = exact_rank(&e.matrix);
     if rank < rows {
         let message = format!(
             "`E` is singular (rank {rank} of {rows}): this is a descriptor system with algebraic equations, which is not \
@@ -361,84 +361,6 @@ fn checked_names(
         }
     }
     names
-}
-
-/// The rank, exact up to a size at which exact elimination stays quick.
-///
-/// Method: elimination modulo primes of 61 bits. Full rank modulo one prime proves full rank. A lower rank is proven by
-/// exact elimination of small matrices; for larger ones three primes have to agree, each of which errs with a chance
-/// below 1e-12.
-fn rank(matrix: &Matrix<Rational>) -> usize {
-    const PRIMES: [u64; 3] = [(1 << 61) - 1, (1 << 61) - 31, (1 << 61) - 229];
-    let n = matrix.rows();
-    let mut best = 0;
-    for prime in PRIMES {
-        best = best.max(rank_modulo(matrix, prime).unwrap_or(0));
-        if best == n {
-            return n;
-        }
-    }
-    if n <= 60 { echelon(matrix, &(0..n).collect::<Vec<_>>()).rank() } else { best }
-}
-
-/// `None` if the prime divides a denominator.
-fn rank_modulo(matrix: &Matrix<Rational>, prime: u64) -> Option<usize> {
-    let times = |a: u64, b: u64| (u128::from(a) * u128::from(b) % u128::from(prime)) as u64;
-    let inverse = |a: u64| {
-        let (mut result, mut power, mut exponent) = (1, a, prime - 2);
-        while exponent > 0 {
-            if exponent & 1 == 1 {
-                result = times(result, power);
-            }
-            power = times(power, power);
-            exponent >>= 1;
-        }
-        result
-    };
-    let (rows, columns) = (matrix.rows(), matrix.columns());
-    let mut m = Vec::with_capacity(rows * columns);
-    for entry in matrix.as_slice() {
-        let wide = dashu_int::IBig::from(prime);
-        let below = dashu_int::IBig::from(entry.denominator().clone()) % &wide;
-        let mut above = entry.numerator() % &wide;
-        if above < dashu_int::IBig::ZERO {
-            above += &wide;
-        }
-        let (above, below) = (u64::try_from(above).ok()?, u64::try_from(below).ok()?);
-        if below == 0 {
-            return None;
-        }
-        m.push(if below == 1 { above } else { times(above, inverse(below)) });
-    }
-    let mut rank = 0;
-    for column in 0..columns {
-        let Some(pivot) = (rank..rows).find(|i| m[i * columns + column] != 0) else { continue };
-        if pivot != rank {
-            for j in 0..columns {
-                m.swap(pivot * columns + j, rank * columns + j);
-            }
-        }
-        let scale = inverse(m[rank * columns + column]);
-        let (above, below) = m.split_at_mut((rank + 1) * columns);
-        let pivot_row = &above[rank * columns..];
-        for row in below.chunks_exact_mut(columns) {
-            if row[column] == 0 {
-                continue;
-            }
-            let factor = times(row[column], scale);
-            for (x, y) in row[column..].iter_mut().zip(&pivot_row[column..]) {
-                if *y != 0 {
-                    let taken = times(factor, *y);
-                    *x = if *x >= taken { *x - taken } else { *x + (prime - taken) };
-                }
-            }
-        }
-        rank += 1;
-        if rank == rows {
-            break;
-        }
-    }
-    Some(rank)
 }
 
 // ---------------------------------------------------------------------------------------------------------------- MAT

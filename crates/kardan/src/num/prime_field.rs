@@ -1,3 +1,6 @@
+use std::collections::{HashSet, VecDeque};
+use std::hash::{BuildHasher, RandomState};
+
 use dashu_int::{IBig, UBig, ops::RemEuclid};
 
 use super::Rational;
@@ -167,6 +170,11 @@ impl Random {
         Self(seed)
     }
 
+    /// Others each time: the seed together with keys that the system draws (those of the hash tables of `std`).
+    pub fn unforeseen(seed: u64) -> Self {
+        Self(RandomState::new().hash_one(seed))
+    }
+
     /// With a seed and a name: other draws for each name.
     pub fn named(seed: u64, name: &str) -> Self {
         // FNV-1a over the name, from what the seed draws.
@@ -211,6 +219,57 @@ impl Random {
     pub fn small(&mut self, size: u64) -> i64 {
         let value = self.below(2 * size) as i64 - size as i64;
         if value >= 0 { value + 1 } else { value }
+    }
+}
+
+/// Primes between 2⁶⁰ and 2⁶¹, each uniform up to the lengths of prime gaps, none of them twice.
+///
+/// What a computation modulo a prime says may be wrong for a few primes only. Who knows the primes before can write a
+/// system for which they are among those: where luck matters, take [`unforeseen`](Self::unforeseen) ones.
+///
+/// ```
+/// use kardan::num::{Primes, is_prime};
+/// let first: Vec<u64> = Primes::new(7).take(3).collect();
+/// assert!(first.iter().all(|&p| is_prime(p) && p >> 60 == 1));
+/// assert_eq!(first, Primes::new(7).take(3).collect::<Vec<_>>());
+/// assert_ne!(first, Primes::unforeseen(7).take(3).collect::<Vec<_>>());
+/// ```
+#[derive(Debug, Clone)]
+pub struct Primes {
+    random: Random,
+    taken: HashSet<u64>,
+    /// Primes that come first.
+    given: VecDeque<u64>,
+}
+
+impl Primes {
+    /// The same for the same seed: for what is proven afterwards whatever the primes are.
+    pub fn new(seed: u64) -> Self {
+        Self { random: Random::new(seed), taken: HashSet::new(), given: VecDeque::new() }
+    }
+
+    /// Others each time ([`Random::unforeseen`]).
+    pub fn unforeseen(seed: u64) -> Self {
+        Self { random: Random::unforeseen(seed), ..Self::new(0) }
+    }
+
+    /// The same, after the primes given.
+    #[cfg(test)]
+    pub(crate) fn after(self, given: &[u64]) -> Self {
+        Self { given: given.iter().copied().collect(), ..self }
+    }
+}
+
+impl Iterator for Primes {
+    type Item = u64;
+
+    fn next(&mut self) -> Option<u64> {
+        loop {
+            let prime = self.given.pop_front().unwrap_or_else(|| random_prime(&mut self.random));
+            if self.taken.insert(prime) {
+                return Some(prime);
+            }
+        }
     }
 }
 
@@ -296,6 +355,16 @@ mod tests {
             }
             prop_assert_eq!(f.dot(&long, &vec![x; 1000]), sum);
         }
+    }
+
+    /// A prime that comes again is passed over: the remainders modulo equal primes say nothing new.
+    #[test]
+    fn no_prime_comes_twice() {
+        let first: Vec<u64> = Primes::new(3).take(4).collect();
+        let again = [first[2], first[2], first[0]];
+        let all: Vec<u64> = Primes::new(3).after(&again).take(6).collect();
+        assert_eq!(all[..4], [first[2], first[0], first[1], first[3]]);
+        assert!(!first.contains(&all[4]) && all[4] != all[5]);
     }
 
     #[test]

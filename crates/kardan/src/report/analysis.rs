@@ -25,7 +25,21 @@ pub(super) fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
     if states == 0 {
         return None;
     }
-    let text = match (structure.controllable(), structure.observable()) {
+    let (controllable, observable) = (structure.controllable(), structure.observable());
+    if structure.undecided != [false; 2] {
+        let word = |decided: Option<bool>, what: &str, rank: usize| match decided {
+            Some(true) => what.to_owned(),
+            Some(false) => format!("not {what} (rank {rank} of {states})"),
+            None => format!("whether {what} is not decided (rank at least {rank} of {states})"),
+        };
+        let text = format!(
+            "Not everything could be proven: {}; {}.",
+            word(structure.controllability(), "controllable", structure.controllable_rank),
+            word(structure.observability(), "observable", structure.observable_rank)
+        );
+        return Some((false, text));
+    }
+    let text = match (controllable, observable) {
         (true, true) => format!("Controllable and observable: all {states} states."),
         (false, true) => format!("Not controllable: rank {} of {states}; observable.", structure.controllable_rank),
         (true, false) => format!("Controllable; not observable: rank {} of {states}.", structure.observable_rank),
@@ -166,6 +180,10 @@ fn modes(analysis: &Analysis) -> String {
     if analysis.modes.is_empty() {
         return String::new();
     }
+    let told = |decided: Option<bool>, holds: bool| match decided {
+        Some(_) => mark(holds, if holds { "yes" } else { "no" }),
+        None => Cell::text("not decided"),
+    };
     let has_energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
     let mut headers = vec!["##", "#frequency [Hz]", "#damping ratio", "#eigenvalue [1/s]", "reached", "seen"];
     headers.push("largest motions");
@@ -178,8 +196,8 @@ fn modes(analysis: &Analysis) -> String {
             Cell::figure(mode.natural_frequency / std::f64::consts::TAU),
             Cell::Number(figure(mode.damping_ratio, 4)),
             Cell::Number(words::pair(mode.eigenvalue, number)),
-            mark(mode.controllable, if mode.controllable { "yes" } else { "no" }),
-            mark(mode.observable, if mode.observable { "yes" } else { "no" }),
+            told(analysis.structure.controllability(), mode.controllable),
+            told(analysis.structure.observability(), mode.observable),
             Cell::text(words::together(&words::shape(mode, |value| figure(value, 3)))),
         ];
         if has_energy {
@@ -199,15 +217,19 @@ fn ranks(structure: &Structure) -> String {
     if states == 0 {
         return String::new();
     }
-    let judged = |what: &str, good: bool, rank: usize| {
-        let (yes, no) = (what.to_owned(), format!("not {what}"));
-        vec![mark(good, if good { &yes } else { &no }), Cell::text(words::rank(rank, states))]
+    let judged = |what: &str, good: Option<bool>, rank: usize| {
+        let told = match good {
+            Some(true) => mark(true, what),
+            Some(false) => mark(false, &format!("not {what}")),
+            None => mark(false, &format!("{what}: not decided")),
+        };
+        vec![told, Cell::text(words::rank(rank, states, good.is_some()))]
     };
     let mut body = table(
         &["", ""],
         &[
-            judged("controllable", structure.controllable(), structure.controllable_rank),
-            judged("observable", structure.observable(), structure.observable_rank),
+            judged("controllable", structure.controllability(), structure.controllable_rank),
+            judged("observable", structure.observability(), structure.observable_rank),
         ],
     )
     .replace("<thead><tr><th scope=\"col\"></th><th scope=\"col\"></th></tr></thead>", "");
@@ -226,14 +248,15 @@ fn ranks(structure: &Structure) -> String {
         let texts: Vec<String> = failing.iter().take(ROWS).map(sentence).collect();
         body += &titled(title, &items(&texts));
     }
+    let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());
     let factor = |factor: &Factor| {
         vec![
             Cell::Head(powers(&factor.polynomial), 1),
             Cell::text(words::together(&words::pairs(&factor.roots, number).join(", "))),
             Cell::Number(factor.algebraic.to_string()),
             Cell::Number(factor.geometric.to_string()),
-            Cell::Number(factor.input_defect.to_string()),
-            Cell::Number(factor.output_defect.to_string()),
+            Cell::Number(defect(structure.controllability(), factor.input_defect)),
+            Cell::Number(defect(structure.observability(), factor.output_defect)),
         ]
     };
     let headers = [

@@ -241,8 +241,11 @@ pub fn failing(mode: &FailingMode, figures: Figures) -> String {
     text + "."
 }
 
-/// `controllable: rank 4 of 4`.
-pub fn rank(rank: usize, states: usize) -> String {
+/// `rank 4 of 4: every state`; a rank that is not decided is a lower bound.
+pub fn rank(rank: usize, states: usize, decided: bool) -> String {
+    if !decided {
+        return format!("rank at least {rank} of {states}: no proof that it is not more was found");
+    }
     match states.saturating_sub(rank) {
         0 => format!("rank {rank} of {states}: every state"),
         1 => format!("rank {rank} of {states}: 1 state is missing"),
@@ -416,16 +419,11 @@ fn sampling(sampling: &Sampling, figures: Figures) -> String {
 
 /// Proven, or how likely an error is.
 pub fn certificate(certificate: &Certificate, figures: Figures) -> String {
-    let primes = match certificate.primes.len() {
-        0 => String::new(),
-        1 => " modulo one prime".into(),
-        many => format!(" modulo {many} primes"),
-    };
     if certificate.proven {
         "Every answer is proven over the rationals.".into()
     } else {
         format!(
-            "Computed{primes}; an answer is wrong with a probability of at most {}.",
+            "Computed modulo primes drawn at random; an answer is wrong with a probability of at most {}.",
             figures(certificate.failure_probability)
         )
     }

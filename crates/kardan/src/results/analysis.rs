@@ -191,10 +191,12 @@ pub struct Structure {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Rank of the controllability matrix, exact.
+    /// Rank of the controllability matrix, exact; if `undecided[0]`, only a lower bound.
     pub controllable_rank: usize,
-    /// Rank of the observability matrix, exact.
+    /// Rank of the observability matrix, exact; if `undecided[1]`, only a lower bound.
     pub observable_rank: usize,
+    /// A proof was asked for, and that the rank of the controllability (observability) matrix is not larger was not proven.
+    pub undecided: [bool; 2],
     /// Coprime square-free factors of the characteristic polynomial, with what holds for all their roots.
     pub factors: Vec<Factor>,
     /// Modes that the inputs do not reach.
@@ -220,14 +222,33 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Whether every state can be reached.
+    /// Whether every state can be reached; `false` also where that is not decided.
     pub fn controllable(&self) -> bool {
         self.controllable_rank == self.states.len()
     }
 
-    /// Whether every state can be told from the outputs.
+    /// Whether every state can be told from the outputs; `false` also where that is not decided.
     pub fn observable(&self) -> bool {
         self.observable_rank == self.states.len()
+    }
+
+    /// Whether every state can be reached, if that is decided.
+    pub fn controllability(&self) -> Option<bool> {
+        (!self.undecided[0]).then(|| self.controllable())
+    }
+
+    /// Whether every state can be told from the outputs, if that is decided.
+    pub fn observability(&self) -> Option<bool> {
+        (!self.undecided[1]).then(|| self.observable())
+    }
+
+    /// Whether it is controllable and observable, if that is decided: one that fails decides it.
+    pub fn minimality(&self) -> Option<bool> {
+        match (self.controllability(), self.observability()) {
+            (Some(false), _) | (_, Some(false)) => Some(false),
+            (Some(true), Some(true)) => Some(true),
+            _ => None,
+        }
     }
 
     /// Controllable and observable.
@@ -315,7 +336,7 @@ pub struct Certificate {
     pub proven: bool,
     /// Bound on the probability that a modular answer is wrong (0 if proven).
     pub failure_probability: f64,
-    /// The primes used.
+    /// The primes that the proofs are about. Those that decide what is not proven are others each time, and not listed.
     pub primes: Vec<u64>,
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,

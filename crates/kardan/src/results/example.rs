@@ -148,6 +148,7 @@ pub fn two_bodies() -> Analysis {
             outputs: texts(&["body_2.phi"]),
             controllable_rank: 3,
             observable_rank: 3,
+            undecided: [false; 2],
             factors: vec![factor("s", 0.0, 1, 0), factor("s + 1", -1.0, 2, 1), factor("s + 2", -2.0, 1, 0)],
             uncontrollable: vec![failing(&[("body_2", 1.0)])],
             unobservable: vec![failing(&[("body_1", 1.0)])],
@@ -346,6 +347,7 @@ pub fn train() -> Analysis {
             outputs: texts(&["rack.phi", "driver.tau", "wheel.w"]),
             controllable_rank: 14,
             observable_rank: 14,
+            undecided: [false; 2],
             factors: vec![Factor {
                 polynomial: "s^2".into(),
                 roots: vec![(0.0, 0.0)],

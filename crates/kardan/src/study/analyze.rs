@@ -10,8 +10,8 @@ use super::sensitivity::sensitivity;
 use super::{AnalysisSpec, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases,
-    certified_structure, class, constraint_forces, construction, failing_modes, linear_system, modes, modes_of_pencil,
-    place, reduction, structure, with_candidates,
+    certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes,
+    linear_system, place, reduction, structure, with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
@@ -98,22 +98,16 @@ pub(super) fn analyze_variant(
         (rest.system, Some(told))
     };
     linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
-    let mut modes = if regular {
-        modes(&system, &reduction(&system, &reduced.coordinates))
+    let mut structure = decided(&linear, settings.certify, progress, &variant.name)?;
+    let found = if regular {
+        exact_modes(&system, &reduction(&system, &reduced.coordinates), &structure.factors)
     } else {
         notes.push("after the elimination the modes are those of the states that remain: without energies".into());
-        modes_of_pencil(&linear.states, &linear.e.to_f64(), &linear.a.to_f64())
-    }
-    .unwrap_or_else(|| {
-        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
-        Vec::new()
-    });
-    let mut structure = decided(&linear, settings.certify, progress, &variant.name)?;
+        exact_modes_of_pencil(&linear, &structure.factors)
+    };
+    let mut modes = listed(found, &mut notes);
     construct(&mut structure, &linear, &mut notes);
     let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
-    if !regular {
-        zero_exactly(&mut modes, &structure);
-    }
     failing_modes(&mut structure, &mut modes, &linear, mechanics);
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
@@ -146,25 +140,12 @@ pub(super) fn analyze_variant(
     })
 }
 
-/// Multiple roots at zero spread by rounding; how many there are is known exactly.
-fn zero_exactly(modes: &mut Vec<Mode>, structure: &Structure) {
-    let zeros = structure.factors.iter().filter(|factor| factor.polynomial == "s");
-    let mut left: usize = zeros.map(|factor| factor.algebraic).sum();
-    let mut k = 0;
-    while left > 0 && k < modes.len() {
-        // Of a pair that stands for two roots the second becomes a mode of its own.
-        if modes[k].eigenvalue.1 != 0.0 {
-            let twin = modes[k].clone();
-            modes.insert(k + 1, twin);
-        }
-        let mode = &mut modes[k];
-        (mode.eigenvalue, mode.natural_frequency, mode.damping_ratio) = ((0.0, 0.0), 0.0, 1.0);
-        for (_, _, imaginary) in &mut mode.shape {
-            *imaginary = 0.0;
-        }
-        left -= 1;
-        k += 1;
-    }
+/// The modes, or a note that there are none.
+fn listed(modes: Option<Vec<Mode>>, notes: &mut Vec<String>) -> Vec<Mode> {
+    modes.unwrap_or_else(|| {
+        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
+        Vec::new()
+    })
 }
 
 /// Coordinates that are charges of a circuit, not angles.
@@ -205,11 +186,7 @@ pub fn analyze_state_space(
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
     let mut structure = decided(&system, settings.certify, progress, "state space")?;
     let mut notes = Vec::new();
-    let mut modes = modes_of_pencil(&system.states, &system.e.to_f64(), &system.a.to_f64()).unwrap_or_else(|| {
-        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
-        Vec::new()
-    });
-    zero_exactly(&mut modes, &structure);
+    let mut modes = listed(exact_modes_of_pencil(&system, &structure.factors), &mut notes);
     construct(&mut structure, &system, &mut notes);
     failing_modes(&mut structure, &mut modes, &system, None);
     Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })

@@ -1,6 +1,6 @@
 //! What can be proven of a designed linear loop, put into the result of a design.
 
-use crate::analysis::{LinearSystem, mode_of_motion, modes_of_pencil};
+use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::results::{
     Canonical, ChannelResult, Decouplability, Design, Feedback, Flatness, Mode, Pole, TransferEntry, ZeroDynamics,
@@ -172,19 +172,11 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     if k == 0 {
         return ZeroDynamics { polynomial, modes: Vec::new(), stable: true };
     }
-    let names: Vec<String> = (0..k).map(|i| i.to_string()).collect();
-    let floating = modes_of_pencil(&names, &Matrix::identity(k), &found.matrix.to_f64()).unwrap_or_default();
-    let mut exact: Vec<Pole> = roots(&found.polynomial).into_iter().filter(|(_, im)| *im >= 0.0).collect();
-    let modes = floating
-        .iter()
-        .filter_map(|mode| {
-            // Multiple roots spread by rounding; what they are is known.
-            let distance = |pole: &Pole| (pole.0 - mode.eigenvalue.0).hypot(pole.1 - mode.eigenvalue.1);
-            let near = (0..exact.len()).min_by(|&i, &j| distance(&exact[i]).total_cmp(&distance(&exact[j])))?;
-            let pole = exact.remove(near);
-            Some(zero_mode(system, plant, &found.basis.to_f64(), pole, mode))
-        })
-        .collect();
+    let alone = LinearSystem::state_space(found.matrix, Matrix::zeros(k, 0), Matrix::zeros(0, k));
+    let known = structure(&alone).expect("there are states and E is the identity");
+    let modes = exact_modes_of_pencil(&alone, &known.factors).unwrap_or_default();
+    let basis = found.basis.to_f64();
+    let modes = modes.iter().map(|mode| zero_mode(system, plant, &basis, mode.eigenvalue, mode)).collect();
     ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
 }
 

@@ -6,7 +6,8 @@ type Matrix = Vec<Vec<RBig>>;
 
 pub fn check(text: &str) -> Option<()> {
     let all: Value = serde_json::from_str(text).ok()?;
-    let n = all["states"].as_u64()? as usize;
+    let n = all["state_names"].as_array()?.len();
+    (n > 0 && all["states"].as_u64()? == n as u64).then_some(())?;
     // Forces act on speeds, sensors measure angles: these rows of a witness are empty.
     let r = if all["kind"] == "state space" { 0 } else { n / 2 };
     let inputs = ["controllable", "controllable_rank", "min_inputs", "inputs", "reached", "unreached", "B"];
