@@ -13,7 +13,7 @@ use clap_complete::Shell;
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
                   kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n\n\
-                  Exit codes: 0 done, 1 a requirement of the study failed, 2 error."
+                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), 2 error."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -206,6 +206,9 @@ pub struct IdentifyArgs {
     /// Write a copy of the model file with the values found and their intervals; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
+    /// Exit with 1 unless every parameter is determined, from logs that are whole with sound clocks, without a warning.
+    #[arg(long)]
+    pub strict: bool,
 }
 
 /// A percentage from 1 to below 100.

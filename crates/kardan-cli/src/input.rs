@@ -8,7 +8,7 @@ use std::path::Path;
 use kardan::diagnostics::{Diagnostic, nearest};
 use kardan::model::BUILTIN;
 
-use crate::output::reason;
+use crate::output::{protect, reason};
 use crate::render;
 
 /// The largest model file that is read, bytes.
@@ -121,6 +121,7 @@ fn file(path: &Path, name: &str, missing: &dyn Fn(&str) -> Diagnostic) -> Result
     if metadata.len() > LIMIT {
         return Err(too_large(name));
     }
+    protect(path);
     bounded(name, File::open(path).map_err(unreadable)?)
 }
 

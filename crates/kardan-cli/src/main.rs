@@ -7,6 +7,7 @@ mod args;
 mod bench_text;
 mod commands;
 mod design_text;
+mod fault;
 mod identify_text;
 mod input;
 mod layout;

@@ -1,17 +1,34 @@
 //! Where results go: a folder that was tried before anything is computed, files that appear whole or not at all, and
 //! standard output that may be closed early.
+//!
+//! [`save`] is the only way to a file. It writes beside the target, with the mode and the owner of the file that is replaced,
+//! brings the bytes to the disk and renames: at any moment the old file is there or the new one, whole. Where that cannot be
+//! done without taking something away it refuses and says so: a file that the command reads, one that is read-only, belongs to
+//! somebody else, or has several names (hard links: renaming would leave the others with the old content, writing in place
+//! could lose both). A symbolic link is followed. Extended attributes and access lists are not carried over.
 
 use std::collections::HashSet;
-use std::fs::{self, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use kardan::diagnostics::Diagnostic;
 
+use crate::fault;
+
+/// Symbolic links that lead to one another.
+const LINKS: usize = 40;
+
 /// Writes to standard output; a reader who has gone away (`| head -1`) is no error.
 pub fn print(text: &str) -> Result<(), Diagnostic> {
+    print_bytes(text.as_bytes())
+}
+
+fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match fault::write(&mut out, bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Diagnostic::error("file::unwritable", format!("cannot write to standard output: {}", reason(&error))))
         }
@@ -25,10 +42,44 @@ pub fn reason(error: &io::Error) -> String {
         ErrorKind::NotFound => "no such file or directory".into(),
         ErrorKind::PermissionDenied => "permission denied".into(),
         ErrorKind::StorageFull => "no space left on the device".into(),
+        ErrorKind::QuotaExceeded => "the disk quota is used up".into(),
+        ErrorKind::FileTooLarge => "the file would be larger than the system allows".into(),
         ErrorKind::ReadOnlyFilesystem => "the file system is read-only".into(),
         ErrorKind::NotADirectory => "a part of the path is not a directory".into(),
+        ErrorKind::IsADirectory => "it is a directory".into(),
+        ErrorKind::InvalidFilename => "the name is too long or not allowed there".into(),
         _ => error.to_string(),
     }
+}
+
+/// What tells a file from all others, by whatever name it is called.
+#[cfg(unix)]
+type Identity = (u64, u64);
+#[cfg(not(unix))]
+type Identity = PathBuf;
+
+#[cfg(unix)]
+fn identity(path: &Path) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    fs::metadata(path).ok().filter(fs::Metadata::is_file).map(|there| (there.dev(), there.ino()))
+}
+
+#[cfg(not(unix))]
+fn identity(path: &Path) -> Option<Identity> {
+    fs::canonicalize(path).ok().filter(|path| path.is_file())
+}
+
+/// The files that this command reads.
+static READ: Mutex<Vec<Identity>> = Mutex::new(Vec::new());
+
+/// Says that a file is read by this command: nothing is written over it, whatever comes.
+pub fn protect(path: &Path) {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).extend(identity(path));
+}
+
+fn is_read(path: &Path) -> bool {
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    identity(path).is_some_and(|own| read.contains(&own))
 }
 
 /// A folder known to take files.
@@ -39,7 +90,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder if it is not there, and tries to write in it.
+    /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
     pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
         let shown = path.display();
         let wrong = |message: String| {
@@ -54,9 +105,10 @@ impl Folder {
             Err(_) => fs::create_dir_all(path)
                 .map_err(|error| wrong(format!("cannot create the output folder `{shown}`: {}", reason(&error))))?,
         }
-        let probe = temporary(path, "probe", b"kardan")
+        sweep(path);
+        Part::create(path, None)
+            .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
             .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
-        let _ = fs::remove_file(probe);
         Ok(Self { path: path.to_owned(), taken: HashSet::new() })
     }
 
@@ -86,63 +138,299 @@ impl Folder {
 
 /// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
 pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
-    if path.is_dir() || path.file_name().is_none() {
-        return Err(Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()))
-            .help("name the file itself, such as analysis.html"));
+    prepare_files(&[path], None)
+}
+
+/// The same for several files, no two of which may be one; `own` is a file that is read and may be replaced all the same, by the
+/// last of them.
+pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnostic> {
+    let mut places = Vec::new();
+    for (k, path) in paths.iter().enumerate() {
+        let own = own.filter(|_| k + 1 == paths.len());
+        if path.is_dir() || path.file_name().is_none() || path.as_os_str() == "-" {
+            let mistake = Diagnostic::error("output::file", format!("`{}` is not the name of a file", path.display()));
+            return Err(match path.to_str() {
+                Some("-") => mistake.help("for standard output name /dev/stdout; for a file of that name write ./-"),
+                _ => mistake.help("name the file itself, such as analysis.html"),
+            });
+        }
+        let Place::File(target) = place(path, own).map_err(|problem| problem.help("nothing was computed yet"))? else {
+            continue;
+        };
+        Folder::prepare(folder_of(&target)).map_err(|mut problem| {
+            problem.code = "output::file";
+            problem.help("nothing was computed yet; name a file in another folder")
+        })?;
+        let place = fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
+        if places.contains(&place) {
+            let message = format!("two results would go to the same file, `{}`", path.display());
+            return Err(Diagnostic::error("file::same", message).help("give them different names"));
+        }
+        places.push(place);
     }
-    if is_special(path) {
-        return Ok(());
-    }
-    Folder::prepare(folder_of(path)).map(|_| ()).map_err(|problem| problem.help("nothing was computed yet"))
+    Ok(())
 }
 
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether something other than a plain file is there: a device, a pipe, a link.
-fn is_special(path: &Path) -> bool {
-    fs::symlink_metadata(path).is_ok_and(|there| !there.is_file())
+/// What is written to.
+enum Place {
+    /// A plain file, there or not, with links followed to their end.
+    File(PathBuf),
+    /// A device, a pipe or a socket: bytes go there and cannot be taken back.
+    Stream(PathBuf),
+    /// The standard output or the standard error of this process.
+    Standard(bool),
 }
 
-/// Writes a file that appears whole or not at all; one that exists is replaced, what is no plain file is written to.
+/// Where a path leads, and whether that may be written; `own` is a file that is read and may be replaced all the same.
+fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
+    let shown = path.display();
+    let refused = |code, why: String| Diagnostic::error(code, format!("`{shown}` is not written: {why}"));
+    let unwritable = |error: io::Error| {
+        Diagnostic::error("file::unwritable", format!("cannot write `{shown}`: {}", reason(&error)))
+    };
+    let mut target = path.to_owned();
+    for links in 0.. {
+        match target.to_str() {
+            Some("/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => return Ok(Place::Standard(true)),
+            Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => return Ok(Place::Standard(false)),
+            _ => {}
+        }
+        match fs::symlink_metadata(&target) {
+            Ok(there) if there.file_type().is_symlink() => {
+                // What /proc gives as links are open files: their names may be gone or taken.
+                if target.starts_with("/proc") || target.starts_with("/dev/fd") {
+                    return Ok(Place::Stream(target));
+                }
+                let next = fs::read_link(&target).map_err(unwritable)?;
+                target = folder_of(&target).join(next);
+                if links >= LINKS {
+                    return Err(refused("file::unwritable", "too many symbolic links lead to one another".into()));
+                }
+            }
+            Ok(there) if there.is_dir() => {
+                return Err(refused("file::unwritable", "a directory of that name is there".into()));
+            }
+            Ok(there) if !there.is_file() => {
+                if is_block_device(&there) {
+                    return Err(refused("file::unwritable", "it is a disk".into()));
+                }
+                return Ok(Place::Stream(target));
+            }
+            Ok(there) => {
+                if is_read(&target) && own.and_then(identity).is_none_or(|own| Some(own) != identity(&target)) {
+                    return Err(refused("file::input", "this command reads it".into()).help("give it another name"));
+                }
+                if there.permissions().readonly() {
+                    let help = "make it writable (`chmod u+w`), or give another name";
+                    return Err(refused("file::read-only", "the file is read-only".into()).help(help));
+                }
+                // Renaming would not ask whether the file itself may be written.
+                OpenOptions::new().write(true).open(&target).map_err(unwritable)?;
+                let names = names(&there);
+                if names > 1 {
+                    let why = format!("the file has {names} names (hard links), and the others would keep the old content");
+                    let help = "write to another name and copy it over, or remove this one first";
+                    return Err(refused("file::hard-links", why).help(help));
+                }
+                return Ok(Place::File(target));
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Place::File(target)),
+            Err(error) => return Err(unwritable(error)),
+        }
+    }
+    unreachable!("links are counted")
+}
+
+#[cfg(unix)]
+fn is_block_device(there: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    there.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_block_device(_: &fs::Metadata) -> bool {
+    false
+}
+
+#[cfg(unix)]
+fn names(there: &fs::Metadata) -> u64 {
+    use std::os::unix::fs::MetadataExt;
+    there.nlink()
+}
+
+#[cfg(not(unix))]
+fn names(_: &fs::Metadata) -> u64 {
+    1
+}
+
+/// Writes a file that appears whole or not at all; one that exists is replaced, unless this command reads it. What is no plain
+/// file is written to.
 pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    let folder = folder_of(path);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let written = if is_special(path) {
-        OpenOptions::new()
-            .write(true)
-            .truncate(true)
+    save_over(path, bytes, None)
+}
+
+/// The same where `own` is read by this command and may be replaced all the same.
+pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Diagnostic> {
+    let written = match place(path, own)? {
+        Place::Standard(true) => return print_bytes(bytes),
+        Place::Standard(false) => fault::write(&mut io::stderr().lock(), bytes),
+        Place::Stream(path) => OpenOptions::new()
+            .append(true)
             .open(path)
-            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.flush()))
-    } else {
-        temporary(folder, &name, bytes).and_then(|part| {
-            fs::rename(&part, path).inspect_err(|_| {
-                let _ = fs::remove_file(&part);
-            })
-        })
+            .and_then(|mut file| fault::write(&mut file, bytes).and_then(|()| file.flush())),
+        Place::File(target) => replace(&target, bytes),
     };
     written.map_err(|error| {
         Diagnostic::error("file::unwritable", format!("cannot write `{}`: {}", path.display(), reason(&error)))
     })
 }
 
-/// Writes a hidden file beside where the real one will be.
-fn temporary(folder: &Path, name: &str, bytes: &[u8]) -> io::Result<PathBuf> {
-    let process = std::process::id();
-    let mut attempt = 0;
-    loop {
-        let path = folder.join(format!(".{name}.{process}-{attempt}.part"));
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
-            Err(error) => return Err(error),
-            Ok(mut file) => {
-                return file.write_all(bytes).and_then(|()| file.flush()).map(|()| path.clone()).inspect_err(|_| {
-                    let _ = fs::remove_file(&path);
-                });
-            }
+/// Writes beside, brings it to the disk, and renames.
+fn replace(target: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = folder_of(target);
+    let old = fs::metadata(target).ok();
+    let mut part = Part::create(folder, old.as_ref())?;
+    fault::write(&mut part.file, bytes)?;
+    fault::step(|| part.file.sync_all())?;
+    fault::step(|| fs::rename(&part.path, target))?;
+    part.renamed = true;
+    fault::step(|| sync_folder(folder))
+}
+
+/// Brings the name of a new file to the disk; some file systems have nothing to bring.
+#[cfg(unix)]
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(error)
+            if matches!(
+                error.kind(),
+                ErrorKind::InvalidInput | ErrorKind::Unsupported | ErrorKind::PermissionDenied
+            ) =>
+        {
+            Ok(())
+        }
+        result => result,
+    }
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+/// A hidden file beside where the real one will be; it goes with this value, unless it was renamed. While it is written it is
+/// locked, so that what a killed run left can be told from what a living one writes.
+struct Part {
+    file: File,
+    path: PathBuf,
+    renamed: bool,
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        if !self.renamed {
+            let _ = fs::remove_file(&self.path);
         }
     }
+}
+
+impl Part {
+    fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
+        // No name is used twice, so that nobody who takes away a leftover can mistake one file for another.
+        static NUMBER: AtomicUsize = AtomicUsize::new(0);
+        let process = std::process::id();
+        let mut error = io::Error::from(ErrorKind::AlreadyExists);
+        for _ in 0..100 {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!(".kardan-{process}-{number}.part"));
+            match fault::step(|| create_new(&path, old.is_some())) {
+                Ok(file) => {
+                    // Where there are no locks nobody removes anything either.
+                    let _ = file.lock();
+                    let part = Self { file, path, renamed: false };
+                    if !part.is_there() {
+                        continue; // taken for a leftover in the moment before it was locked
+                    }
+                    if let Some(old) = old {
+                        fault::step(|| resemble(&part.file, old))?;
+                    }
+                    return Ok(part);
+                }
+                Err(one) if one.kind() == ErrorKind::AlreadyExists => error = one,
+                Err(one) => return Err(one),
+            }
+        }
+        Err(error)
+    }
+
+    #[cfg(unix)]
+    fn is_there(&self) -> bool {
+        use std::os::unix::fs::MetadataExt;
+        let of = |there: fs::Metadata| (there.dev(), there.ino());
+        self.file.metadata().ok().map(of) == fs::symlink_metadata(&self.path).ok().map(of)
+    }
+
+    #[cfg(not(unix))]
+    fn is_there(&self) -> bool {
+        self.path.exists()
+    }
+}
+
+/// A new file as the mask of the user has it, or for this user alone until it resembles another one.
+fn create_new(path: &Path, hidden: bool) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    if hidden {
+        use std::os::unix::fs::OpenOptionsExt;
+        options.mode(0o600);
+    }
+    #[cfg(not(unix))]
+    let _ = hidden;
+    options.open(path)
+}
+
+/// Gives a file the owner and the mode of another.
+#[cfg(unix)]
+fn resemble(file: &File, old: &fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
+    let own = file.metadata()?;
+    if (own.uid(), own.gid()) != (old.uid(), old.gid()) {
+        fchown(file, Some(old.uid()), Some(old.gid())).map_err(|_| {
+            let why = format!("the file belongs to user {} and group {}, and would not any more", old.uid(), old.gid());
+            io::Error::other(why)
+        })?;
+    }
+    file.set_permissions(fs::Permissions::from_mode(old.mode() & 0o7777))
+}
+
+#[cfg(not(unix))]
+fn resemble(_: &File, _: &fs::Metadata) -> io::Result<()> {
+    Ok(())
+}
+
+/// Removes what killed runs left in a folder: files of our name that nobody has locked.
+fn sweep(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let is_ours = entry.file_name().to_str().is_some_and(is_part) && entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_ours && OpenOptions::new().write(true).open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// `.kardan-123-0.part`
+fn is_part(name: &str) -> bool {
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    name.strip_prefix(".kardan-")
+        .and_then(|name| name.strip_suffix(".part"))
+        .and_then(|name| name.split_once('-'))
+        .is_some_and(|(process, own)| number(process) && number(own))
 }
 
 #[cfg(test)]
@@ -157,5 +445,29 @@ mod tests {
             ["β=10-.csv", "-..-etc-passwd.csv", "unnamed.csv", "unnamed-2.csv", "A.csv", "a-2.csv", "a-2-2.csv"];
         assert_eq!(names, expected);
         assert!(folder.name(&"ä".repeat(500), "csv").len() < 200);
+    }
+
+    #[test]
+    fn leftovers_are_known_by_their_names() {
+        assert!(is_part(".kardan-1-0.part") && is_part(".kardan-4711-12.part"));
+        for name in [".kardan--0.part", ".kardan-1.part", ".kardan-1-0-0.part", "kardan-1-0.part", ".kardan-1-0.partial", ".a.1-0.part"] {
+            assert!(!is_part(name), "{name}");
+        }
+    }
+
+    /// What somebody writes at this moment stays, what nobody does goes.
+    #[test]
+    fn only_what_nobody_writes_is_swept() {
+        let folder = std::env::temp_dir().join(format!("kardan-sweep-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let left = folder.join(".kardan-1-0.part");
+        fs::write(&left, "half").unwrap();
+        fs::write(folder.join("model.part"), "mine").unwrap();
+        let living = Part::create(&folder, None).unwrap();
+        sweep(&folder);
+        assert!(!left.exists() && living.path.exists() && folder.join("model.part").exists());
+        drop(living);
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

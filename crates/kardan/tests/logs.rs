@@ -620,3 +620,51 @@ fn random_damage_never_panics() {
     }
     assert!(told > 500, "only {told} damages were told");
 }
+
+/// Files of which this test binary has many, each small.
+fn small() -> Vec<(String, Vec<u8>)> {
+    let csv = "# log\ntime;speed;torque\ns;rpm;N m\n0,0;1,5;2\n0,1;2,5;\n0,2;3,5;n/a\n0,3;4,5;5\n";
+    let mut out: Vec<(String, Vec<u8>)> = STORED.iter().map(|name| ((*name).into(), stored(name))).collect();
+    out.push(("semicolons.csv".into(), csv.into()));
+    out.push(("own.mf4".into(), export::mdf(&[("run", &series(9, 1e-3)), ("slow", &series(3, 1.0))])));
+    out.push(("own.mat".into(), export::mat(&series(9, 1e-3)).unwrap()));
+    out
+}
+
+/// A copy that was stopped: at every byte of every file there is an answer, and never a row that the file has not.
+#[test]
+fn files_cut_at_every_byte() {
+    for (name, bytes) in small() {
+        let whole = read_with(bytes.clone(), &CsvOptions::default()).unwrap();
+        for length in 0..bytes.len() {
+            let mut outcome = (0, String::new());
+            let memory = allocation_counter::measure(|| outcome = harm(bytes[..length].to_vec()));
+            assert!(outcome.0 <= whole.rows(), "{name}, {length} bytes: {} rows", outcome.0);
+            assert!(memory.bytes_max < 64 << 20, "{name}, {length} bytes: {} bytes of memory", memory.bytes_max);
+            // A text may end anywhere, other formats say that something is missing.
+            let said = !outcome.1.trim().is_empty();
+            assert!(said || outcome.0 == whole.rows() || name.ends_with(".csv"), "{name}, {length} bytes: silent");
+        }
+    }
+}
+
+#[test]
+fn foreign_decoders_never_panic() {
+    static PANICS: std::sync::Mutex<std::collections::BTreeMap<String, usize>> = std::sync::Mutex::new(std::collections::BTreeMap::new());
+    std::panic::set_hook(Box::new(|info| {
+        *PANICS.lock().unwrap().entry(format!("{} {}", info.location().unwrap(), info.payload_as_str().unwrap_or("?"))).or_default() += 1;
+    }));
+    for (name, bytes) in small().into_iter().filter(|(name, _)| name.ends_with(".parquet")) {
+        let begin = Instant::now();
+        for at in 0..bytes.len() {
+            for new in [0, 0xff, 0x7f, 1, bytes[at].wrapping_add(1), bytes[at].wrapping_sub(1), bytes[at] ^ 0x80, bytes[at] ^ 0x10, bytes[at]^2, bytes[at]^8] {
+                let mut bytes = bytes.clone();
+                bytes[at] = new;
+                harm(bytes);
+            }
+        }
+        println!("{name} {:?}", begin.elapsed());
+    }
+    for (what, count) in PANICS.lock().unwrap().iter() { println!("{count} {what}"); }
+    assert!(PANICS.lock().unwrap().is_empty());
+}

@@ -63,7 +63,9 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
     let logs = output.logs(&bench, &formats, u64::from(args.repetitions), quiet);
-    let found = match tried {
+    // Without one of its logs a study would look like one of fewer logs.
+    let written = logs.iter().all(|log| !log.files.is_empty());
+    let found = match tried.filter(|_| written) {
         Some(control) => {
             let settings = BenchSettings {
                 // Drawn true values lie around those of this file, not of the one that is written.

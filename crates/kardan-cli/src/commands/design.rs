@@ -1,5 +1,7 @@
 //! `kardan design`: one controller, designed, proven and tried.
 
+use std::path::{Path, PathBuf};
+
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::study::{DesignSettings, ToleranceBox};
 use kardan::{export, report, study};
@@ -8,7 +10,7 @@ use super::DONE;
 use crate::args::{DesignArgs, FeedbackKind};
 use crate::design_text;
 use crate::input;
-use crate::output::{prepare_file, print, save};
+use crate::output::{prepare_files, print, save};
 use crate::progress::Bars;
 use crate::render::{self, Failure, note};
 
@@ -16,16 +18,10 @@ use crate::render::{self, Failure, note};
 const LAW: &str = "decoupling";
 
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
-    if args.report.is_some() && args.report == args.controller {
-        let message = "the report and the controller would go to the same file";
-        let mistake = Diagnostic::error("file::same", message).help("give them different names");
-        return Err(Failure { source: None, diagnostics: vec![mistake] });
-    }
     let settings = settings(args)?;
     let source = input::read(&args.model, quiet)?;
-    for path in args.report.iter().chain(&args.controller) {
-        prepare_file(path)?;
-    }
+    let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
+    prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.
     let mut warnings = study::check(&source.text);
     if args.force {

@@ -11,11 +11,11 @@ use kardan::study::{IdentifySettings, LogFile};
 use kardan::units::{Dimension, parse_quantity};
 use kardan::{export, report, study};
 
-use super::DONE;
+use super::{DONE, REQUIREMENT_FAILED};
 use crate::args::IdentifyArgs;
 use crate::identify_text;
 use crate::input::{self, Source};
-use crate::output::{prepare_file, print, reason, save};
+use crate::output::{prepare_files, print, protect, reason, save, save_over};
 use crate::progress::Bars;
 use crate::render::{Failure, note};
 
@@ -31,9 +31,9 @@ impl Bytes for OnDisk {
 pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
     let files = logs(&args.logs)?;
-    for path in args.report.iter().chain(&args.write) {
-        prepare_file(path)?;
-    }
+    let outputs: Vec<&Path> = args.report.iter().chain(&args.write).map(PathBuf::as_path).collect();
+    // Only what is written as a model may take the place of the model.
+    prepare_files(&outputs, args.write.as_ref().map(|_| args.model.as_path()))?;
     let settings = IdentifySettings {
         variant: args.variant.clone(),
         parameters: args.parameters.clone(),
@@ -54,7 +54,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
         save(path, report::identification_html(&found).as_bytes())?;
     }
-    let left = args.write.as_deref().map(|path| write(path, &source, &found)).transpose();
+    let left = args.write.as_deref().map(|path| write(path, &args.model, &source, &found)).transpose();
     // What was found is told also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
     if args.json {
@@ -69,7 +69,8 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     for why in left.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
-    Ok(DONE)
+    let (sound, _) = found.verdict();
+    Ok(if args.strict && !sound { REQUIREMENT_FAILED } else { DONE })
 }
 
 /// The logs, each known to be a file that can be opened, and no other one of them.
@@ -112,6 +113,7 @@ fn log(path: &Path) -> Result<LogFile, Diagnostic> {
             .help("name the files inside it, as in `logs/*.csv`"));
     }
     File::open(path).map_err(|error| wrong(&error))?;
+    protect(path);
     Ok(LogFile { name, bytes: Arc::new(OnDisk(path.to_owned())) })
 }
 
@@ -125,7 +127,7 @@ fn window(text: &str) -> Result<f64, Diagnostic> {
 }
 
 /// Writes a copy of the model file with what was found, and says what it cannot hold.
-fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
+fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
     let (text, left) = study::written(&source.text, found).map_err(|diagnostics| {
         let mut diagnostics = diagnostics;
         diagnostics.insert(
@@ -135,6 +137,6 @@ fn write(path: &Path, source: &Source, found: &Identification) -> Result<Vec<Str
         );
         Failure { source: None, diagnostics }
     })?;
-    save(path, text.as_bytes())?;
+    save_over(path, text.as_bytes(), Some(model))?;
     Ok(left)
 }

@@ -21,7 +21,7 @@ use crate::render::Failure;
 
 /// Exit code: done.
 const DONE: u8 = 0;
-/// Exit code: a requirement of the study failed.
+/// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification.
 const REQUIREMENT_FAILED: u8 = 1;
 /// Exit code: bad input, a file that cannot be read or written, or a run that failed.
 const ERROR: u8 = 2;

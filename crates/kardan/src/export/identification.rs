@@ -9,9 +9,10 @@ use crate::results::{ChannelRead, Found, Identification, LogRead, NamedMatrix};
 /// | key | what it is |
 /// |---|---|
 /// | `model`, `description` | the model |
+/// | `verdict`, `sound` | what came of it in one sentence; whether every parameter is determined from whole logs without a warning |
 /// | `method`, `window_s`, `loss`, `confidence` | how it was found |
 /// | `coordinates`, `measured`, `eliminated` | names: coordinates, inputs whose torque was measured, and those whose torque was eliminated |
-/// | `logs` | `name`, `rows`, `begin_s`, `end_s`, `remarks`, `channels` (`name`, `unit`, `signal`, `si`, `sample_time_s`, `noise`, `noise_stated`) |
+/// | `logs` | `name`, `rows`, `begin_s`, `end_s`, `remarks`, `damage` and `clock` (`null`, or how much of a damaged log is used and why its clock is in doubt), `channels` (`name`, `unit`, `signal`, `si`, `sample_time_s`, `noise`, `noise_stated`) |
 /// | `windows` | `all`, `incomplete`, `resting`, `moving`, `used` |
 /// | `samples`, `outliers`, `freedom`, `scale`, `condition`, `lags` | rows of the fit, outliers, degrees of freedom, residual over the noise of the sensors, condition, lags of Newey and West |
 /// | `parameters` | `name`, `unit`, `before`, `value`, `standard_error`, `interval`, `combination`, `remark`, `published` |
@@ -27,9 +28,12 @@ pub fn identification_json(found: &Identification) -> String {
 }
 
 pub(super) fn value(found: &Identification) -> Value {
+    let (sound, verdict) = found.verdict();
     object!({
         "model": found.model,
         "description": found.description,
+        "verdict": verdict,
+        "sound": sound,
         "method": found.method,
         "window_s": found.window,
         "loss": found.loss,
@@ -84,6 +88,8 @@ fn log(log: &LogRead) -> Value {
         "begin_s": log.span.0,
         "end_s": log.span.1,
         "remarks": log.remarks,
+        "damage": log.damage,
+        "clock": log.clock,
         "channels": log.channels.iter().map(channel).collect::<Vec<_>>(),
     })
 }

@@ -2,6 +2,8 @@ use crate::num::{Cholesky, Matrix};
 
 /// Change of log det below which an exchange counts as none.
 const IMPROVEMENT: f64 = 1e-9;
+/// Exchanges after which the best set so far is taken: rounding could make a round of them.
+const MOST_EXCHANGES: usize = 10_000;
 /// What stands for information before there is any, against that of all candidates together.
 const BEGINNING: f64 = 1e-6;
 
@@ -91,7 +93,7 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
                 }
             }
         }
-        let Some((out, enter, _)) = best else {
+        let Some((out, enter, _)) = best.filter(|_| exchanges < MOST_EXCHANGES) else {
             let scale: f64 = scales.iter().map(|scale| 2.0 * scale.ln()).sum();
             let chosen: Vec<usize> = (0..taken.len()).filter(|&k| taken[k]).collect();
             return now.is_finite().then_some(Selection { chosen, log_det: now + scale, exchanges });

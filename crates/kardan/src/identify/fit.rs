@@ -1,7 +1,6 @@
 //! Parameters from samples: weighted, robust, bounded; and what is left over, judged.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
-
+use super::distribution::{chi_squared_median_ratio, chi_squared_tail, fisher_tail, student_quantile, student_tails};
 use super::{Estimate, LeastSquares, Samples};
 use crate::num::{Cholesky, Matrix, dot};
 
@@ -395,8 +394,7 @@ fn robust_weights(
     let mut sorted = sizes.clone();
     sorted.sort_by(f64::total_cmp);
     // The median of the size of so many normal numbers.
-    let rows = data.rows as f64;
-    let usual = ChiSquared::new(rows).map_or(0.4549, |chi| chi.inverse_cdf(0.5) / rows).sqrt();
+    let usual = chi_squared_median_ratio(data.rows as f64).sqrt();
     let scale = sorted[sorted.len() / 2] / usual;
     let weight = |size: f64| {
         let z = if scale > 0.0 { size / scale } else { 0.0 };
@@ -546,9 +544,9 @@ fn covered(
 
 impl Fit {
     /// Half the width of the interval that covers a value with a confidence (0.95), by Student's distribution, in standard errors.
+    /// NaN where there are no degrees of freedom: then there is no interval.
     pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
-        StudentsT::new(0.0, 1.0, self.freedoms[value].max(1.0))
-            .map_or(f64::NAN, |student| student.inverse_cdf(0.5 + confidence / 2.0))
+        student_quantile(self.freedoms[value], confidence)
     }
 
     /// What the fit predicts of a row of a sample, N m.
@@ -560,6 +558,9 @@ impl Fit {
         dot(&x[..w], &self.values[..w]) + (w..p).map(|k| x[k] * factor(k - w) * self.values[k]).sum::<f64>()
     }
 }
+
+/// Part of the errors below which what a fit leaves of them is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// What samples weigh in a fit: residuals are smaller than errors where a sample has much to say.
 ///
@@ -576,6 +577,9 @@ struct Leverage<'a> {
     u: Vec<f64>,
     /// For each value: Σ K_ss, Σ K_ss² − (uᵀBu)², and Σ u uᵀ.
     sums: Vec<(f64, f64, Matrix<f64>)>,
+    /// For each value: Σ ‖v_s‖², of which Σ K_ss is what the fit has left.
+    sizes: Vec<f64>,
+    samples: usize,
 }
 
 impl<'a> Leverage<'a> {
@@ -589,6 +593,8 @@ impl<'a> Leverage<'a> {
             v: vec![0.0; rows],
             u: vec![0.0; p],
             sums: vec![(0.0, 0.0, Matrix::zeros(p, p)); p],
+            sizes: vec![0.0; p],
+            samples: 0,
         }
     }
 
@@ -610,6 +616,7 @@ impl<'a> Leverage<'a> {
         if spread {
             self.factor.half_solve(left);
         }
+        self.samples += 1;
         for (j, (diagonal, square, all)) in self.sums.iter_mut().enumerate() {
             (0..r).for_each(|i| self.v[i] = self.shares[i * p + j]);
             if spread {
@@ -620,22 +627,30 @@ impl<'a> Leverage<'a> {
             }
             let (u, bread) = (&self.u, self.bread);
             let form: f64 = (0..p).map(|k| u[k] * (0..p).map(|l| bread[(k, l)] * u[l]).sum::<f64>()).sum();
-            let own = dot(&self.v, &self.v) - form;
+            let size = dot(&self.v, &self.v);
+            let own = size - form;
+            self.sizes[j] += size;
             *diagonal += own;
             *square += own * own - form * form;
             all.add_outer(&1.0, u);
         }
     }
 
-    /// Degrees of freedom of each value.
+    /// Degrees of freedom of each value; NaN where the fit leaves nothing of the errors but rounding.
+    ///
+    /// K is symmetric of the order of the samples, so `(tr K)²` is at most their number times `tr K²`: what says more is rounding too.
     fn freedoms(&self) -> Vec<f64> {
         let p = self.bread.rows();
-        let of = |(diagonal, square, all): &(f64, f64, Matrix<f64>)| {
+        let of = |((diagonal, square, all), size): (&(f64, f64, Matrix<f64>), &f64)| {
+            if !(*diagonal > ROUNDING * size) {
+                return f64::NAN;
+            }
             let product = Matrix::from_fn(p, p, |i, j| (0..p).map(|k| self.bread[(i, k)] * all[(k, j)]).sum::<f64>());
             let both: f64 = (0..p).map(|i| (0..p).map(|k| product[(i, k)] * product[(k, i)]).sum::<f64>()).sum();
-            diagonal * diagonal / (square + both)
+            let least = diagonal * diagonal / self.samples as f64;
+            diagonal * diagonal / (square + both).max(least)
         };
-        self.sums.iter().map(of).collect()
+        self.sums.iter().zip(&self.sizes).map(of).collect()
     }
 }
 
@@ -706,8 +721,7 @@ fn serial_test(series: &[Vec<f64>]) -> Option<f64> {
         }
         freedom += lags;
     }
-    let chi = ChiSquared::new(freedom as f64).ok().filter(|_| freedom > 0 && sum.is_finite())?;
-    Some(1.0 - chi.cdf(sum))
+    chi_squared_tail(freedom as f64, sum)
 }
 
 /// A test of what is left.
@@ -746,12 +760,8 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     for (row, x) in series.iter().enumerate() {
         let mean = x.iter().sum::<f64>() / n;
         let spread = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
-        if let (true, Ok(student)) = (spread > 0.0, StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0))) {
-            let ratio = (mean / spread).abs();
-            if ratio.is_finite() {
-                out.push(Test { what: TestKind::Mean(row), probability: 2.0 * (1.0 - student.cdf(ratio)) });
-            }
-        }
+        let probability = student_tails(n - 1.0, mean / spread).filter(|_| spread > 0.0);
+        out.extend(probability.map(|probability| Test { what: TestKind::Mean(row), probability }));
     }
     out.extend(serial_test(&series).map(|probability| Test { what: TestKind::Serial, probability }));
     let all: Vec<f64> = series.concat();
@@ -759,12 +769,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     let mean = all.iter().sum::<f64>() / count;
     let moment = |power: i32| all.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / count;
     let square = moment(2);
-    if let (true, Ok(chi)) = (square > 0.0 && count > 7.0, ChiSquared::new(2.0)) {
+    if square > 0.0 && count > 7.0 {
         let (skew, excess) = (moment(3) / square.powf(1.5), moment(4) / (square * square) - 3.0);
         let sum = count / 6.0 * (skew * skew + excess * excess / 4.0);
-        if sum.is_finite() {
-            out.push(Test { what: TestKind::Normal, probability: 1.0 - chi.cdf(sum) });
-        }
+        out.extend(chi_squared_tail(2.0, sum).map(|probability| Test { what: TestKind::Normal, probability }));
     }
     for coordinate in 0..samples.freedoms {
         let mut order: Vec<usize> = (0..kept.len()).collect();
@@ -786,12 +794,8 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         }
         let rows = series.len() as f64;
         let (a, b) = (rows * (bins as f64 - 1.0), rows * (n - bins as f64));
-        if let (true, Ok(fisher)) = (within > 0.0 && b > 0.0, FisherSnedecor::new(a, b)) {
-            let ratio = between / a / (within / b);
-            if ratio.is_finite() {
-                out.push(Test { what: TestKind::Speed(coordinate), probability: 1.0 - fisher.cdf(ratio) });
-            }
-        }
+        let probability = fisher_tail((a, b), between / a / (within / b)).filter(|_| within > 0.0);
+        out.extend(probability.map(|probability| Test { what: TestKind::Speed(coordinate), probability }));
     }
     out
 }

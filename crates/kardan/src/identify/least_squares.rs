@@ -124,7 +124,8 @@ impl LeastSquares {
                 .max_by(|&a, &b| (slopes[a].0 / slopes[a].1).total_cmp(&(slopes[b].0 / slopes[b].1)));
             let Some(next) = next else { break };
             free[next] = true;
-            loop {
+            // Each pass holds at least one of those free.
+            for _ in 0..=p {
                 let Some(wanted) = solved(&free) else { return numbers(&free) };
                 let stops = |k: &usize| bounded[*k] && free[*k] && wanted[*k] <= 0.0;
                 let step = (0..p)
@@ -139,11 +140,12 @@ impl LeastSquares {
                 if blocked.is_empty() {
                     break;
                 }
-                for k in blocked {
-                    if values[k] <= 1e-14 * wanted[k].abs() {
-                        values[k] = 0.0;
-                        free[k] = false;
-                    }
+                let held = |k: &usize| !(values[*k] > 1e-14 * wanted[*k].abs());
+                let nearest = blocked.iter().copied().min_by(|&a, &b| values[a].total_cmp(&values[b]));
+                let held: Vec<usize> = blocked.iter().copied().filter(held).collect();
+                for k in if held.is_empty() { nearest.into_iter().collect() } else { held } {
+                    values[k] = 0.0;
+                    free[k] = false;
                 }
             }
         }

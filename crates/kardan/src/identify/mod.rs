@@ -2,6 +2,7 @@
 //! any model.
 
 mod determined;
+mod distribution;
 mod excitation;
 mod fit;
 mod least_squares;

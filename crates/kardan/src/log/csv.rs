@@ -324,4 +324,13 @@ impl Log for CsvLog {
         notes.extend(found.end.clone());
         notes
     }
+
+    fn damage(&self) -> Vec<String> {
+        let skipped = match self.found.skipped {
+            0 => None,
+            1 => Some("1 row is left out".to_owned()),
+            many => Some(format!("{many} rows are left out")),
+        };
+        skipped.into_iter().chain(self.found.end.as_ref().map(|_| "it ends in the middle of a row".into())).collect()
+    }
 }

@@ -167,6 +167,12 @@ pub trait Log: Send {
     /// row, channels that are left out. Complete when [`Log::next`] has come to its end.
     fn notes(&self) -> Vec<String>;
 
+    /// What of the notes means that numbers are lost: rows that could not be read, an end in the middle of a row; a few words for
+    /// each, such as `3 rows are left out`. Complete when [`Log::next`] has come to its end.
+    fn damage(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Single numbers that stand beside the channels (in MAT files).
     fn constants(&self) -> &[(String, f64)] {
         &[]

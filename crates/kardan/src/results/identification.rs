@@ -69,6 +69,85 @@ pub struct Identification {
     pub notes: Vec<String>,
 }
 
+/// Probability below which a test of what is left over speaks.
+const UNLIKELY: f64 = 0.01;
+/// Residual over the noise of the sensors from which the two are told apart in words.
+const LOUD: f64 = 10.0;
+/// Logs that are named in the verdict.
+const NAMED: usize = 3;
+
+impl Identification {
+    /// What came of it in one sentence, with all that stands against it; `true` if every parameter has an interval, the logs are
+    /// whole and their clocks sound, and there is no warning.
+    ///
+    /// ```
+    /// use kardan::results::{Found, Identification, LogRead};
+    /// let one = Found { name: "a.damping".into(), value: 2.0, interval: (1.9, 2.1), ..Found::default() };
+    /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
+    /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("900 rows of it are used".into()), ..LogRead::default() });
+    /// let (sound, verdict) = found.verdict();
+    /// assert!(!sound && verdict.starts_with(
+    ///     "All 2 parameters are determined, from a log that is damaged (b.csv: 900 rows of it are used)"
+    /// ));
+    /// ```
+    pub fn verdict(&self) -> (bool, String) {
+        let all = self.parameters.len();
+        let told = self.parameters.iter().filter(|one| one.interval.0.is_finite() && one.combination.is_empty()).count();
+        let parameters = match (told, all) {
+            (1, 1) => "The parameter is determined".into(),
+            (0, 1) => "The parameter is not determined".into(),
+            (told, all) if told == all => format!("All {all} parameters are determined"),
+            (told, all) => format!("{told} of {all} parameters are determined"),
+        };
+        let reservations = self.reservations();
+        let warnings = match self.warnings.len() {
+            0 => String::new(),
+            1 => "; 1 warning".into(),
+            many => format!("; {many} warnings"),
+        };
+        let sound = told == all && self.warnings.is_empty() && reservations.is_empty();
+        (sound, format!("{parameters}{reservations}{}{warnings}.", self.tested()))
+    }
+
+    /// `; what is left over looks like noise`
+    fn tested(&self) -> String {
+        let doubts = self.tests.iter().filter(|test| test.probability < UNLIKELY).count();
+        match (doubts, self.tests.len()) {
+            (_, 0) if self.freedom == 0 => "; too few windows to tell errors from parameters".into(),
+            (_, 0) => String::new(),
+            // Noise that is much more than that of the sensors is something else, however random it looks.
+            (0, _) if self.scale > LOUD => {
+                format!("; what is left over looks random, but is {:.0} times the noise of the sensors", self.scale)
+            }
+            (0, _) => "; what is left over looks like noise".into(),
+            (1, _) => "; one test of what is left over speaks against the model".into(),
+            (many, _) => format!("; {many} tests of what is left over speak against the model"),
+        }
+    }
+
+    /// `, from a log that is damaged (bench.csv: 1234 rows of it are used)`, and clocks that are in doubt.
+    fn reservations(&self) -> String {
+        let told = |of: &dyn Fn(&LogRead) -> Option<String>| -> (usize, String) {
+            let told: Vec<String> = self.logs.iter().filter_map(of).collect();
+            let shown = told[..told.len().min(NAMED)].join("; ");
+            let more = told.len().saturating_sub(NAMED);
+            (told.len(), if more > 0 { format!("{shown}; and {more} more") } else { shown })
+        };
+        let (damaged, places) = told(&|log| log.damage.as_ref().map(|what| format!("{}: {what}", log.name)));
+        let (doubted, clocks) = told(&|log| log.clock.as_ref().map(|why| format!("the clock of {} {why}", log.name)));
+        let mut out = match (damaged, self.logs.len()) {
+            (0, _) => String::new(),
+            (_, 1) => format!(", from a log that is damaged ({places})"),
+            (1, all) => format!(", from {all} logs of which 1 is damaged ({places})"),
+            (many, all) => format!(", from {all} logs of which {many} are damaged ({places})"),
+        };
+        if doubted > 0 {
+            out += &format!("; {clocks}");
+        }
+        out
+    }
+}
+
 /// A value for a model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FileValue {
@@ -93,6 +172,10 @@ pub struct LogRead {
     pub span: (f64, f64),
     /// Gaps, clock jumps, rows that could not be read, a damaged end.
     pub remarks: Vec<String>,
+    /// How much of a damaged log is used: `its first 1234 rows are used`; `None` if it is whole.
+    pub damage: Option<String>,
+    /// Why its clock is in doubt: `it jumps back 2 times`.
+    pub clock: Option<String>,
 }
 
 /// A channel as it was read.

@@ -3,40 +3,9 @@
 use super::list;
 use crate::results::{Candidate, Found, Identification, LogRead, ResidualTest, Validation};
 
-/// Probability below which a test of the residuals speaks.
-const UNLIKELY: f64 = 0.01;
-
-/// Residual over the noise of the sensors from which the two are told apart in words.
-const LOUD: f64 = 10.0;
-
-/// What came of it in one sentence; `true` if every parameter has an interval and nothing stands against it.
+/// What came of it in one sentence; `true` if nothing stands against it ([`Identification::verdict`]).
 pub fn verdict(found: &Identification) -> (bool, String) {
-    let all = found.parameters.len();
-    let told = found.parameters.iter().filter(|one| one.interval.0.is_finite() && one.combination.is_empty()).count();
-    let doubts = found.tests.iter().filter(|test| test.probability < UNLIKELY).count();
-    let parameters = match (told, all) {
-        (told, all) if told == all => format!("All {all} parameters are determined"),
-        (told, all) => format!("{told} of {all} parameters are determined"),
-    };
-    let tests = match (doubts, found.tests.len()) {
-        (_, 0) => String::new(),
-        (0, _) => "; what is left over looks like noise".into(),
-        (1, _) => "; one test of what is left over speaks against the model".into(),
-        (many, _) => format!("; {many} tests of what is left over speak against the model"),
-    };
-    // Noise that is much more than that of the sensors is something else, however random it looks.
-    let tests = match tests.strip_suffix("looks like noise") {
-        Some(start) if found.scale > LOUD => {
-            format!("{start}looks random, but is {:.0} times the noise of the sensors", found.scale)
-        }
-        _ => tests,
-    };
-    let warnings = match found.warnings.len() {
-        0 => String::new(),
-        1 => "; 1 warning".into(),
-        many => format!("; {many} warnings"),
-    };
-    (told == all && found.warnings.is_empty(), format!("{parameters}{tests}{warnings}."))
+    found.verdict()
 }
 
 /// How it was found, a sentence each.

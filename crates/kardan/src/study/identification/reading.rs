@@ -220,7 +220,7 @@ pub(super) fn read(
         stream(&mut *log, &mut smooth, &mut |error| failed = failed.take().or(Some(error)));
         for (group, tick) in ticking.iter_mut().enumerate() {
             let Some(tick) = tick else { continue };
-            tick.finish(slots.len(), &mut out.windows, &mut read.remarks);
+            tick.finish(slots.len(), &mut out.windows, &mut read);
             read.span.0 = read.span.0.min(tick.first);
             read.span.1 = read.span.1.max(tick.last);
             let names = wired.iter().filter(|one| one.group == group);
@@ -237,6 +237,7 @@ pub(super) fn read(
             }
         }
         read.remarks.extend(log.notes());
+        let mut damage = log.damage();
         for (channel, one) in read.channels.iter_mut().zip(wired_in_order(&wired, &ticking)) {
             let named = &log.groups()[one.group].channels[one.channel];
             channel.name.clone_from(&named.name);
@@ -246,8 +247,10 @@ pub(super) fn read(
             if read.rows == 0 {
                 return Err((name, error));
             }
+            damage.insert(0, format!("{} rows of it are used", read.rows));
             read.remarks.push(format!("{error}; the {} rows before it are used", read.rows));
         }
+        read.damage = (!damage.is_empty()).then(|| damage.join(", "));
         out.logs.push(read);
     }
     // Noise that nobody stated: the median over the windows.
@@ -416,7 +419,9 @@ impl Ticking {
         self.row += rows as u64;
     }
 
-    fn finish(&mut self, slots: usize, windows: &mut BTreeMap<(usize, i64), Vec<Reading>>, remarks: &mut Vec<String>) {
+    fn finish(&mut self, slots: usize, windows: &mut BTreeMap<(usize, i64), Vec<Reading>>, read: &mut LogRead) {
+        let remarks = &mut read.remarks;
+        let mut doubts: Vec<String> = read.clock.take().into_iter().collect();
         let (section, own) = (self.section, &self.slots);
         self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
         if self.gaps > TOLD {
@@ -425,8 +430,12 @@ impl Ticking {
         if self.jumps > TOLD {
             remarks.push(format!("{} jumps of the clock in all", self.jumps));
         }
+        if self.jumps > 0 {
+            doubts.push(format!("jumps back {}", if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }));
+        }
         // Milliseconds or nanoseconds that nobody called so.
         if self.first.abs() > LATE || self.step >= SLOW {
+            doubts.push("may not be in seconds".into());
             remarks.push(format!(
                 "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
                  `[log.NAME]`",
@@ -434,8 +443,10 @@ impl Ticking {
             ));
         }
         if self.repeated > 0 {
+            doubts.push(format!("stands still or is missing in {} rows", self.repeated));
             remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
         }
+        read.clock = (!doubts.is_empty()).then(|| doubts.join(", "));
     }
 }
 

@@ -139,11 +139,13 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
         let bounded = fit.bounded.contains(&column);
         let half = fit.quantile(column, asked.confidence) * error;
+        let hidden = !bounded && !undetermined(column) && half.is_nan();
         Found {
             interval: if bounded || undetermined(column) { (f64::NAN, f64::NAN) } else { (value - half, value + half) },
             remark: match (bounded, undetermined(column)) {
                 (true, _) => "at its bound, zero".into(),
                 (_, true) => "these data do not determine it".into(),
+                _ if hidden => "no interval: the fit leaves nothing that could tell how large the errors are".into(),
                 _ => String::new(),
             },
             published: published(&name),

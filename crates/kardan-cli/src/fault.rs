@@ -1,0 +1,58 @@
+//! Every operation that changes a file passes here, so that tests can let each of them fail, or end the process there.
+//!
+//! In builds with debug assertions `KARDAN_FAULT=fail:N` makes operation N (from 0) fail as on a full disk, a writing one after
+//! half of its bytes; `full:N` that one and all after it; `kill:N` aborts the process there. In other builds this is nothing.
+
+use std::io::{self, Write};
+
+/// Does an operation that changes files.
+pub fn step<T>(operation: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    match wanted() {
+        Some(fault) => Err(fault.happens()),
+        None => operation(),
+    }
+}
+
+/// Writes all bytes.
+pub fn write(to: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
+    let fault = wanted();
+    let count = if fault.is_some() { bytes.len() / 2 } else { bytes.len() };
+    to.write_all(&bytes[..count])?;
+    fault.map_or(Ok(()), |fault| Err(fault.happens()))
+}
+
+#[derive(Clone, Copy)]
+#[cfg_attr(not(debug_assertions), allow(dead_code))]
+enum Fault {
+    Fails,
+    Kills,
+}
+
+impl Fault {
+    fn happens(self) -> io::Error {
+        match self {
+            Self::Fails => io::ErrorKind::StorageFull.into(),
+            Self::Kills => std::process::abort(),
+        }
+    }
+}
+
+#[cfg(debug_assertions)]
+fn wanted() -> Option<Fault> {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let asked = std::env::var("KARDAN_FAULT").ok()?;
+    let (what, at) = asked.split_once(':')?;
+    match what {
+        "fail" if at.parse() == Ok(number) => Some(Fault::Fails),
+        "full" if at.parse().is_ok_and(|at: usize| number >= at) => Some(Fault::Fails),
+        "kill" if at.parse() == Ok(number) => Some(Fault::Kills),
+        _ => None,
+    }
+}
+
+#[cfg(not(debug_assertions))]
+fn wanted() -> Option<Fault> {
+    None
+}

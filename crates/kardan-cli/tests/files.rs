@@ -1,0 +1,320 @@
+//! Files as careful users treat them: links, modes, inputs, full disks, runs that are killed. Nothing that was whole is lost, and
+//! nothing that is not whole is taken for a result.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const MODEL: &str = "[model]\nname = \"axle\"\n[shaft.axle]\ninertia = \"0.01 kg m^2\" # from the drawing\n\
+                     damping = \"0.1 N m s/rad\"\nfriction = \"0.1 N m\"\n[motor.drive]\nshaft = \"axle\"\n\
+                     [scenario]\nduration = \"0.2 s\"\noutput_step = \"10 ms\"\n\
+                     [[scenario.event]]\nsignal = \"drive.tau\"\nat = \"50 ms\"\nto = \"1 N m\"\n";
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null()).env_remove("KARDAN_FAULT");
+    command
+}
+
+fn kardan(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+/// Miette's frame and line breaks taken out.
+fn words(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes)
+        .replace(['│', '×', '╰', '─', '▶'], " ")
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// 0.02 N m s/rad and 0.3 N m, with what a clock knows as noise.
+fn log(rows: u32) -> String {
+    let mut log = String::from("time,axle.w,drive.tau\ns,rad/s,N m\n");
+    for k in 0..rows {
+        let speed = [5.0, 12.0, -4.0, -15.0, 20.0, -9.0, 7.0, -20.0][(k / 200) as usize % 8];
+        let hiss = f64::from(k * 7919 % 1009) / 1009.0 - 0.5;
+        let torque = 0.02 * speed + 0.3_f64.copysign(speed) + 0.05 * hiss;
+        let _ = writeln!(log, "{:.3},{speed},{torque:.6}", 0.001 * f64::from(k));
+    }
+    log
+}
+
+/// A fresh folder with a model and a log of it.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("files").join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    fs::write(path.join("axle.toml"), MODEL).unwrap();
+    fs::write(path.join("bench.csv"), log(1600)).unwrap();
+    path
+}
+
+/// Every plain file below a folder with its content.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut out = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            out.extend(contents(&path));
+        } else {
+            let bytes = fs::read(&path).unwrap();
+            out.insert(path, bytes);
+        }
+    }
+    out
+}
+
+fn is_part(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "part")
+}
+
+/// Refused with these words, and nothing is changed.
+fn refused(at: &Path, arguments: &[&str], parts: &[&str]) {
+    let before = contents(at);
+    let got = kardan(at, arguments);
+    let said = words(&got.stderr);
+    assert_eq!(got.status.code(), Some(2), "{arguments:?}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{arguments:?} does not say {part}: {said}");
+    }
+    assert_eq!(contents(at), before, "{arguments:?}");
+}
+
+const FIT: [&str; 3] = ["identify", "axle.toml", "bench.csv"];
+
+fn fit<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    FIT.iter().copied().chain(more.iter().copied()).collect()
+}
+
+#[test]
+fn what_a_command_reads_is_not_written_over() {
+    let at = folder("inputs");
+    fs::write(at.join("truth.toml"), "").unwrap();
+    for (option, path) in [("--report", "bench.csv"), ("--write", "bench.csv"), ("--report", "axle.toml"), ("--write", "./bench.csv")] {
+        refused(&at, &fit(&[option, path]), &["file::input", "reads it", "nothing was computed"]);
+    }
+    refused(&at, &["design", "axle.toml", "--outputs", "axle.phi", "--controller", "axle.toml"], &["file::input"]);
+    refused(&at, &["design", "axle.toml", "--outputs", "axle.phi", "--report", "../inputs/axle.toml"], &["file::input"]);
+    refused(&at, &["analyze", "axle.toml", "--report", "axle.toml"], &["file::input"]);
+    refused(&at, &fit(&["--report", "new", "--write", "./new"]), &["file::same"]);
+    // A model that stands where a table of a run would go.
+    fs::write(at.join("report.html"), MODEL).unwrap();
+    let got = kardan(&at, &["run", "report.html", "--out", "."]);
+    assert_eq!((got.status.code(), words(&got.stderr).contains("file::input")), (Some(2), true));
+    assert_eq!(fs::read_to_string(at.join("report.html")).unwrap(), MODEL);
+    // The model itself is what `--write` may replace.
+    let got = kardan(&at, &fit(&["--write", "axle.toml"]));
+    assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+    assert!(fs::read_to_string(at.join("axle.toml")).unwrap().contains("# from the drawing"));
+    assert_ne!(fs::read_to_string(at.join("axle.toml")).unwrap(), MODEL);
+}
+
+#[test]
+fn what_is_no_file_is_told_in_clear_words() {
+    let at = folder("odd");
+    fs::create_dir(at.join("folder")).unwrap();
+    for (path, part) in [("folder", "is not the name of a file"), ("-", "/dev/stdout"), ("axle.toml/x", "axle.toml"), (".", "name of a file")] {
+        refused(&at, &["analyze", "axle.toml", "--report", path], &[part]);
+    }
+    let got = kardan(&at, &["models", "two-bodies", "--write", "folder/new.toml"]);
+    assert_eq!(got.status.code(), Some(0));
+    refused(&at, &["models", "two-bodies", "--write", "nowhere/new.toml"], &["no such file or directory"]);
+}
+
+#[cfg(unix)]
+mod unix {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+    use super::*;
+
+    #[test]
+    fn links_are_followed_and_modes_kept() {
+        let at = folder("links");
+        fs::create_dir(at.join("real")).unwrap();
+        fs::rename(at.join("axle.toml"), at.join("real/axle.toml")).unwrap();
+        symlink("real/axle.toml", at.join("axle.toml")).unwrap();
+        for mode in [0o600, 0o640, 0o664] {
+            fs::set_permissions(at.join("real/axle.toml"), fs::Permissions::from_mode(mode)).unwrap();
+            let got = kardan(&at, &fit(&["--write", "axle.toml"]));
+            assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
+            assert!(at.join("axle.toml").is_symlink());
+            let there = fs::metadata(at.join("real/axle.toml")).unwrap();
+            assert_eq!((there.mode() & 0o7777, there.is_file()), (mode, true));
+            assert!(fs::read_to_string(at.join("real/axle.toml")).unwrap().contains("95 %"));
+        }
+        // A link to a file that is not there yet makes that file.
+        symlink("real/fit.html", at.join("fit.html")).unwrap();
+        assert_eq!(kardan(&at, &fit(&["--report", "fit.html"])).status.code(), Some(0));
+        assert!(at.join("fit.html").is_symlink() && at.join("real/fit.html").is_file());
+        // New files follow the mask of the user.
+        let mut masked = Command::new("sh");
+        masked.current_dir(&at).arg("-c").arg(format!("umask 077; exec {} -q analyze axle.toml --report new.html", env!("CARGO_BIN_EXE_kardan")));
+        assert_eq!(masked.output().unwrap().status.code(), Some(0));
+        assert_eq!(fs::metadata(at.join("new.html")).unwrap().mode() & 0o777, 0o600);
+        symlink("b", at.join("a")).unwrap();
+        symlink("a", at.join("b")).unwrap();
+        refused(&at, &["analyze", "axle.toml", "--report", "a"], &["cannot write"]);
+    }
+
+    #[test]
+    fn files_that_cannot_be_replaced_as_they_are_stay() {
+        let at = folder("kept");
+        fs::write(at.join("old.html"), "old").unwrap();
+        fs::set_permissions(at.join("old.html"), fs::Permissions::from_mode(0o444)).unwrap();
+        refused(&at, &fit(&["--report", "old.html"]), &["file::read-only", "nothing was computed"]);
+        fs::set_permissions(at.join("old.html"), fs::Permissions::from_mode(0o644)).unwrap();
+        fs::hard_link(at.join("old.html"), at.join("other.html")).unwrap();
+        refused(&at, &fit(&["--report", "old.html"]), &["file::hard-links", "2 names"]);
+        // Another name of the log is the log.
+        fs::hard_link(at.join("bench.csv"), at.join("name.csv")).unwrap();
+        refused(&at, &fit(&["--report", "name.csv"]), &["file::input"]);
+        symlink("bench.csv", at.join("link.csv")).unwrap();
+        refused(&at, &fit(&["--report", "link.csv"]), &["file::input"]);
+    }
+
+    #[test]
+    fn streams_and_devices_are_written_to() {
+        let at = folder("streams");
+        let got = kardan(&at, &["-q", "analyze", "axle.toml", "--report", "/dev/stdout"]);
+        let text = String::from_utf8(got.stdout).unwrap();
+        assert!(text.contains("<!doctype html>") && text.contains("axle"), "{text}");
+        // Where standard output is a file, page and text follow each other.
+        let file = fs::File::create(at.join("both")).unwrap();
+        let status = command(&at, &["-q", "analyze", "axle.toml", "--report", "/dev/stdout"]).stdout(file).status().unwrap();
+        assert_eq!((status.code(), fs::read_to_string(at.join("both")).unwrap()), (Some(0), text));
+        assert_eq!(kardan(&at, &["analyze", "axle.toml", "--report", "/dev/null"]).status.code(), Some(0));
+        if Path::new("/dev/full").exists() {
+            refused(&at, &["analyze", "axle.toml", "--report", "/dev/full"], &["no space left"]);
+        }
+        let pipe = Command::new("mkfifo").arg(at.join("pipe")).status();
+        if pipe.is_ok_and(|status| status.success()) {
+            let reader = std::thread::spawn({
+                let pipe = at.join("pipe");
+                move || fs::read_to_string(pipe).unwrap()
+            });
+            assert_eq!(kardan(&at, &["analyze", "axle.toml", "--report", "pipe"]).status.code(), Some(0));
+            assert!(reader.join().unwrap().contains("<!doctype html>"));
+        }
+    }
+
+    /// A disk on which only files of a kibibyte have room.
+    #[test]
+    fn a_full_disk_takes_nothing_away() {
+        let at = folder("full");
+        fs::create_dir(at.join("real")).unwrap();
+        let long = format!("{MODEL}{}", "# a long story\n".repeat(100));
+        fs::write(at.join("real/axle.toml"), &long).unwrap();
+        fs::remove_file(at.join("axle.toml")).unwrap();
+        symlink("real/axle.toml", at.join("axle.toml")).unwrap();
+        fs::write(at.join("fit.html"), "whole").unwrap();
+        let before = contents(&at);
+        for line in ["identify axle.toml bench.csv --write axle.toml", "identify axle.toml bench.csv --report fit.html", "run axle.toml --out ."] {
+            for (trap, code) in [("trap '' XFSZ; ", Some(2)), ("", None)] {
+                let mut shell = Command::new("sh");
+                let kardan = env!("CARGO_BIN_EXE_kardan");
+                shell.current_dir(&at).arg("-c").arg(format!("ulimit -c 0; {trap}ulimit -f 1; exec {kardan} {line}"));
+                let got = shell.stdin(Stdio::null()).output().unwrap();
+                assert_eq!(got.status.code(), code, "{line}: {}", words(&got.stderr));
+                assert!(code.is_none() || words(&got.stderr).contains("larger than the system allows"), "{}", words(&got.stderr));
+                let after = contents(&at);
+                for (path, bytes) in &before {
+                    assert!(after[path] == *bytes, "{line}: {}", path.display());
+                }
+                assert!(after.keys().all(|path| before.contains_key(path) || is_part(path)), "{line}: {:?}", after.keys());
+                assert!(code.is_none() || !after.keys().any(|path| is_part(path)), "{line}");
+                fs::read_dir(&at).unwrap().flatten().filter(|e| is_part(&e.path())).for_each(|e| fs::remove_file(e.path()).unwrap());
+            }
+        }
+    }
+}
+
+/// Lets operation after operation of a command fail, and kills it there. All files that were whole stay, or are replaced by whole
+/// ones; a command that could not write says so; what a killed one leaves is swept away by the next.
+#[cfg(debug_assertions)]
+fn every_operation_fails(name: &str, arguments: &[&str]) {
+    // What the command writes where nothing fails.
+    let model = folder(&format!("{name}-whole"));
+    let good = kardan(&model, arguments);
+    assert_eq!(good.status.code(), Some(0), "{arguments:?}: {}", words(&good.stderr));
+    let relative = |at: &Path| -> BTreeMap<PathBuf, Vec<u8>> {
+        contents(at).into_iter().map(|(path, bytes)| (path.strip_prefix(at).unwrap().to_owned(), bytes)).collect()
+    };
+    let whole = relative(&model);
+    for way in ["fail", "full", "kill"] {
+        let at = folder(&format!("{name}-{way}"));
+        // Old results that were whole.
+        for path in whole.keys().filter(|path| !at.join(path).exists()) {
+            fs::create_dir_all(at.join(path).parent().unwrap()).unwrap();
+            fs::write(at.join(path), "old and whole").unwrap();
+        }
+        let old = relative(&at);
+        let mut done = false;
+        for number in 0..400 {
+            let got = command(&at, arguments).env("KARDAN_FAULT", format!("{way}:{number}")).output().unwrap();
+            let after = relative(&at);
+            for (path, bytes) in &old {
+                assert!(
+                    after.get(path).is_some_and(|now| now == bytes || now == &whole[path]),
+                    "{arguments:?}, {way} {number}: {} is neither the old nor the new one",
+                    path.display()
+                );
+            }
+            let strange: Vec<_> = after.keys().filter(|path| !old.contains_key(*path) && !(way == "kill" && is_part(path))).collect();
+            assert!(strange.is_empty(), "{arguments:?}, {way} {number}: {strange:?}");
+            if got.status.code() == Some(0) {
+                assert!(number > 2, "{arguments:?}: no operation is counted");
+                assert!(after == whole, "{arguments:?}, {way} {number}: says that all is written");
+                done = true;
+                break;
+            }
+            match way {
+                "kill" => assert_eq!(got.status.code(), None, "{}", words(&got.stderr)),
+                _ => {
+                    let said = words(&got.stderr);
+                    assert_eq!(got.status.code(), Some(2), "{said}");
+                    assert!(said.contains("no space left"), "{arguments:?}, {way} {number}: {said}");
+                }
+            }
+            // The model may have become the new one.
+            for (path, bytes) in &old {
+                fs::write(at.join(path), bytes).unwrap();
+            }
+        }
+        assert!(done, "{arguments:?}, {way}: never done");
+        assert!(!contents(&at).keys().any(|path| is_part(path)), "leftovers are swept");
+    }
+}
+
+#[cfg(debug_assertions)]
+mod faults {
+    use super::every_operation_fails;
+
+    #[test]
+    fn of_run() {
+        for format in ["csv", "parquet", "mat", "mdf"] {
+            every_operation_fails(&format!("run-{format}"), &["run", "axle.toml", "--format", format, "--no-report"]);
+        }
+        every_operation_fails("run-report", &["run", "axle.toml", "--json"]);
+    }
+
+    #[test]
+    fn of_analyze_design_and_models() {
+        every_operation_fails("analyze", &["analyze", "axle.toml", "--report", "page.html"]);
+        every_operation_fails("design", &["design", "axle.toml", "--outputs", "axle.phi", "--report", "page.html", "--controller", "c.json", "--no-simulation"]);
+        every_operation_fails("check", &["check", "axle.toml"]);
+    }
+
+    #[test]
+    fn of_identify() {
+        every_operation_fails("identify", &["identify", "axle.toml", "bench.csv", "--report", "page.html", "--write", "axle.toml"]);
+    }
+
+    #[test]
+    fn of_bench() {
+        every_operation_fails("bench", &["bench", "axle.toml", "--format", "csv,mdf"]);
+    }
+}
