@@ -4,8 +4,11 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::sync::Arc;
 
-use kardan::diagnostics::{Diagnostic, Severity, line_column};
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource};
+use kardan::diagnostics::{Diagnostic, Lines, Severity};
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, SourceCode,
+    SourceSpan, SpanContents,
+};
 
 use crate::input::Source;
 
@@ -55,9 +58,9 @@ pub fn show(source: Option<&Source>, diagnostics: &[Diagnostic]) {
     }
     let mut text = String::new();
     let handler = handler();
-    let shared = source.map(|source| (visible(&source.name), Arc::<str>::from(visible(&source.text))));
+    let shared = source.map(|source| Shown::new(&source.name, &source.text));
     for diagnostic in diagnostics {
-        render(&mut text, &handler, diagnostic, shared.as_ref().map(|(name, text)| (name.as_str(), text)));
+        render(&mut text, &handler, diagnostic, shared.as_ref());
     }
     if let Some(source) = source {
         let _ = writeln!(text, "{}", count(diagnostics, source));
@@ -111,12 +114,48 @@ fn count(diagnostics: &[Diagnostic], source: &Source) -> String {
     format!("{} in {}", parts.join(" and "), visible(&source.to_string()))
 }
 
-fn render(
-    out: &mut String,
-    handler: &GraphicalReportHandler,
-    diagnostic: &Diagnostic,
-    source: Option<(&str, &Arc<str>)>,
-) {
+/// A source text as the reader sees it, with an index of its lines: a diagnostic costs what is shown of it, wherever it stands.
+#[derive(Debug, Clone)]
+struct Shown(Arc<Text>);
+
+#[derive(Debug)]
+struct Text {
+    name: String,
+    text: String,
+    lines: Lines,
+}
+
+impl Shown {
+    fn new(name: &str, text: &str) -> Self {
+        let text = visible(text);
+        Self(Arc::new(Text { name: visible(name), lines: Lines::new(&text), text }))
+    }
+}
+
+impl SourceCode for Shown {
+    /// As miette reads a text, but only the lines around the span instead of all from the start.
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let Text { name, text, lines } = &*self.0;
+        // A line more on either side, so that the window ends where the text would go on.
+        let first = lines.line(span.offset()).saturating_sub(before + 1);
+        let (from, to) = (lines.start(first), lines.start(lines.line(span.offset() + span.len()) + after + 2));
+        let window = text.get(from..to).ok_or(MietteError::OutOfBounds)?;
+        let inside = SourceSpan::from((span.offset() - from, span.len()));
+        let found = window.read_span(&inside, before, after)?;
+        let place = SourceSpan::from((found.span().offset() + from, found.span().len()));
+        let data = &text.as_bytes()[place.offset()..place.offset() + place.len()];
+        let count = data.iter().filter(|byte| **byte == b'\n').count();
+        let (line, column) = (found.line() + first, found.column());
+        Ok(Box::new(MietteSpanContents::new_named(name.clone(), data, place, line, column, count)))
+    }
+}
+
+fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagnostic, source: Option<&Shown>) {
     let severity = match diagnostic.severity {
         Severity::Error => miette::Severity::Error,
         Severity::Warning => miette::Severity::Warning,
@@ -127,7 +166,8 @@ fn render(
         shown = shown.with_help(visible(help));
     }
     let report = match source {
-        Some((name, text)) if !diagnostic.labels.is_empty() => {
+        Some(shown_source) if !diagnostic.labels.is_empty() => {
+            let Text { name, text, lines } = &*shown_source.0;
             let labels: Vec<LabeledSpan> = diagnostic
                 .labels
                 .iter()
@@ -136,13 +176,12 @@ fn render(
                     LabeledSpan::new((!label.text.is_empty()).then(|| visible(&label.text)), start, end - start)
                 })
                 .collect();
-            if labels.iter().any(|label| unreadable(text, label)) {
-                let (line, column) = line_column(text, labels[0].offset());
+            if labels.iter().any(|label| unreadable(lines, label)) {
+                let (line, column) = lines.line_column(text, labels[0].offset());
                 shown.message = format!("{name}:{line}:{column}: {}", shown.message);
                 miette::Report::new(shown)
             } else {
-                let source = NamedSource::new(name, Arc::clone(text));
-                miette::Report::new(shown.with_labels(labels)).with_source_code(source)
+                miette::Report::new(shown.with_labels(labels)).with_source_code(shown_source.clone())
             }
         }
         _ => miette::Report::new(shown),
@@ -167,12 +206,9 @@ fn clamp(text: &str, start: usize, end: usize) -> (usize, usize) {
 }
 
 /// Whether a line that would be shown for this label is too long for a reader.
-fn unreadable(text: &str, label: &LabeledSpan) -> bool {
-    let line_before = |at: usize| text[..at].rfind('\n').unwrap_or(0);
-    let line_after = |at: usize| text[at..].find('\n').map_or(text.len(), |more| at + more);
-    let end = line_after(label.offset() + label.len());
-    let shown = line_before(line_before(label.offset()))..line_after((end + 1).min(text.len()).max(end));
-    text.get(shown).is_some_and(|lines| lines.lines().any(|line| line.len() > LONG))
+fn unreadable(lines: &Lines, label: &LabeledSpan) -> bool {
+    let (first, last) = (lines.line(label.offset()), lines.line(label.offset() + label.len()));
+    (first.saturating_sub(1)..=last + 1).any(|line| lines.start(line + 1) - lines.start(line) > LONG)
 }
 
 #[cfg(test)]
@@ -182,7 +218,7 @@ mod tests {
     fn rendered(text: &str, diagnostic: Diagnostic) -> String {
         let mut out = String::new();
         let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor());
-        render(&mut out, &handler, &diagnostic, Some(("gear.toml", &Arc::from(visible(text)))));
+        render(&mut out, &handler, &diagnostic, Some(&Shown::new("gear.toml", text)));
         out
     }
 

@@ -10,8 +10,9 @@ pub struct Bounds<T> {
 }
 
 impl<T: Real> Bounds<T> {
-    /// The torque within the bounds that is nearest to the one wished; the one before if the wish is NaN. From a torque
-    /// within the bounds follows one within the bounds.
+    /// The torque within the bounds that is nearest to the one wished; the one before where that is no finite number (the wish
+    /// is NaN, or infinite without a bound). From a torque within the bounds follows one within the bounds; that it is not the
+    /// wish tells that something was changed.
     ///
     /// ```
     /// use kardan_rt::Bounds;
@@ -19,6 +20,7 @@ impl<T: Real> Bounds<T> {
     /// assert_eq!(motor.nearest(2.0, 1.0), 1.3);
     /// assert_eq!(motor.nearest(-2.0, 1.0), 0.5);
     /// assert_eq!(motor.nearest(f64::NAN, 1.0), 1.0);
+    /// assert_eq!(Bounds { torque: None, change: None }.nearest(f64::INFINITY, 1.0), 1.0);
     /// ```
     #[inline]
     pub fn nearest(&self, wish: T, before: T) -> T {
@@ -29,7 +31,7 @@ impl<T: Real> Bounds<T> {
         if let Some(torque) = self.torque {
             out = within(out, -torque, torque);
         }
-        if out < T::ZERO || out >= T::ZERO { out } else { before }
+        if out.is_finite() { out } else { before }
     }
 }
 

@@ -1,3 +1,4 @@
+use crate::dense::finite;
 use crate::{PositionLoop, Real};
 
 /// What one decoupled channel does with its reference.
@@ -19,19 +20,23 @@ pub enum Channel<T> {
 
 impl<T: Real> Channel<T> {
     /// The acceleration to ask of the output, rad/s²: (6.137) of the source for a position (rad), `(reference − load)/J`
-    /// as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m.
+    /// as in (6.131) for a torque (N m); position in rad, speed in rad/s, load in N m. `None` where that is no finite number:
+    /// keep what you asked for before. All four are looked at, also those that the kind of channel does not use.
     ///
     /// ```
     /// let wheel = kardan_rt::Channel::Torque { inverse_inertia: 4.0 };
-    /// assert_eq!(wheel.acceleration(1.5, 0.3, -2.0, 0.5), 4.0);
+    /// assert_eq!(wheel.acceleration(1.5, 0.3, -2.0, 0.5), Some(4.0));
+    /// assert_eq!(wheel.acceleration(1.5, 0.3, f64::NAN, 0.5), None);
     /// ```
     #[inline]
-    pub fn acceleration(&self, reference: T, position: T, speed: T, load: T) -> T {
+    pub fn acceleration(&self, reference: T, position: T, speed: T, load: T) -> Option<T> {
         match self {
             Self::Position { position_loop, inverse_inertia } => {
                 position_loop.acceleration(reference, position, speed, load * *inverse_inertia)
             }
-            Self::Torque { inverse_inertia } => (reference - load) * *inverse_inertia,
+            Self::Torque { inverse_inertia } => {
+                finite((reference - load) * *inverse_inertia).filter(|_| position.is_finite() && speed.is_finite())
+            }
         }
     }
 }

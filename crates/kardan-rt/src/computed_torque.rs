@@ -1,4 +1,4 @@
-use crate::dense::{add_scaled, at, copy, dot, factor, row, solve, solve_factored};
+use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored};
 use crate::mechanism::take;
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
 
@@ -91,8 +91,8 @@ impl<T: Real> ComputedTorque<'_, T> {
     /// One evaluation; `torques` receives u, N m, one entry per task.
     ///
     /// Returns false and leaves `torques` as they are if there is no finite answer: the tasks depend on each other at this
-    /// position (the decoupling matrix is singular to 64 ulps), something measured is NaN, or a list or the memory is
-    /// too short.
+    /// position (the decoupling matrix is singular to 64 ulps), something measured or told is not finite, or a list or the
+    /// memory is too short.
     #[must_use = "false tells that the torques are those of the last step"]
     pub fn torques(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> bool {
         self.solution(now, memory, torques).is_some()
@@ -104,7 +104,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         let r = columns.checked_sub(mechanism.held)?;
         let (position, speed) = (now.position.get(..r)?, now.speed.get(..r)?);
         let (references, torques) = (now.references.get(..m)?, torques.get_mut(..m)?);
-        if self.inputs.len() != m || columns == 0 {
+        if self.inputs.len() != m || columns == 0 || !all_finite(references) || !all_finite(now.disturbances) {
             return None;
         }
         let mut rest = memory;
@@ -117,7 +117,7 @@ impl<T: Real> ComputedTorque<'_, T> {
 
         self.known_forces(&evaluated, now.disturbances, y, force);
         for (number, input) in self.inputs.iter().zip(inputs.chunks_exact_mut(columns)) {
-            mechanism.project(*mechanism.inputs.get(*number)?, evaluated.basis, input);
+            mechanism.sum_of_rows(*mechanism.inputs.get(*number)?, evaluated.basis, input);
         }
         factor(evaluated.inertia, columns, r, lower)?;
         let y = y.get_mut(..r)?;
@@ -127,11 +127,11 @@ impl<T: Real> ComputedTorque<'_, T> {
                 Task::Position { shaft, position_loop } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
                     let channel = Channel::Position { position_loop, inverse_inertia };
-                    (acceleration(channel, shaft, *reference, &evaluated), None)
+                    (acceleration(channel, shaft, *reference, &evaluated)?, None)
                 }
                 Task::Torque { shaft } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
-                    (acceleration(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated), None)
+                    (acceleration(Channel::Torque { inverse_inertia }, shaft, *reference, &evaluated)?, None)
                 }
                 Task::ConstraintTorque { cut } => {
                     let held = r.checked_add(cut)?;
@@ -166,9 +166,11 @@ impl<T: Real> ComputedTorque<'_, T> {
         }
         if let Some(width) = self.friction_width {
             for friction in mechanism.frictions {
-                let w = mechanism.along(friction.row, evaluated.speeds);
-                mechanism.project(friction.row, evaluated.basis, direction);
+                let w = mechanism.sum_along(friction.row, evaluated.speeds);
+                mechanism.sum_of_rows(friction.row, evaluated.basis, direction);
                 let size = (w * w + width * width).sqrt();
+                // A speed whose square overflows is far beyond any width.
+                let size = if size.is_finite() { size } else { w.abs() };
                 if size > T::ZERO {
                     add_scaled(-(friction.coefficient * w / size), direction, out);
                 }
@@ -185,7 +187,7 @@ fn respond<T: Real>(lower: &[T], b: &[T], y: &mut [T]) -> Option<T> {
 }
 
 /// The acceleration asked of a shaft less its bias, rad/s².
-fn acceleration<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> T {
+fn acceleration<T: Real>(channel: Channel<T>, shaft: usize, reference: T, evaluated: &Evaluation<'_, T>) -> Option<T> {
     let (angle, speed) = (at(evaluated.angles, shaft), at(evaluated.speeds, shaft));
-    channel.acceleration(reference, angle, speed, T::ZERO) - at(evaluated.bias, shaft)
+    Some(channel.acceleration(reference, angle, speed, T::ZERO)? - at(evaluated.bias, shaft))
 }

@@ -8,6 +8,18 @@ fn smallest_pivot<T: Real>() -> T {
     four * four * four * T::EPSILON
 }
 
+/// The number, if it is one.
+#[inline]
+pub fn finite<T: Real>(x: T) -> Option<T> {
+    x.is_finite().then_some(x)
+}
+
+/// Whether all numbers are some.
+#[inline]
+pub fn all_finite<T: Real>(x: &[T]) -> bool {
+    x.iter().all(|x| x.is_finite())
+}
+
 /// Entry of a slice; 0 behind its end.
 #[inline]
 pub fn at<T: Real>(x: &[T], k: usize) -> T {

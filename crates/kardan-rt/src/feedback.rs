@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::dense::{at, dot, row};
+use crate::dense::{all_finite, at, dot, row};
 
 /// A constant gain matrix, row by row: `out += G·x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ impl<'a, T: Real> Gain<'a, T> {
     /// ```
     /// let gain = kardan_rt::Gain::new(&[1.0, 2.0, 3.0, 4.0], 2).unwrap();
     /// let mut out = [0.0, 100.0];
-    /// gain.add_to(&[10.0, 1.0], &mut out);
+    /// assert!(gain.add_to(&[10.0, 1.0], &mut out));
     /// assert_eq!(out, [12.0, 134.0]);
     /// assert!(kardan_rt::Gain::new(&[1.0, 2.0, 3.0], 2).is_none());
     /// ```
@@ -24,30 +24,64 @@ impl<'a, T: Real> Gain<'a, T> {
 
     /// Row k times x, over the shorter of both; 0 behind the last row.
     #[inline]
-    pub fn row_times(&self, k: usize, x: &[T]) -> T {
+    pub(crate) fn row_times(&self, k: usize, x: &[T]) -> T {
         dot(row(self.entries, k, self.columns), x)
     }
 
     /// An entry; 0 outside of the matrix.
     #[inline]
-    pub fn entry(&self, row_number: usize, column: usize) -> T {
+    pub(crate) fn entry(&self, row_number: usize, column: usize) -> T {
         at(row(self.entries, row_number, self.columns), column)
     }
 
     /// Adds `G·x` to `out`; one entry of `x` per column, one of `out` per row.
+    ///
+    /// Returns false and leaves `out` as it is if a sum is not finite.
     #[inline]
-    pub fn add_to(&self, x: &[T], out: &mut [T]) {
+    #[must_use = "false tells that nothing was added"]
+    pub fn add_to(&self, x: &[T], out: &mut [T]) -> bool {
+        let columns = self.columns.max(1);
+        let mut rows = self.entries.chunks_exact(columns);
+        let finite = out.iter().all(|value| rows.next().map_or(*value, |row| sum(*value, row, x)).is_finite());
+        if finite {
+            self.accumulate(x, out);
+        }
+        finite
+    }
+
+    /// [`add_to`](Self::add_to) without a look at the sums, for blocks that look at them before they are an answer.
+    #[inline]
+    pub(crate) fn accumulate(&self, x: &[T], out: &mut [T]) {
         let columns = self.columns.max(1);
         // Rows are split off one by one: to count them would take a division, which costs as much as a row.
         let mut rows = self.entries;
         for value in out {
             let Some((row, next_rows)) = rows.split_at_checked(columns) else { return };
-            let mut sum = *value;
-            for (gain, state) in row.iter().zip(x) {
-                sum = sum + *gain * *state;
-            }
-            *value = sum;
+            *value = sum(*value, row, x);
             rows = next_rows;
         }
     }
+}
+
+#[inline]
+fn sum<T: Real>(start: T, row: &[T], x: &[T]) -> T {
+    row.iter().zip(x).fold(start, |sum, (gain, state)| sum + *gain * *state)
+}
+
+/// `out = G x + H y`. Returns false and leaves `out` as it is if an entry of x, y or the answer is not finite: the sums are
+/// formed twice, which takes no memory.
+#[inline]
+pub fn combine<T: Real>((g, x): (&Gain<'_, T>, &[T]), (h, y): (&Gain<'_, T>, &[T]), out: &mut [T]) -> bool {
+    let entry = |k: usize| {
+        let first = sum(T::ZERO, row(g.entries, k, g.columns.max(1)), x);
+        sum(first, row(h.entries, k, h.columns.max(1)), y)
+    };
+    // An entry that no row sees is looked at all the same: that it is no number must be told.
+    let finite = all_finite(x) && all_finite(y) && (0..out.len()).all(|k| entry(k).is_finite());
+    if finite {
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = entry(k);
+        }
+    }
+    finite
 }

@@ -18,7 +18,8 @@ pub struct Governor<'a, T> {
 }
 
 impl<T: Real> Governor<'_, T> {
-    /// Moves `references` towards `wish`. Returns whether one was held back.
+    /// Moves `references` towards `wish`. Returns whether one was held back; a wish that is not finite, or a prediction that is
+    /// not, holds it where it is.
     ///
     /// ```
     /// use kardan_rt::{Gain, Governor};
@@ -36,6 +37,10 @@ impl<T: Real> Governor<'_, T> {
         for k in 0..references.len().min(wish.len()) {
             let (Some(from), Some(to)) = (references.get(k).copied(), wish.get(k).copied()) else { continue };
             let change = to - from;
+            if !change.is_finite() {
+                governed = true;
+                continue;
+            }
             if !(change.abs() > T::ZERO) {
                 continue;
             }
@@ -47,7 +52,7 @@ impl<T: Real> Governor<'_, T> {
                     + self.on_references.row_times(row, references);
                 let (value, slope) = if slope < T::ZERO { (-at_start, -slope) } else { (at_start, slope) };
                 // value + share * slope ≤ bound
-                let room = *bound - value;
+                let room = if value.is_finite() { *bound - value } else { T::ZERO };
                 let most = if room > T::ZERO { room } else { T::ZERO };
                 if slope > T::ZERO && share * slope > most {
                     share = most / slope;

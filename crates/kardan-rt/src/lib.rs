@@ -2,7 +2,8 @@
 //!
 //! `no_std`, no heap, no panic: a block reads slices, writes slices, and stops at the shorter one. Gains are data that
 //! the `kardan` library designs; a firmware project keeps them as constants. Memory belongs to the caller, and what cannot be
-//! computed (a reading is NaN, a matrix singular) is told by the return value, with the last answer kept.
+//! computed (a reading is NaN or infinite, a sum overflows, a matrix is singular) is told by the return value, with the last
+//! answer kept: `false`, `None` or a [`Health`]. No block ever writes a number that is not finite.
 //!
 //! | block | what it does |
 //! |---|---|
@@ -18,7 +19,7 @@
 //! use kardan_rt::PositionLoop;
 //! let rack = PositionLoop { natural_frequency: 20.0, damping_ratio: 0.7 };
 //! // At the reference and at rest, nothing is asked for but the compensation of the load.
-//! assert_eq!(rack.acceleration(1.0, 1.0, 0.0, 0.5), -0.5);
+//! assert_eq!(rack.acceleration(1.0, 1.0, 0.0, 0.5), Some(-0.5));
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-use crate::dense::{add_scaled, at, copy, dot, row};
+use crate::dense::{add_scaled, all_finite, at, copy, dot, finite, row};
 use crate::{Real, UniversalJoint};
 
 /// A sparse row of coefficients over the shafts: a part of [`Mechanism::entries`].
@@ -132,7 +132,7 @@ impl<T: Real> Mechanism<'_, T> {
     }
 
     /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; those left out are 0.
-    /// `None` if the memory is too short.
+    /// `None` if the memory is too short, or an entry of either or a number found is not finite.
     ///
     /// Costs n r to n r² products and, per universal joint, a sine, a cosine and an arc tangent.
     pub fn evaluate<'m>(&self, position: &[T], speed: &[T], memory: &'m mut [T]) -> Option<Evaluation<'m, T>> {
@@ -156,9 +156,13 @@ impl<T: Real> Mechanism<'_, T> {
         };
         let (inertia, passive) = (take(memory, r.saturating_mul(r))?, take(memory, r)?);
         let direction = take(memory, r)?;
-        let kinematics = self.kinematics(position, speed, kinematics, direction);
+        let kinematics = self.kinematics(position, speed, kinematics, direction)?;
         self.dynamics(position, speed, &kinematics, inertia, passive, direction);
         let Kinematics { angles, speeds, bias, basis } = kinematics;
+        let found: [&[T]; 8] = [position, speed, angles, speeds, bias, basis, inertia, passive];
+        if !found.into_iter().all(all_finite) {
+            return None;
+        }
         Some(Evaluation { angles, speeds, bias, basis, inertia, passive })
     }
 
@@ -169,7 +173,7 @@ impl<T: Real> Mechanism<'_, T> {
         speed: &[T],
         out: Kinematics<'m, T>,
         direction: &mut [T],
-    ) -> Kinematics<'m, T> {
+    ) -> Option<Kinematics<'m, T>> {
         let r = self.coordinates.len();
         let Kinematics { angles, speeds, bias, basis } = out;
         for values in [&mut *angles, &mut *speeds, &mut *bias] {
@@ -181,21 +185,21 @@ impl<T: Real> Mechanism<'_, T> {
             set(speeds, *shaft, at(speed, column));
         }
         for Operation { shaft, argument, constant, curve, varying } in self.operations {
-            let x = *constant + self.along(*argument, angles);
-            let x_speed = self.along(*argument, speeds);
+            let x = *constant + self.sum_along(*argument, angles);
+            let x_speed = self.sum_along(*argument, speeds);
             let (value, slope, curvature) = match curve {
                 None => (x, T::ONE, T::ZERO),
                 Some(curve) => {
-                    let point = curve.at(x);
+                    let point = curve.at(x)?;
                     (point.value, point.slope, point.curvature)
                 }
             };
             set(angles, *shaft, value);
             set(speeds, *shaft, slope * x_speed);
             if *varying {
-                let x_bias = self.along(*argument, bias);
+                let x_bias = self.sum_along(*argument, bias);
                 set(bias, *shaft, curvature * x_speed * x_speed + slope * x_bias);
-                self.project(*argument, basis, direction);
+                self.sum_of_rows(*argument, basis, direction);
                 if let Some(own) = basis.get_mut(shaft.saturating_mul(r)..) {
                     for (entry, combined) in own.iter_mut().zip(&*direction) {
                         *entry = slope * *combined;
@@ -203,7 +207,7 @@ impl<T: Real> Mechanism<'_, T> {
                 }
             }
         }
-        Kinematics { angles, speeds, bias, basis }
+        Some(Kinematics { angles, speeds, bias, basis })
     }
 
     /// H_r and the passive generalised force `−h_r` of (4.23).
@@ -224,17 +228,17 @@ impl<T: Real> Mechanism<'_, T> {
         }
         copy(self.inertia, inertia);
         for damper in self.dampers {
-            self.project(damper.row, kinematics.basis, direction);
-            add_scaled(-(damper.coefficient * self.along(damper.row, kinematics.speeds)), direction, passive);
+            self.sum_of_rows(damper.row, kinematics.basis, direction);
+            add_scaled(-(damper.coefficient * self.sum_along(damper.row, kinematics.speeds)), direction, passive);
         }
         for spring in self.springs {
-            self.project(spring.row, kinematics.basis, direction);
-            let twist = self.along(spring.row, kinematics.angles) - spring.rest;
+            self.sum_of_rows(spring.row, kinematics.basis, direction);
+            let twist = self.sum_along(spring.row, kinematics.angles) - spring.rest;
             add_scaled(-(spring.coefficient * twist), direction, passive);
         }
         for body in self.inertias {
-            self.project(body.row, kinematics.basis, direction);
-            add_scaled(-(body.coefficient * self.along(body.row, kinematics.bias)), direction, passive);
+            self.sum_of_rows(body.row, kinematics.basis, direction);
+            add_scaled(-(body.coefficient * self.sum_along(body.row, kinematics.bias)), direction, passive);
             for (entries, g) in inertia.chunks_exact_mut(r.max(1)).zip(&*direction) {
                 add_scaled(body.coefficient * *g, direction, entries);
             }
@@ -245,15 +249,37 @@ impl<T: Real> Mechanism<'_, T> {
         self.entries.get(row.first..).and_then(|rest| rest.get(..row.count)).map_or(&[], |terms| terms)
     }
 
-    /// `aᵀx` for values x of the shafts.
+    /// `aᵀx` for values x of the shafts; `None` where that is no finite number.
     #[inline]
-    pub fn along(&self, direction: Row, x: &[T]) -> T {
+    pub fn along(&self, direction: Row, x: &[T]) -> Option<T> {
+        finite(self.sum_along(direction, x))
+    }
+
+    #[inline]
+    pub(crate) fn sum_along(&self, direction: Row, x: &[T]) -> T {
         self.terms(direction).iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(x, *shaft))
     }
 
     /// `aᵀK`: a direction over the shafts in reduced coordinates, from the basis of an [`Evaluation`].
+    ///
+    /// Returns false and leaves `out` as it is if an entry is not finite: the sums are formed twice, which takes no memory.
     #[inline]
-    pub fn project(&self, direction: Row, basis: &[T], out: &mut [T]) {
+    #[must_use = "false tells that nothing was written"]
+    pub fn project(&self, direction: Row, basis: &[T], out: &mut [T]) -> bool {
+        let columns = self.coordinates.len();
+        let entry = |column: usize| {
+            let terms = self.terms(direction).iter();
+            terms.fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(row(basis, *shaft, columns), column))
+        };
+        let found = (0..out.len()).all(|column| entry(column).is_finite());
+        if found {
+            self.sum_of_rows(direction, basis, out);
+        }
+        found
+    }
+
+    #[inline]
+    pub(crate) fn sum_of_rows(&self, direction: Row, basis: &[T], out: &mut [T]) {
         out.fill(T::ZERO);
         for (shaft, c) in self.terms(direction) {
             add_scaled(*c, row(basis, *shaft, self.coordinates.len()), out);

@@ -1,3 +1,4 @@
+use crate::feedback::combine;
 use crate::{Channel, Gain, Real};
 
 /// What the law measures and is told, one entry per channel.
@@ -29,17 +30,19 @@ pub struct Noninteracting<'a, T> {
 
 impl<T: Real> Noninteracting<'_, T> {
     /// One evaluation. `accelerations` is memory for v, one entry per channel; `torques` receives u, N m.
+    ///
+    /// Returns false and leaves `torques` as they are if something measured or told is not finite, or an answer would not be.
     #[inline]
-    pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) {
+    #[must_use = "false tells that the torques are those of the last step"]
+    pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) -> bool {
         let told = measured.references.iter().zip(measured.loads);
         let seen = measured.positions.iter().zip(measured.speeds);
         for (((channel, v), (reference, load)), (position, speed)) in
             self.channels.iter().zip(accelerations.iter_mut()).zip(told).zip(seen)
         {
-            *v = channel.acceleration(*reference, *position, *speed, *load);
+            let Some(asked) = channel.acceleration(*reference, *position, *speed, *load) else { return false };
+            *v = asked;
         }
-        torques.fill(T::ZERO);
-        self.state_gain.add_to(measured.state, torques);
-        self.acceleration_gain.add_to(accelerations, torques);
+        combine((&self.state_gain, measured.state), (&self.acceleration_gain, accelerations), torques)
     }
 }

@@ -1,4 +1,4 @@
-use crate::dense::copy;
+use crate::dense::{all_finite, copy};
 use crate::{Bounds, Gain, Governor, Real};
 
 /// A sampled controller that knows its plant: reference model, observer with the commands on their way as states, state
@@ -94,14 +94,14 @@ impl<T: Real> Regulator<'_, T> {
 
         // What the readings tell.
         error.fill(T::ZERO);
-        self.output.add_to(estimate, error);
+        self.output.accumulate(estimate, error);
         for (error, reading) in error.iter_mut().zip(read.iter()) {
             *error = *reading - *error;
         }
         let Some((corrected, rest)) = seen.split_at_mut_checked(n) else { return health };
         copy(estimate, corrected);
-        self.correction.add_to(error, corrected);
-        if !corrected.iter().all(|x| x.is_finite()) {
+        self.correction.accumulate(error, corrected);
+        if !all_finite(corrected) {
             copy(estimate, corrected);
             health.estimate_kept = true;
         }
@@ -115,8 +115,8 @@ impl<T: Real> Regulator<'_, T> {
         copy(told, own_references);
 
         next_model.fill(T::ZERO);
-        self.model_input.add_to(told, next_model);
-        self.model.add_to(own_model, next_model);
+        self.model_input.accumulate(told, next_model);
+        self.model.accumulate(own_model, next_model);
 
         // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
         let before: &mut [T] = commands;
@@ -131,14 +131,14 @@ impl<T: Real> Regulator<'_, T> {
         }
 
         next.fill(T::ZERO);
-        self.input.add_to(before, next);
-        self.prediction.add_to(seen.get(..n).map_or(&[], |x| x), next);
-        if next.iter().all(|x| x.is_finite()) {
+        self.input.accumulate(before, next);
+        self.prediction.accumulate(seen.get(..n).map_or(&[], |x| x), next);
+        if all_finite(next) {
             copy(next, estimate);
         } else {
             health.estimate_kept = true;
         }
-        if next_model.iter().all(|x| x.is_finite()) {
+        if all_finite(next_model) {
             copy(next_model, model);
         } else {
             health.estimate_kept = true;

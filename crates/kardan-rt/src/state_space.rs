@@ -1,4 +1,5 @@
-use crate::dense::copy;
+use crate::dense::{all_finite, copy};
+use crate::feedback::combine;
 use crate::{Gain, Real};
 
 /// A linear dynamic block over a signal vector s, with states ξ and outputs u:
@@ -22,7 +23,7 @@ use crate::{Gain, Real};
 /// for _ in 0..10 {
 ///     assert!(filter.step(&mut state, &[1.0], &mut next));
 /// }
-/// filter.outputs(&state, &[1.0], &mut out);
+/// assert!(filter.outputs(&state, &[1.0], &mut out));
 /// assert!((out[0] - (1.0 - (-2.0_f64).exp())).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +43,10 @@ impl<'a, T: Real> StateSpace<'a, T> {
     /// // u = 3 s1 − s2, no states.
     /// let gain = StateSpace::new(&[], &[], &[], &[3.0, -1.0], 0, 2).unwrap();
     /// let mut out = [0.0];
-    /// gain.outputs(&[], &[2.0, 5.0], &mut out);
+    /// assert!(gain.outputs(&[], &[2.0, 5.0], &mut out));
+    /// assert_eq!(out, [1.0]);
+    /// // A reading that is no number is told, and the last answer stays.
+    /// assert!(!gain.outputs(&[], &[2.0, f64::NAN], &mut out));
     /// assert_eq!(out, [1.0]);
     /// assert!(StateSpace::new(&[1.0], &[1.0], &[], &[], 2, 1).is_none());
     /// ```
@@ -62,31 +66,35 @@ impl<'a, T: Real> StateSpace<'a, T> {
     }
 
     /// `out = C ξ + D s`.
+    ///
+    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
     #[inline]
-    pub fn outputs(&self, state: &[T], signals: &[T], out: &mut [T]) {
-        out.fill(T::ZERO);
-        self.c.add_to(state, out);
-        self.d.add_to(signals, out);
+    #[must_use = "false tells that the outputs are those of the last step"]
+    pub fn outputs(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
+        combine((&self.c, state), (&self.d, signals), out)
     }
 
     /// `out = A ξ + B s`: the derivative of the state of a continuous block (per second), the next state of a sampled one.
+    ///
+    /// Returns false and leaves `out` as it is if a signal or an answer is not finite.
     #[inline]
-    pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) {
-        out.fill(T::ZERO);
-        // The state last: what one step waits for from the one before is then the shortest.
-        self.b.add_to(signals, out);
-        self.a.add_to(state, out);
+    #[must_use = "false tells that the rates are those of the last step"]
+    pub fn rates(&self, state: &[T], signals: &[T], out: &mut [T]) -> bool {
+        combine((&self.b, signals), (&self.a, state), out)
     }
 
     /// One sample: `ξ ← A ξ + B s`. `next` is memory, one entry per state.
     ///
-    /// Returns whether the new state is finite; otherwise (a reading was NaN) the old one is kept, so that one bad sample
-    /// does not stay in the block for ever.
+    /// Returns whether the signals and the new state are finite; otherwise (a reading was NaN) the old one is kept, so that one
+    /// bad sample does not stay in the block for ever.
     #[inline]
     #[must_use = "false tells that the sample was dropped"]
     pub fn step(&self, state: &mut [T], signals: &[T], next: &mut [T]) -> bool {
-        self.rates(state, signals, next);
-        let finite = next.iter().all(|x| x.is_finite());
+        next.fill(T::ZERO);
+        // The state last: what one step waits for from the one before is then the shortest.
+        self.b.accumulate(signals, next);
+        self.a.accumulate(state, next);
+        let finite = all_finite(next) && all_finite(signals);
         if finite {
             copy(next, state);
         }

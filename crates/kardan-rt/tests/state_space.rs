@@ -39,8 +39,8 @@ fn outputs_rates_and_steps_are_the_matrix_products() {
         let block = StateSpace::new(&a, &b, &c, &d, states, signals).expect("shapes");
         let (mut state, s) = (numbers(5, states), numbers(6, signals));
         let (mut rates, mut out, mut next) = (vec![f64::NAN; states], vec![f64::NAN; outputs], vec![7.0; states]);
-        block.rates(&state, &s, &mut rates);
-        block.outputs(&state, &s, &mut out);
+        assert!(block.rates(&state, &s, &mut rates));
+        assert!(block.outputs(&state, &s, &mut out));
         close(&rates, &sum(&times(&a, &state), &times(&b, &s)));
         close(&out, &sum(&times(&c, &state), &times(&d, &s)));
         assert!(block.step(&mut state, &s, &mut next));
@@ -53,16 +53,16 @@ fn outputs_rates_and_steps_are_the_matrix_products() {
 fn empty_parts_are_allowed() {
     let autonomous = StateSpace::new(&[0.5], &[], &[2.0, 3.0], &[], 1, 0).expect("no signals");
     let (mut state, mut next, mut out) = ([4.0], [0.0], [0.0; 2]);
-    autonomous.outputs(&state, &[], &mut out);
+    assert!(autonomous.outputs(&state, &[], &mut out));
     assert_eq!(out, [8.0, 12.0]);
     assert!(autonomous.step(&mut state, &[], &mut next));
     assert_eq!(state, [2.0]);
     let gain = StateSpace::new(&[], &[], &[], &[1.0, 2.0, 3.0, 4.0], 0, 2).expect("no states");
-    gain.outputs(&[], &[1.0, 10.0], &mut out);
+    assert!(gain.outputs(&[], &[1.0, 10.0], &mut out));
     assert_eq!(out, [21.0, 43.0]);
     assert!(gain.step(&mut [], &[1.0, 10.0], &mut []));
     let silent = StateSpace::new(&[0.5], &[1.0], &[], &[], 1, 1).expect("no outputs");
-    silent.outputs(&[1.0], &[1.0], &mut []);
+    assert!(silent.outputs(&[1.0], &[1.0], &mut []));
     assert!(StateSpace::<f64>::new(&[], &[], &[], &[], 0, 0).is_none(), "nothing at all");
 }
 
@@ -89,6 +89,6 @@ fn bad_readings_and_short_slices() {
     }
     assert!(block.step(&mut state, &[0.0], &mut next));
     assert_eq!(state, [0.7, 1.0]);
-    block.outputs(&state[..1], &[], &mut []);
+    assert!(block.outputs(&state[..1], &[], &mut []));
     assert!(block.step(&mut state[..1], &[], &mut next[..1]));
 }

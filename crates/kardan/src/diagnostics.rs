@@ -85,6 +85,7 @@ impl fmt::Display for Diagnostic {
 /// ```
 pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
     let mut out = String::new();
+    let lines = Lines::new(source);
     for d in diagnostics {
         let severity = match d.severity {
             Severity::Warning => "warning",
@@ -92,7 +93,7 @@ pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
         };
         out.push_str(&format!("{severity}[{}]", d.code));
         if let Some(label) = d.labels.first() {
-            let (line, column) = line_column(source, label.span.start);
+            let (line, column) = lines.line_column(source, label.span.start);
             out.push_str(&format!(" {line}:{column}"));
         }
         out.push_str(&format!(": {}", d.message));
@@ -109,15 +110,68 @@ pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
     out
 }
 
-/// Line and column (both from 1, columns in characters) of a byte offset.
-pub fn line_column(source: &str, offset: usize) -> (usize, usize) {
-    let mut offset = offset.min(source.len());
-    while !source.is_char_boundary(offset) {
-        offset -= 1;
+/// Where the lines of a text begin, found in one pass: a place is then told without reading the text from its start again,
+/// however many places there are and however long the lines.
+///
+/// ```
+/// use kardan::diagnostics::Lines;
+/// let text = "a = 1\nβ = 2\n";
+/// let lines = Lines::new(text);
+/// assert_eq!(lines.line_column(text, 9), (2, 3));
+/// assert_eq!((lines.line(9), lines.start(1), lines.start(99)), (1, 6, text.len()));
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lines {
+    /// Offsets of the first byte of each line.
+    starts: Vec<usize>,
+    /// Characters before every [`EVERY`]th byte.
+    characters: Vec<usize>,
+    /// Bytes of the text.
+    length: usize,
+}
+
+/// Bytes between two counts of characters.
+const EVERY: usize = 256;
+
+impl Lines {
+    /// The lines of a text.
+    pub fn new(text: &str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
+        let mut count = 0;
+        let characters = text.as_bytes().chunks(EVERY).map(|part| {
+            let before = count;
+            count += beginnings(part);
+            before
+        });
+        Self { characters: characters.collect(), starts: std::iter::once(0).chain(ends).collect(), length: text.len() }
     }
-    let before = &source[..offset];
-    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+
+    /// The line (from 0) of a byte offset.
+    pub fn line(&self, offset: usize) -> usize {
+        self.starts.partition_point(|start| *start <= offset) - 1
+    }
+
+    /// The offset of the first byte of a line (from 0); that of the end behind the last line.
+    pub fn start(&self, line: usize) -> usize {
+        self.starts.get(line).map_or(self.length, |start| *start)
+    }
+
+    /// Line and column (both from 1, columns in characters) of a byte offset in the text that these are the lines of.
+    pub fn line_column(&self, text: &str, offset: usize) -> (usize, usize) {
+        let offset = text.floor_char_boundary(offset);
+        let line = self.line(offset);
+        let before = |offset: usize| {
+            let mark = (offset / EVERY).min(self.characters.len().saturating_sub(1));
+            let counted = self.characters.get(mark).map_or(0, |count| *count);
+            counted + text.as_bytes().get(mark * EVERY..offset).map_or(0, beginnings)
+        };
+        (line + 1, before(offset) - before(self.start(line)) + 1)
+    }
+}
+
+/// How many characters begin in some bytes of UTF-8.
+fn beginnings(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count()
 }
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
@@ -168,4 +222,30 @@ pub(crate) fn shortened(text: &str) -> String {
         return text.to_string();
     }
     text.chars().take(MOST).chain(['…']).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Line and column by reading from the start, as the definition says.
+    fn read(text: &str, offset: usize) -> (usize, usize) {
+        let before = &text[..text.floor_char_boundary(offset)];
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        (before.split('\n').count(), line.chars().count() + 1)
+    }
+
+    #[test]
+    fn places_are_those_of_reading_from_the_start() {
+        let long = "aβ🙂\t".repeat(300);
+        let texts = ["", "\n", "a", "a\n", "\n\nβ\r\nc", &long, &format!("β\n{long}\n{long}x\n\n")];
+        for text in texts {
+            let lines = Lines::new(text);
+            for offset in 0..text.len() + 3 {
+                assert_eq!(lines.line_column(text, offset), read(text, offset), "{offset} of {text:?}");
+                let line = lines.line(offset);
+                assert!(lines.start(line) <= offset && lines.start(line + 1) >= offset.min(text.len()));
+            }
+        }
+    }
 }

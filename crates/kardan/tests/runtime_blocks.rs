@@ -82,14 +82,19 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
         agree(now.inertia, &work.inertia, 1e-13, what);
         agree(now.passive, &work.passive, 1e-13, what);
         for (k, direction) in mechanism.inputs.iter().enumerate() {
-            mechanism.project(*direction, now.basis, &mut row);
+            assert!(mechanism.project(*direction, now.basis, &mut row));
             agree(&row, &work.input_rows[k * r..(k + 1) * r], 1e-13, what);
         }
         for (k, friction) in mechanism.frictions.iter().enumerate() {
-            mechanism.project(friction.row, now.basis, &mut row);
+            assert!(mechanism.project(friction.row, now.basis, &mut row));
             agree(&row, &work.friction_rows[k * r..(k + 1) * r], 1e-13, what);
             agree(&[friction.coefficient], &[dynamics.friction_torques()[k]], 0.0, what);
-            agree(&[mechanism.along(friction.row, now.speeds)], &[dynamics.friction_speed(k, &work)], 1e-12, what);
+            agree(
+                &[mechanism.along(friction.row, now.speeds).expect("a speed")],
+                &[dynamics.friction_speed(k, &work)],
+                1e-12,
+                what,
+            );
         }
     }
 }
@@ -133,14 +138,14 @@ fn mechanism_agrees_with_the_reference() {
         agree(now.passive, &force, 1e-13, "h");
         let mut row = [0.0; 3];
         for (column, name) in ["driver", "wg_motor", "rk_motor"].iter().enumerate() {
-            mechanism.project(mechanism.inputs[input(&reduced, name)], now.basis, &mut row);
+            assert!(mechanism.project(mechanism.inputs[input(&reduced, name)], now.basis, &mut row));
             let expected: Vec<f64> = rows(&expected["F"]).iter().map(|row| row[column]).collect();
             agree(&row, &expected, 1e-13, "F");
         }
         let mut friction = [0.0; 3];
         for term in mechanism.frictions {
-            mechanism.project(term.row, now.basis, &mut row);
-            let torque = term.coefficient * mechanism.along(term.row, now.speeds).signum();
+            assert!(mechanism.project(term.row, now.basis, &mut row));
+            let torque = term.coefficient * mechanism.along(term.row, now.speeds).expect("a speed").signum();
             friction.iter_mut().zip(row).for_each(|(sum, g)| *sum += torque * g);
         }
         agree(&friction, &list(&expected["friction_generalised"]), 1e-12, "friction");
@@ -290,7 +295,7 @@ fn computed_torque_decouples_a_bent_joint() {
             })
             .collect();
         let shafts = explicit(&reduced, &dynamics, &work, &torques, &frictions).shafts;
-        let wish = position_loop.acceleration(reference, position[0], speed[0], 0.0);
+        let wish = position_loop.acceleration(reference, position[0], speed[0], 0.0).expect("numbers");
         close(shafts[rk], wish, 1e-10, "φ̈_rk");
         let mut answer = work.kinematics.row(fs).to_vec();
         work.factor.solve(&mut answer);

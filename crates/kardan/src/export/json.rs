@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json as object};
 
 use super::analysis::analysis_in_short;
 use super::extremes::extremes;
-use crate::diagnostics::{Diagnostic, Severity, line_column};
+use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::{Outcome, Run, Study};
 
 /// The files that were written for a study.
@@ -49,10 +49,11 @@ pub fn json(study: &Study, files: &Files) -> String {
 ///
 /// Line and column count from 1 in `source` and are `null` for a diagnostic without a place.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
+    let lines = Lines::new(source);
     let diagnostics: Vec<Value> = diagnostics
         .iter()
         .map(|d| {
-            let place = d.labels.first().map(|label| line_column(source, label.span.start));
+            let place = d.labels.first().map(|label| lines.line_column(source, label.span.start));
             object!({
                 "severity": match d.severity { Severity::Error => "error", Severity::Warning => "warning" },
                 "code": d.code,

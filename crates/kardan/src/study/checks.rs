@@ -1,7 +1,6 @@
 //! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
 
 use super::circuit::massless_loop;
-use super::prepare::Purpose;
 use crate::analysis::{combination, massless_direction};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
@@ -98,8 +97,8 @@ pub(super) fn is_representable(model: &LinearModel) -> bool {
     finite && (0..inertia.rows()).all(|k| model.inertia[(k, k)].is_zero() || !lost(k))
 }
 
-/// Reports parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
-pub(super) fn check_connected(purpose: Purpose, document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
+/// Tells of parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
+pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges = document.charges();
     let all: Vec<&String> = model.shafts.iter().filter(|name| !charges.contains(name)).collect();
     let mut part: Vec<usize> = (0..all.len()).collect();
@@ -145,27 +144,15 @@ pub(super) fn check_connected(purpose: Purpose, document: &Document, model: &Mod
         }
     }
     let Some((_, away)) = parts.get(1) else { return };
-    let told = match purpose {
-        Purpose::Run => {
-            let away = quoted(parts[1..].iter().flat_map(|(_, names)| names.iter().copied()));
-            let message = format!("the model falls apart: nothing connects {away} with `{}`", all[0]);
-            Diagnostic::error("model::disconnected", message)
-                .help("connect the parts by a gear, a spring_damper or a common controller, or make two models")
-        }
-        Purpose::Analysis => {
-            let shown: Vec<String> =
-                parts.iter().take(MOST_LABELS).map(|(_, names)| quoted(names.iter().copied())).collect();
-            let more = if parts.len() > shown.len() { "; and others" } else { "" };
-            let message = format!(
-                "the model consists of {} parts that nothing connects: {}{more}",
-                parts.len(),
-                shown.join("; ")
-            );
-            Diagnostic::warning("model::disconnected", message)
-                .help("each part needs inputs and outputs of its own; connect them if that is not meant")
-        }
-    };
-    out.push(told.at(span_of(document, away[0]), "not connected"));
+    let shown: Vec<String> = parts.iter().take(MOST_LABELS).map(|(_, names)| quoted(names.iter().copied())).collect();
+    let more = if parts.len() > shown.len() { "; and others" } else { "" };
+    let message =
+        format!("the model consists of {} parts that nothing connects: {}{more}", parts.len(), shown.join("; "));
+    out.push(
+        Diagnostic::warning("model::disconnected", message)
+            .at(span_of(document, away[0]), "not connected")
+            .help("each part moves on its own; connect them by a gear or a spring_damper if that is not meant"),
+    );
 }
 
 pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {

@@ -60,9 +60,9 @@ pub struct PreparedVariant {
 /// What a file is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// To be run: everything must move by differential equations, and in one piece.
+    /// To be run: everything must move by differential equations.
     Run,
-    /// To be analysed: motions without inertia may be eliminated, parts may stand side by side.
+    /// To be analysed: motions without inertia may be eliminated.
     Analysis,
 }
 
@@ -260,7 +260,7 @@ fn prepare_variant(
     settings: &[Setting],
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
-    check_connected(purpose, document, &model, out);
+    check_connected(document, &model, out);
     let mut massless = Vec::new();
     let fine = check_circuit(document, &model, out, &mut massless);
     if !fine || (purpose == Purpose::Run && !massless.is_empty()) {

@@ -190,7 +190,7 @@ pub(super) fn scenario(
     }
     let faults = faults(&reader, document, model, duration.as_ref(), out);
     let times = match (&duration, &step) {
-        (Some(duration), Some(step)) if check_rows(document, duration, step, times.len(), out) => {
+        (Some(duration), Some(step)) if check_rows(document, duration, step, &times, out) => {
             output_times(duration, step, &times)
         }
         _ => vec![0.0],
@@ -248,16 +248,18 @@ fn check_noise(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diag
 }
 
 /// Whether the results fit into memory.
-pub(super) fn check_rows(
+fn check_rows(
     document: &Document,
     duration: &Exact,
     step: &Exact,
-    events: usize,
+    events: &[Exact],
     out: &mut Vec<Diagnostic>,
 ) -> bool {
     let runs: f64 = document.runs() as f64;
     let most = MOST_ROWS.min(MOST_ROWS_OF_ALL / runs);
-    let rows = duration.to_f64() / step.to_f64() + 400.0 * events as f64;
+    let mut events: Vec<f64> = events.iter().map(Exact::to_f64).collect();
+    events.sort_by(f64::total_cmp);
+    let rows = most_rows(duration.to_f64(), step.to_f64(), &events);
     if rows <= most {
         return true;
     }
@@ -265,16 +267,47 @@ pub(super) fn check_rows(
     let shown = if rows.is_finite() { shown } else { "endlessly many".to_string() };
     let each = if runs > 1.0 { format!(" for each of {runs} variants") } else { String::new() };
     let key = if document.scenario.values.contains_key("output_step") { "output_step" } else { "duration" };
+    // Fine rows behind the events come with every step, until they overlap: the hint is a step that will do.
+    let mut coarser = step.to_f64().max(duration.to_f64() / (0.9 * most));
+    while most_rows(duration.to_f64(), coarser, &events) > most && coarser < duration.to_f64() {
+        coarser *= 1.1;
+    }
+    let help = if coarser < duration.to_f64() {
+        format!("choose an output_step of at least {:.3e} s", 1.001 * coarser)
+    } else {
+        format!("no output_step will do for {} steps and ends of ramps: take some of them out", events.len())
+    };
     out.push(
         Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
             .at(TableReader::span(&document.scenario, key), "too fine for this duration")
-            .help(format!("choose an output_step of at least {:.3e} s", duration.to_f64() / (0.9 * most))),
+            .help(help),
     );
     false
 }
 
+/// Fine rows in a step.
+const FINE: u32 = 20;
+/// Steps behind an event with fine rows.
+const FINE_STEPS: u32 = 20;
+
+/// A bound on the rows of [`output_times`], which counts a time twice only where a fine row falls on a multiple of the step or on
+/// an event. Events in order of time.
+fn most_rows(duration: f64, step: f64, events: &[f64]) -> f64 {
+    let fine = step / f64::from(FINE);
+    let mut rows = (duration / step).floor() + 2.0;
+    // The end of the last window.
+    let mut end = f64::NEG_INFINITY;
+    for event in events.iter().take_while(|event| **event <= duration) {
+        let next = (event + f64::from(FINE_STEPS) * step).min(duration);
+        let more = if *event > end { next - event } else { next - end };
+        rows += if *event > end { 1.0 } else { 0.0 } + more.max(0.0) / fine + 1.0;
+        end = end.max(next);
+    }
+    rows
+}
+
 /// Multiples of the step, twentieths of it for 20 steps after each event, the event times and the end; each is the number
-/// nearest to its exact value.
+/// nearest to its exact value. Where these windows overlap, the twentieths go on from the first event of them.
 pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> Vec<f64> {
     let end = duration.to_f64();
     let ratio = step.to_rational();
@@ -288,10 +321,26 @@ pub(super) fn output_times(duration: &Exact, step: &Exact, events: &[Exact]) -> 
     };
     let count = (end / step.to_f64()).floor() as usize;
     times.extend((0..=count).map(|k| multiple(k as f64)));
-    for event in events {
-        let event = event.to_rational();
-        let twentieth = &ratio / Rational::from(20);
-        times.extend((0..=400).map(|k| rational_to_f64(&(&event + &twentieth * Rational::from(k)))));
+    let twentieth = &ratio / Rational::from(FINE);
+    let window = &ratio * Rational::from(FINE_STEPS);
+    let last = duration.to_rational();
+    let mut events: Vec<Rational> = events.iter().map(Exact::to_rational).filter(|event| *event <= last).collect();
+    events.sort();
+    let mut k = 0;
+    while k < events.len() {
+        let first = events[k].clone();
+        let mut until = &first + &window;
+        while let Some(event) = events.get(k).filter(|event| **event <= until) {
+            times.push(rational_to_f64(event));
+            until = event + &window;
+            k += 1;
+        }
+        let until = until.min(last.clone());
+        let mut fine = first;
+        while fine <= until {
+            times.push(rational_to_f64(&fine));
+            fine += &twentieth;
+        }
     }
     times.push(end);
     times.retain(|time| (0.0..=end).contains(time));
@@ -369,4 +418,79 @@ pub(super) fn initial_state(
         }
     }
     (position, speed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exact(numerator: i64, denominator: i64) -> Exact {
+        Exact::from_ratio(numerator, denominator)
+    }
+
+    /// The rows of a run, and their bound before it.
+    fn both(duration: &Exact, step: &Exact, events: &[Exact]) -> (usize, f64) {
+        let mut sorted: Vec<f64> = events.iter().map(Exact::to_f64).collect();
+        sorted.sort_by(f64::total_cmp);
+        let times = output_times(duration, step, events);
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "not in order");
+        assert!(events.iter().all(|event| times.contains(&event.to_f64())), "an event has no row");
+        (times.len(), most_rows(duration.to_f64(), step.to_f64(), &sorted))
+    }
+
+    #[test]
+    fn windows_that_overlap_are_counted_once() {
+        let (duration, step) = (exact(1, 1), exact(1, 100));
+        // 101 multiples of the step.
+        assert_eq!(both(&duration, &step, &[]), (101, 102.0));
+        // One window of 0.2 s: 400 twentieths behind the event, of which 21 with the event are multiples of the step.
+        let (rows, bound) = both(&duration, &step, &[exact(3, 10)]);
+        assert_eq!(rows, 101 + 401 - 21);
+        assert!((bound - (102.0 + 402.0)).abs() < 1e-9, "{bound}");
+        // The second window begins in the first, beside its rows: 0.3 s together, and a row of its own for the event.
+        let (rows, bound) = both(&duration, &step, &[exact(4003, 10000), exact(3, 10)]);
+        assert_eq!(rows, 101 + 601 - 31 + 1);
+        assert!((bound - (102.0 + 602.0 + 1.0 + 0.6)).abs() < 1e-9, "{bound}");
+        // The last window ends with the run.
+        assert_eq!(both(&duration, &step, &[exact(19, 20)]).0, 101 + 101 - 6);
+        // Eight thousand ends of ramps in a second fill it with twentieths once.
+        let events: Vec<Exact> = (0..8000).map(|k| exact(k, 8000)).collect();
+        let (rows, bound) = both(&duration, &step, &events);
+        // 2001 twentieths, of which every 5th of 10000 … an eighth of a millisecond meets half a millisecond at every fourth event.
+        assert_eq!(rows, 2001 + 8000 - 2000);
+        assert!(bound >= rows as f64 && bound < rows as f64 + 2000.0 + 102.0 + 10.0, "{bound} for {rows}");
+    }
+
+    #[test]
+    fn the_hint_for_too_many_rows_will_do() {
+        let source = |step: &str| {
+            let mut text = format!(
+                "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1000 s\"\n\
+                 output_step = \"{step}\"\n"
+            );
+            for k in 0..8000 {
+                text += &format!(
+                    "[[scenario.event]]\nat = \"{} s\"\nover = \"0.05 s\"\nsignal = \"m.tau\"\nto = \"{} N m\"\n",
+                    0.125 * f64::from(k),
+                    k % 3
+                );
+            }
+            text
+        };
+        let rows = |step: &str| {
+            let (prepared, found) = crate::study::prepare(&source(step));
+            let mistake = found.into_iter().find(|d| d.code == "scenario::rows");
+            (prepared.variants.first().map(|variant| variant.scenario.times.len()), mistake)
+        };
+        // Windows of 2 ms behind 16 000 ends of ramps: 400 rows each, and nothing overlaps.
+        let (_, mistake) = rows("0.1 ms");
+        let help = mistake.unwrap().help.unwrap();
+        let step = help.strip_prefix("choose an output_step of at least ").unwrap();
+        let (found, mistake) = rows(step);
+        assert_eq!(mistake, None, "{help} does not help");
+        assert!(found.unwrap() as f64 <= MOST_ROWS);
+        // Windows that overlap everywhere: twentieths of 10 ms, each of which is a multiple of the millisecond that events are on.
+        let (found, mistake) = rows("10 ms");
+        assert_eq!((found, mistake), (Some(2_000_001), None));
+    }
 }

@@ -1,4 +1,4 @@
-use kardan_rt::{Bounds, StateSpace};
+use kardan_rt::{Bounds, Health, StateSpace};
 
 use super::sampled::{Block, Clock, Firmware, entries, side_by_side};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
@@ -176,6 +176,9 @@ struct Runner<T> {
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
+    /// The last commands that were numbers.
+    commands: Vec<T>,
+    health: Health,
 }
 
 impl<T: Float> Runner<T> {
@@ -192,10 +195,14 @@ impl<T: Float> Runner<T> {
             signals: vec![T::ZERO; block.d.columns()],
             state: vec![T::ZERO; states],
             result: vec![T::ZERO; states.max(inputs)],
+            commands: vec![T::ZERO; inputs],
+            health: Health::default(),
         }
     }
 
-    fn run(&mut self, seen: Seen<'_>, rates: bool, out: &mut [f64]) {
+    /// Commands, or rates of the states. Returns whether they are numbers; if not, commands are those before, and rates are not
+    /// written.
+    fn run(&mut self, seen: Seen<'_>, rates: bool, out: &mut [f64]) -> bool {
         let r = self.coordinates.len();
         let (position, rest) = self.signals.split_at_mut(r);
         let (speed, rest) = rest.split_at_mut(r);
@@ -215,29 +222,42 @@ impl<T: Float> Runner<T> {
         };
         if rates && !self.limits.is_empty() {
             let (inputs, first) = (self.limits.len(), self.signals.len() - self.limits.len());
-            block.outputs(&self.state, &self.signals, &mut self.result[..inputs]);
+            if !block.outputs(&self.state, &self.signals, &mut self.result[..inputs]) {
+                return false;
+            }
             for ((k, limit), wish) in self.limits.iter().enumerate().zip(&self.result) {
                 let bounds = Bounds { torque: *limit, change: None };
                 self.signals[first + k] = bounds.nearest(*wish, *wish) - *wish;
             }
         }
-        let result = &mut self.result[..out.len()];
-        if rates {
-            block.rates(&self.state, &self.signals, result);
-        } else {
-            block.outputs(&self.state, &self.signals, result);
+        if !rates {
+            let found = block.outputs(&self.state, &self.signals, &mut self.commands);
+            T::widen(&self.commands, out);
+            return found;
         }
-        T::widen(result, out);
+        let result = &mut self.result[..out.len()];
+        let found = block.rates(&self.state, &self.signals, result);
+        if found {
+            T::widen(result, out);
+        }
+        found
     }
 }
 
 impl<T: Float> Block for Runner<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.run(seen, false, out);
+        self.health.commands_bounded = if self.run(seen, false, out) { 0 } else { out.len() };
     }
 
     fn next(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        self.run(seen, true, out);
+        self.health.estimate_kept = !self.run(seen, true, out);
+        if self.health.estimate_kept {
+            out.copy_from_slice(seen.states);
+        }
+    }
+
+    fn health(&self) -> Health {
+        self.health
     }
 }
 
@@ -275,11 +295,16 @@ impl Law for Linear {
     }
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.runner.run(seen, false, out);
+        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
+        if !self.runner.run(seen, false, out) {
+            out.fill(f64::NAN);
+        }
     }
 
     fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        self.runner.run(seen, true, out);
+        if !self.runner.run(seen, true, out) {
+            out.fill(f64::NAN);
+        }
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

@@ -1,4 +1,4 @@
-use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
+use kardan_rt::{ComputedTorque, Health, PositionLoop, Situation, Task};
 
 use super::sampled::{Block, Clock, Firmware};
 use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
@@ -33,6 +33,8 @@ struct Runner<T> {
     references: Vec<T>,
     disturbances: Vec<T>,
     torques: Vec<T>,
+    /// Whether the torques are those of the sample before, because there was no answer.
+    kept: bool,
 }
 
 impl<T: Float> Runner<T> {
@@ -73,6 +75,7 @@ impl<T: Float> Runner<T> {
             references: list(&self.references),
             disturbances: list(&self.disturbances),
             torques: list(&self.torques),
+            kept: false,
         }
     }
 }
@@ -100,13 +103,14 @@ impl<T: Float> Block for Runner<T> {
             references: &self.references,
             disturbances: &self.disturbances,
         };
-        // Where the tasks depend on each other there is no answer, and the run ends.
-        if self.law().torques(now, &mut memory, &mut torques) {
-            T::widen(&torques, out);
-        } else {
-            out.fill(f64::NAN);
-        }
+        // Where the tasks depend on each other there is no answer.
+        self.kept = !self.law().torques(now, &mut memory, &mut torques);
+        T::widen(&torques, out);
         (self.memory, self.torques) = (memory, torques);
+    }
+
+    fn health(&self) -> Health {
+        Health { commands_bounded: if self.kept { self.inputs.len() } else { 0 }, ..Health::default() }
     }
 }
 
@@ -160,6 +164,7 @@ impl Nonlinear {
         let mut runner = Runner {
             told,
             torques: vec![0.0; inputs.len()],
+            kept: false,
             inputs,
             friction_width,
             coordinates: reduced.coordinates.clone(),
@@ -241,6 +246,10 @@ impl Law for Nonlinear {
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.runner.command(seen, out);
+        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
+        if self.runner.kept {
+            out.fill(f64::NAN);
+        }
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

@@ -185,8 +185,9 @@ impl<T: Float> Runner<T> {
         }
     }
 
-    /// `A x̂ + B [u; y]`; the readings are those that the seer has taken.
-    fn rates(&mut self, states: &[f64], torques: &[f64], seer: &Seer, out: &mut [f64]) {
+    /// `A x̂ + B [u; y]`; the readings are those that the seer has taken. Returns whether these are numbers; if not, nothing is
+    /// written.
+    fn rates(&mut self, states: &[f64], torques: &[f64], seer: &Seer, out: &mut [f64]) -> bool {
         let (inputs, readings) = self.signals.split_at_mut(torques.len());
         T::narrow(torques, inputs);
         for ((signal, value), offset) in readings.iter_mut().zip(&seer.values).zip(&seer.offsets) {
@@ -196,8 +197,11 @@ impl<T: Float> Runner<T> {
         let Some(block) = StateSpace::new(&self.a, &self.b, &[], &[], self.state.len(), self.signals.len()) else {
             unreachable!("the matrices fit each other by construction");
         };
-        block.rates(&self.state, &self.signals, &mut self.result);
-        T::widen(&self.result, out);
+        let found = block.rates(&self.state, &self.signals, &mut self.result);
+        if found {
+            T::widen(&self.result, out);
+        }
+        found
     }
 }
 
@@ -206,6 +210,8 @@ struct Sampled<T> {
     law: Box<dyn Block>,
     seer: Seer,
     runner: Runner<T>,
+    /// Whether the estimate was kept as it was at the last sample, because it overflowed.
+    kept: bool,
 }
 
 impl<T: Float> Block for Sampled<T> {
@@ -216,13 +222,20 @@ impl<T: Float> Block for Sampled<T> {
     fn next(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.runner.state.len());
         self.seer.read(&seen);
-        self.runner.rates(seen.states, torques, &self.seer, own);
+        self.kept = !self.runner.rates(seen.states, torques, &self.seer, own);
+        if self.kept {
+            own.copy_from_slice(&seen.states[..own.len()]);
+        }
         self.law.next(self.seer.estimate(&seen), torques, rest);
     }
 
     fn health(&self) -> Health {
-        let Health { readings_held, .. } = self.law.health();
-        Health { readings_held: readings_held + self.seer.held, ..self.law.health() }
+        let Health { readings_held, estimate_kept, .. } = self.law.health();
+        Health {
+            readings_held: readings_held + self.seer.held,
+            estimate_kept: estimate_kept || self.kept,
+            ..self.law.health()
+        }
     }
 }
 
@@ -532,7 +545,9 @@ impl Law for Observed {
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.a.rows());
         self.seer.read(&seen);
-        self.runner.rates(seen.states, torques, &self.seer, own);
+        if !self.runner.rates(seen.states, torques, &self.seer, own) {
+            own.fill(f64::NAN);
+        }
         if !rest.is_empty() {
             self.law.rates(self.seer.estimate(&seen), torques, rest);
         }
@@ -549,9 +564,9 @@ impl Law for Observed {
         Some(Firmware {
             linear: self.around(&held.a, &held.b, &law.linear),
             block: if clock.single {
-                Box::new(Sampled { law: law.block, seer, runner: Runner::<f32>::new(&held.a, &held.b) })
+                Box::new(Sampled { law: law.block, seer, runner: Runner::<f32>::new(&held.a, &held.b), kept: false })
             } else {
-                Box::new(Sampled { law: law.block, seer, runner: Runner::<f64>::new(&held.a, &held.b) })
+                Box::new(Sampled { law: law.block, seer, runner: Runner::<f64>::new(&held.a, &held.b), kept: false })
             },
         })
     }

@@ -1,4 +1,4 @@
-use kardan_rt::{Channel, Gain, Measurement, Noninteracting, PositionLoop, Task};
+use kardan_rt::{Channel, Gain, Health, Measurement, Noninteracting, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::channels::once;
@@ -228,7 +228,11 @@ struct Runner<T> {
     loads: Vec<T>,
     accelerations: Vec<T>,
     disturbances: Vec<T>,
+    work: Vec<T>,
+    /// The last torques that were numbers.
     torques: Vec<T>,
+    /// Whether they are those of the sample before.
+    kept: bool,
 }
 
 impl<T: Float> Runner<T> {
@@ -260,7 +264,9 @@ impl<T: Float> Runner<T> {
             loads: list(&self.loads),
             accelerations: list(&self.accelerations),
             disturbances: list(&self.disturbances),
+            work: list(&self.work),
             torques: list(&self.torques),
+            kept: false,
         }
     }
 }
@@ -292,12 +298,20 @@ impl<T: Float> Block for Runner<T> {
             references: &self.references,
             loads: &self.loads,
         };
-        law.torques(measured, &mut self.accelerations, &mut self.torques);
+        let mut found = law.torques(measured, &mut self.accelerations, &mut self.work);
         if let Some(cancel) = Gain::new(&self.disturbance_gain, self.disturbances.len()) {
             T::narrow(seen.disturbances, &mut self.disturbances);
-            cancel.add_to(&self.disturbances, &mut self.torques);
+            found = found && cancel.add_to(&self.disturbances, &mut self.work);
+        }
+        self.kept = !found;
+        if found {
+            self.torques.copy_from_slice(&self.work);
         }
         T::widen(&self.torques, out);
+    }
+
+    fn health(&self) -> Health {
+        Health { commands_bounded: if self.kept { self.torques.len() } else { 0 }, ..Health::default() }
     }
 }
 
@@ -375,7 +389,9 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         loads: vec![0.0; m],
         accelerations: vec![0.0; m],
         disturbances: vec![0.0; request.disturbances.len()],
+        work: vec![0.0; m],
         torques: vec![0.0; m],
+        kept: false,
     };
     let running = Running {
         name: request.name.to_string(),
@@ -493,6 +509,10 @@ impl Law for Running {
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.runner.command(seen, out);
+        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
+        if self.runner.kept {
+            out.fill(f64::NAN);
+        }
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

@@ -1,4 +1,4 @@
-use kardan_rt::PositionLoop;
+use kardan_rt::{Health, PositionLoop};
 
 use crate::element::Values;
 use crate::num::{Float, Matrix, rational_to_f64};
@@ -81,6 +81,10 @@ struct Runner<T> {
     shaft: usize,
     inertia: T,
     position_loop: PositionLoop<T>,
+    /// The last torque that was a number.
+    torque: T,
+    /// Whether it is that of the sample before.
+    kept: bool,
 }
 
 impl<T: Float> Runner<T> {
@@ -91,6 +95,8 @@ impl<T: Float> Runner<T> {
             shaft: self.shaft,
             inertia: to(self.inertia),
             position_loop: PositionLoop { natural_frequency: to(natural_frequency), damping_ratio: to(damping_ratio) },
+            torque: U::ZERO,
+            kept: false,
         }
     }
 }
@@ -102,7 +108,14 @@ impl<T: Float> Block for Runner<T> {
             [references.get(1).copied().unwrap_or(0.0), references[0], angles[self.shaft], speeds[self.shaft]]
                 .map(T::from_f64);
         let acceleration = self.position_loop.acceleration(reference, angle, speed, load / self.inertia);
-        out[0] = (self.inertia * acceleration).to_f64();
+        let torque = acceleration.map(|acceleration| self.inertia * acceleration).filter(|torque| torque.is_finite());
+        self.kept = torque.is_none();
+        self.torque = torque.unwrap_or(self.torque);
+        out[0] = self.torque.to_f64();
+    }
+
+    fn health(&self) -> Health {
+        Health { commands_bounded: usize::from(self.kept), ..Health::default() }
     }
 }
 
@@ -132,6 +145,8 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
                 natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
                 damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
             },
+            torque: 0.0,
+            kept: false,
         },
     }))
 }
@@ -169,6 +184,10 @@ impl Law for Running {
 
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.runner.command(seen, out);
+        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
+        if self.runner.kept {
+            out.fill(f64::NAN);
+        }
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

@@ -1,0 +1,544 @@
+//! The promise of every block: what is no number is told, the last answer is kept, and the next good sample is as good as any.
+//!
+//! One harness walks all blocks in both precisions: each input in turn is NaN, infinite or huge, at each of some samples.
+
+use kardan_rt::{
+    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, Noninteracting, Operation,
+    PositionLoop, Real, Regulator, RegulatorMemory, Row, Situation, StateSpace, Task, UniversalJoint, hold,
+};
+use std::fmt::Debug;
+
+/// What the tests need of a precision beside what the blocks do.
+trait Number: Real + Debug + 'static {
+    const BAD: [Self; 3];
+    const HUGE: [Self; 4];
+    fn of(x: f64) -> Self;
+}
+
+impl Number for f32 {
+    const BAD: [Self; 3] = [Self::NAN, Self::INFINITY, Self::NEG_INFINITY];
+    const HUGE: [Self; 4] = [Self::MAX, Self::MIN, 2e19, -2e19];
+    fn of(x: f64) -> Self {
+        x as Self
+    }
+}
+
+impl Number for f64 {
+    const BAD: [Self; 3] = [Self::NAN, Self::INFINITY, Self::NEG_INFINITY];
+    const HUGE: [Self; 4] = [Self::MAX, Self::MIN, 2e154, -2e154];
+    fn of(x: f64) -> Self {
+        x
+    }
+}
+
+/// What a block does with an input that is no number.
+#[derive(Clone, Copy, PartialEq)]
+enum Keeps {
+    /// The answer of the sample before stays, as if there had been no sample.
+    Answer,
+    /// The input of the sample before stays in its place.
+    Input,
+}
+
+/// A block with its memory: one sample tells whether all was well.
+type Step<T> = Box<dyn FnMut(&[T], &mut Vec<T>) -> bool>;
+
+struct Case<T> {
+    /// `Type::function` of the crate.
+    name: &'static str,
+    keeps: Keeps,
+    /// How many inputs there are.
+    inputs: usize,
+    /// A block at its start; its answer grows in the vector, whose entries stay from sample to sample.
+    start: Box<dyn Fn() -> Step<T>>,
+}
+
+fn list<T: Number, const N: usize>(values: [f64; N]) -> Vec<T> {
+    values.iter().map(|x| T::of(*x)).collect()
+}
+
+/// The answer is what the block gives, or stays.
+fn take<T: Number>(found: Option<T>, out: &mut Vec<T>) -> bool {
+    out.resize(1, T::ZERO);
+    if let Some(found) = found {
+        out[0] = found;
+    }
+    found.is_some()
+}
+
+fn position_loop<T: Number>() -> PositionLoop<T> {
+    PositionLoop { natural_frequency: T::of(3.0), damping_ratio: T::of(0.5) }
+}
+
+/// A joint between two bodies, a spring and a damper along the bent shaft, friction, one motor on each body.
+struct Machine<T> {
+    entries: Vec<(usize, T)>,
+    operations: Vec<Operation<T>>,
+    basis: Vec<T>,
+    inertia: Vec<T>,
+    damping: Vec<T>,
+    stiffness: Vec<T>,
+    force: Vec<T>,
+    along: Vec<Along<T>>,
+}
+
+impl<T: Number> Machine<T> {
+    fn new() -> Self {
+        let joint = UniversalJoint { ratio: T::of(0.8), phase_in: T::of(0.3), phase_out: T::ZERO };
+        let entries = vec![(0, T::ONE), (1, T::ONE), (2, T::ONE)];
+        let row = |first| Row { first, count: 1 };
+        let term = |row, coefficient| Along { row, coefficient: T::of(coefficient), rest: T::of(0.1) };
+        Self {
+            entries,
+            operations: vec![Operation {
+                shaft: 2,
+                argument: row(0),
+                constant: T::ZERO,
+                curve: Some(joint),
+                varying: true,
+            }],
+            basis: list([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+            inertia: list([2.0, 0.1, 0.1, 1.0]),
+            damping: list([0.1, 0.0, 0.0, 0.2]),
+            stiffness: list([5.0, -5.0, -5.0, 5.0]),
+            force: list([0.0, 0.0]),
+            along: vec![term(row(2), 0.5)],
+        }
+    }
+
+    fn block(&self) -> Mechanism<'_, T> {
+        const INPUTS: [Row; 2] = [Row { first: 0, count: 1 }, Row { first: 1, count: 1 }];
+        Mechanism {
+            shafts: 3,
+            held: 0,
+            coordinates: &[0, 1],
+            entries: &self.entries,
+            operations: &self.operations,
+            basis: &self.basis,
+            inertia: &self.inertia,
+            damping: &self.damping,
+            stiffness: &self.stiffness,
+            force: &self.force,
+            inertias: &self.along,
+            dampers: &self.along,
+            springs: &self.along,
+            frictions: &self.along,
+            inputs: &INPUTS,
+        }
+    }
+}
+
+/// Every public function of the crate that computes.
+#[allow(clippy::too_many_lines)]
+fn cases<T: Number>() -> Vec<Case<T>> {
+    let mut cases: Vec<Case<T>> = Vec::new();
+    let mut case = |name, keeps, inputs, start: Box<dyn Fn() -> Step<T>>| {
+        cases.push(Case { name, keeps, inputs, start });
+    };
+    case(
+        "Bounds::nearest",
+        Keeps::Answer,
+        1,
+        Box::new(|| {
+            let bounds = Bounds { torque: None, change: None };
+            Box::new(move |x, out| {
+                out.resize(1, T::ZERO);
+                let before = out[0];
+                out[0] = bounds.nearest(x[0], before);
+                // That the answer is another one tells.
+                out[0] == x[0]
+            })
+        }),
+    );
+    for kind in [false, true] {
+        case(
+            "Channel::acceleration",
+            Keeps::Answer,
+            4,
+            Box::new(move || {
+                let inverse_inertia = T::of(4.0);
+                let channel = match kind {
+                    true => Channel::Position { position_loop: position_loop(), inverse_inertia },
+                    false => Channel::Torque { inverse_inertia },
+                };
+                Box::new(move |x, out| take(channel.acceleration(x[0], x[1], x[2], x[3]), out))
+            }),
+        );
+    }
+    case(
+        "PositionLoop::acceleration",
+        Keeps::Answer,
+        4,
+        Box::new(|| Box::new(|x, out| take(position_loop().acceleration(x[0], x[1], x[2], x[3]), out))),
+    );
+    case(
+        "UniversalJoint::at",
+        Keeps::Answer,
+        1,
+        Box::new(|| {
+            Box::new(|x, out| {
+                out.resize(3, T::ZERO);
+                let joint = UniversalJoint { ratio: T::of(0.7), phase_in: T::of(0.2), phase_out: T::of(0.1) };
+                let point = joint.at(x[0]);
+                if let Some(point) = point {
+                    out.copy_from_slice(&[point.value, point.slope, point.curvature]);
+                }
+                point.is_some()
+            })
+        }),
+    );
+    case(
+        "Gain::add_to",
+        Keeps::Answer,
+        2,
+        Box::new(|| {
+            let entries: Vec<T> = list([1.0, 2.0, -3.0, 0.5]);
+            Box::new(move |x, out| {
+                let mut sum = list::<T, 2>([0.25, -1.0]);
+                let good = Gain::new(&entries, 2).unwrap().add_to(x, &mut sum);
+                out.resize(2, T::ZERO);
+                if good {
+                    out.copy_from_slice(&sum);
+                } else {
+                    assert_eq!(sum, list::<T, 2>([0.25, -1.0]), "something was added all the same");
+                }
+                good
+            })
+        }),
+    );
+    case(
+        "Noninteracting::torques",
+        Keeps::Answer,
+        12,
+        Box::new(|| {
+            let gains: Vec<T> = list([1.0, -2.0, 0.5, 0.0, 3.0, 1.0, -1.0, 2.0, 0.25, 0.0, 1.0, -4.0]);
+            Box::new(move |x, out| {
+                out.resize(2, T::ZERO);
+                let inverse_inertia = T::of(0.5);
+                let channels = [
+                    Channel::Position { position_loop: position_loop(), inverse_inertia },
+                    Channel::Torque { inverse_inertia },
+                ];
+                let law = Noninteracting {
+                    state_gain: Gain::new(&gains[..8], 4).unwrap(),
+                    acceleration_gain: Gain::new(&gains[8..], 2).unwrap(),
+                    channels: &channels,
+                };
+                let measured = Measurement {
+                    state: &x[..4],
+                    positions: &x[4..6],
+                    speeds: &x[6..8],
+                    references: &x[8..10],
+                    loads: &x[10..],
+                };
+                law.torques(measured, &mut [T::ZERO; 2], out)
+            })
+        }),
+    );
+    let block: Vec<T> = list([0.5, 0.1, 0.0, 0.25, 1.0, 0.0, 0.0, 1.0, 2.0, 1.0, 0.0, 0.5]);
+    for what in ["StateSpace::outputs", "StateSpace::rates", "StateSpace::step"] {
+        let data = block.clone();
+        case(
+            what,
+            Keeps::Answer,
+            if what == "StateSpace::step" { 2 } else { 4 },
+            Box::new(move || {
+                let data = data.clone();
+                Box::new(move |x, out| {
+                    let of = |rows: std::ops::Range<usize>| &data[rows];
+                    let block = StateSpace::new(of(0..4), of(4..8), of(8..10), of(10..12), 2, 2).unwrap();
+                    match what {
+                        "StateSpace::outputs" => {
+                            out.resize(1, T::ZERO);
+                            block.outputs(&x[..2], &x[2..], out)
+                        }
+                        "StateSpace::rates" => {
+                            out.resize(2, T::ZERO);
+                            block.rates(&x[..2], &x[2..], out)
+                        }
+                        _ => {
+                            out.resize(2, T::ZERO);
+                            block.step(out, x, &mut [T::ZERO; 2])
+                        }
+                    }
+                })
+            }),
+        );
+    }
+    case(
+        "Governor::govern",
+        Keeps::Answer,
+        4,
+        Box::new(|| {
+            let rows: Vec<T> = list([1.0, 0.5, 2.0, 0.3, -1.0, 0.2, 0.7, -2.0]);
+            let bounds: Vec<T> = list([1e6, 1e6]);
+            Box::new(move |x, out| {
+                out.resize(2, T::ZERO);
+                let governor = Governor {
+                    on_state: Gain::new(&rows[..2], 1).unwrap(),
+                    on_model: Gain::new(&rows[2..4], 1).unwrap(),
+                    on_references: Gain::new(&rows[4..], 2).unwrap(),
+                    bounds: &bounds,
+                };
+                let mut moved = out.clone();
+                let held = governor.govern(&x[..1], &x[1..2], &x[2..], &mut moved);
+                // Each reference is governed on its own: one that is no number does not hold the other back.
+                if held && x.iter().any(|x| !x.is_finite()) {
+                    assert!(moved.iter().zip(&*out).any(|(new, old)| new == old));
+                } else {
+                    out.copy_from_slice(&moved);
+                }
+                assert!(moved.iter().all(|x| x.is_finite()), "{moved:?}");
+                !held
+            })
+        }),
+    );
+    case(
+        "Mechanism::evaluate",
+        Keeps::Answer,
+        4,
+        Box::new(|| {
+            let machine = Machine::new();
+            Box::new(move |x, out| {
+                let mechanism = machine.block();
+                let mut memory = vec![T::ZERO; mechanism.memory()];
+                let found = mechanism.evaluate(&x[..2], &x[2..], &mut memory);
+                if let Some(now) = found {
+                    *out = [now.angles, now.speeds, now.bias, now.basis, now.inertia, now.passive].concat();
+                }
+                found.is_some()
+            })
+        }),
+    );
+    case(
+        "Mechanism::along",
+        Keeps::Answer,
+        1,
+        Box::new(|| {
+            let machine = Machine::new();
+            Box::new(move |x, out| {
+                take(machine.block().along(Row { first: 0, count: 3 }, &[T::ONE, T::ONE, x[0]]), out)
+            })
+        }),
+    );
+    case(
+        "Mechanism::project",
+        Keeps::Answer,
+        2,
+        Box::new(|| {
+            let machine = Machine::new();
+            Box::new(move |x, out| {
+                out.resize(2, T::ZERO);
+                machine.block().project(Row { first: 0, count: 1 }, x, out)
+            })
+        }),
+    );
+    for friction_width in [None, Some(T::of(0.1))] {
+        case(
+            "ComputedTorque::torques",
+            Keeps::Answer,
+            9,
+            Box::new(move || {
+                let machine = Machine::new();
+                Box::new(move |x, out| {
+                    out.resize(2, T::ZERO);
+                    let tasks =
+                        [Task::Position { shaft: 2, position_loop: position_loop() }, Task::Torque { shaft: 1 }];
+                    let law =
+                        ComputedTorque { mechanism: machine.block(), tasks: &tasks, inputs: &[0, 1], friction_width };
+                    let mut memory = vec![T::ZERO; law.memory()];
+                    let now =
+                        Situation { position: &x[..2], speed: &x[2..4], references: &x[4..6], disturbances: &x[6..] };
+                    law.torques(now, &mut memory, out)
+                })
+            }),
+        );
+    }
+    case(
+        "hold",
+        Keeps::Input,
+        3,
+        Box::new(|| {
+            Box::new(|x, out| {
+                out.resize(3, T::ZERO);
+                hold(x, out) == 0
+            })
+        }),
+    );
+    for governed in [false, true] {
+        case(
+            "Regulator::step",
+            Keeps::Input,
+            2,
+            Box::new(move || {
+                let of = |x: f64| vec![T::of(x)];
+                let (a, b, c, m) = (of(0.9), of(0.1), of(1.0), of(0.6));
+                let (am, bm, k) = (of(0.5), of(0.5), list::<T, 3>([0.5, -1.0, -0.5]));
+                let (rows, limits) = (list::<T, 3>([-0.5, 1.0, 0.5]), of(1e3));
+                // Estimate, reference model, reading, reference, and the command as the answer.
+                let mut memory = [of(0.0), of(0.0), of(0.0), of(0.0)];
+                Box::new(move |x, out| {
+                    out.resize(1, T::ZERO);
+                    fn gain<T: Real>(entries: &[T], columns: usize) -> Gain<'_, T> {
+                        Gain::new(entries, columns).unwrap()
+                    }
+                    let governor = governed.then(|| Governor {
+                        on_state: gain(&rows[..1], 1),
+                        on_model: gain(&rows[1..2], 1),
+                        on_references: gain(&rows[2..], 1),
+                        bounds: &limits,
+                    });
+                    let regulator = Regulator {
+                        prediction: gain(&a, 1),
+                        input: gain(&b, 1),
+                        output: gain(&c, 1),
+                        correction: gain(&m, 1),
+                        model: gain(&am, 1),
+                        model_input: gain(&bm, 1),
+                        feedback: gain(&k, 3),
+                        bounds: &[Bounds { torque: Some(T::of(1e3)), change: None }],
+                        governor,
+                    };
+                    let [estimate, model, readings, references] = &mut memory;
+                    let mut work = vec![T::ZERO; Regulator::<T>::work(1, 1, 1, 1)];
+                    let memory =
+                        RegulatorMemory { estimate, model, readings, references, commands: out, work: &mut work };
+                    regulator.step(&x[..1], &x[1..], memory) == kardan_rt::Health::default()
+                })
+            }),
+        );
+    }
+    cases
+}
+
+/// Good inputs of a sample: another number in every place and at every sample.
+fn good<T: Number>(inputs: usize, sample: usize) -> Vec<T> {
+    (0..inputs).map(|k| T::of(0.25 + 0.125 * (k as f64) - 0.0625 * (sample as f64))).collect()
+}
+
+fn same<T: Number>(a: &[T], b: &[T]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a == b)
+}
+
+/// Samples before and behind the bad one.
+const SAMPLES: usize = 6;
+
+fn keeps_the_promise<T: Number>() -> usize {
+    let mut tried = 0;
+    for Case { name, keeps, inputs, start } in cases::<T>() {
+        for at in 1..SAMPLES {
+            for input in 0..inputs {
+                for (value, bad) in T::BAD.map(|x| (x, true)).into_iter().chain(T::HUGE.map(|x| (x, false))) {
+                    let what = format!("{name}, input {input} = {value:?} at sample {at}");
+                    let (mut block, mut twin) = (start(), start());
+                    let (mut out, mut expected) = (Vec::new(), Vec::new());
+                    for sample in 0..SAMPLES {
+                        let fine: Vec<T> = good(inputs, sample);
+                        if sample != at {
+                            assert!(
+                                block(&fine, &mut out) || (!bad && sample > at),
+                                "{what}: a good sample is refused"
+                            );
+                            twin(&fine, &mut expected);
+                        } else {
+                            let mut wrong = fine.clone();
+                            wrong[input] = value;
+                            let well = block(&wrong, &mut out);
+                            assert!(!(bad && well), "{what}: not told");
+                            match keeps {
+                                Keeps::Input => {
+                                    wrong[input] = good::<T>(inputs, sample - 1)[input];
+                                    twin(&wrong, &mut expected);
+                                }
+                                // A governor that holds a huge wish back moves towards it.
+                                Keeps::Answer if well || (!bad && name == "Governor::govern") => {
+                                    twin(&wrong, &mut expected);
+                                }
+                                Keeps::Answer => {}
+                            }
+                        }
+                        assert!(out.iter().all(|x| x.is_finite()), "{what}: {out:?} at sample {sample}");
+                        // What is huge and a number may stay in a memory for a while; it is finite, and it fades.
+                        if bad || keeps == Keeps::Answer {
+                            assert!(same(&out, &expected), "{what}: {out:?} is not {expected:?} at sample {sample}");
+                        }
+                        tried += 1;
+                    }
+                    if !bad {
+                        // The slowest mode of those with states here halves with every sample.
+                        let samples = if ["StateSpace::step", "Regulator::step"].contains(&name) { 1500 } else { 2 };
+                        let fine: Vec<T> = good(inputs, 0);
+                        let mut well = false;
+                        for _ in 0..samples {
+                            well = block(&fine, &mut out);
+                            twin(&fine, &mut expected);
+                        }
+                        let near = |(a, b): (&T, &T)| (*a - *b).abs() <= T::of(1e-5);
+                        assert!(well && out.iter().zip(&expected).all(near), "{what}: {out:?} for {expected:?}");
+                    }
+                }
+            }
+        }
+    }
+    tried
+}
+
+#[test]
+fn every_block_tells_and_keeps_what_is_no_number() {
+    assert!(keeps_the_promise::<f64>() > 10_000);
+    assert!(keeps_the_promise::<f32>() > 10_000);
+}
+
+/// Every public function of every public type stands in the list above, or is one of those that compute nothing.
+#[test]
+fn the_harness_knows_every_block() {
+    const NOTHING_COMPUTED: [&str; 6] = [
+        // Views on matrices, and sizes of memory.
+        "Gain::new",
+        "StateSpace::new",
+        "Mechanism::memory",
+        "ComputedTorque::memory",
+        "Regulator::work",
+        // The numbers themselves.
+        "Real::is_finite",
+    ];
+    let known: Vec<&str> = cases::<f64>().iter().map(|case| case.name).collect();
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let lib = std::fs::read_to_string(folder.join("lib.rs")).unwrap();
+    let exported = |word: &str| {
+        lib.lines()
+            .filter(|line| line.starts_with("pub use"))
+            .any(|line| line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|other| other == word))
+    };
+    let mut found = Vec::new();
+    for file in std::fs::read_dir(folder).unwrap() {
+        let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+        let mut owner = String::new();
+        for line in text.lines() {
+            if line.starts_with("impl") {
+                let rest = line.split_once("> ").map_or(line, |(_, rest)| rest);
+                owner = rest.chars().take_while(|c| c.is_alphanumeric()).collect();
+            } else if line == "}" {
+                owner.clear();
+            }
+            let rest = line.trim_start();
+            let Some(rest) = rest.strip_prefix("pub fn ").or_else(|| rest.strip_prefix("pub const fn ")) else {
+                continue;
+            };
+            let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if owner.is_empty() {
+                found.extend(exported(&name).then_some(name));
+            } else if exported(&owner) {
+                found.push(format!("{owner}::{name}"));
+            }
+        }
+    }
+    assert!(found.len() >= 15, "only {found:?}");
+    for name in &found {
+        let listed = known.contains(&name.as_str()) || NOTHING_COMPUTED.contains(&name.as_str());
+        assert!(listed, "`{name}` is public and not in the harness: what does it do with a reading that is no number?");
+    }
+    for name in &known {
+        assert!(found.iter().any(|other| other == name), "`{name}` is no function of the crate");
+    }
+}
