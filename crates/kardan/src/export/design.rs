@@ -382,7 +382,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 35] = [
+    const KEYS: [&str; 36] = [
         "model",
         "description",
         "variant",
