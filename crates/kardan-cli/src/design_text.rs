@@ -5,7 +5,7 @@ use std::fmt::Write;
 use kardan::report::words::{self, design as said};
 use kardan::results::{
     Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Margins, ObserverResult,
-    Robustness, ZeroMode,
+    Robustness, ScenarioStrain, ZeroMode,
 };
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
@@ -48,6 +48,7 @@ pub fn text(design: &Design, origin: &str) -> String {
     if let Some(found) = &design.margins {
         margins(&mut out, found);
     }
+    strains(&mut out, &design.strains);
     zero_dynamics(&mut out, design);
     if let Some(found) = &design.observer {
         observer(&mut out, found);
@@ -269,6 +270,18 @@ fn margins(out: &mut String, found: &Margins) {
     let rows: Vec<Vec<String>> = found.peaks.iter().map(|peak| said::torque_peak(peak, number).to_vec()).collect();
     if !rows.is_empty() {
         table(out, &["step of", "motor", "#asked of it", "#torque limit"], &rows, ROWS);
+    }
+}
+
+fn strains(out: &mut String, found: &[ScenarioStrain]) {
+    let row = |found: &ScenarioStrain| {
+        let [asked, limit, time] = said::strain(&found.strain, found.duration, number);
+        vec![found.strain.motor.clone(), found.variant.clone(), asked, limit, time]
+    };
+    let rows: Vec<Vec<String>> = found.iter().map(row).collect();
+    if !rows.is_empty() {
+        heading(out, "Torques in the scenario");
+        table(out, &["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], &rows, ROWS);
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use kardan::export::{Files, extremes};
 use kardan::report::words;
-use kardan::results::{Outcome, Run, Signal, Structure, Study};
+use kardan::results::{MotorStrain, Outcome, Run, Signal, Structure, Study};
 
 use crate::render::visible;
 
@@ -27,6 +27,11 @@ pub fn summary(study: &Study, files: &Files, origin: &str) -> String {
         structure(&mut out, &analysis.structure);
     }
     let requirements: Vec<bool> = study.runs.iter().flat_map(|run| &run.requirements).map(|r| r.passed).collect();
+    let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
+    if strained > 0 {
+        let of = if strained == variants { "every variant" } else { &format!("{strained} of {variants} variants") };
+        let _ = writeln!(out, "in {of} a motor is at its limit (see the notes)");
+    }
     if !requirements.is_empty() {
         let passed = requirements.iter().filter(|&&passed| passed).count();
         let _ = writeln!(out, "{passed} of {} requirements hold", requirements.len());
@@ -175,6 +180,7 @@ mod tests {
             outcome: Outcome::Completed,
             requirements: vec![],
             notes: vec![],
+            strains: vec![],
             effort: Default::default(),
         };
         let mut study = Study { plots: vec![plot("x", &["a"]), plot("y", &[])], ..Study::default() };

@@ -105,6 +105,13 @@ pub enum InputKind {
     Disturbance,
 }
 
+impl InputKind {
+    /// Whether its torque, or the rate of it, is limited.
+    pub fn limited(&self) -> bool {
+        matches!(self, Self::Motor(motor) if motor.torque_limit.is_some() || motor.rate_limit.is_some())
+    }
+}
+
 /// What a sensor measures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json as object};
 
+use super::json::motor_strain;
 use crate::results::{
     Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
     Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Pole, Robustness, Spread,
@@ -45,6 +46,7 @@ const VERSION: u32 = 1;
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
 /// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `not_judged` (whose sample times have no short common period), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
+/// | `strains` | what the scenario of the file asks of its motors, where it was run: `variant`, `duration_s`, `motor` (`name`, `controller`, `torque_limit_n_m`, `rate_limit_n_m_per_s`, `asked_n_m`, `time_at_torque_limit_s`, `time_at_rate_limit_s`, `first_at_torque_limit_s`) |
 /// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners), each `null` if the loop is unstable there, `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `precision` (`f64`, `f32`), `matrices`, `numbers` |
@@ -80,6 +82,9 @@ pub fn design_json(design: &Design) -> String {
         "blocks_decoupled": design.blocks_decoupled,
         "cross_coupling": list(&design.cross_coupling, cross_coupling),
         "margins": design.margins.as_ref().map(margins),
+        "strains": list(&design.strains, |found| object!({
+            "variant": found.variant, "duration_s": found.duration, "motor": motor_strain(&found.strain, found.duration),
+        })),
         "exploration": design.exploration.as_ref().map(exploration),
         "robustness": design.robustness.as_ref().map(robustness),
         "flatness": design.flatness.as_ref().map(flatness),
@@ -377,7 +382,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 35] = [
+    const KEYS: [&str; 36] = [
         "model",
         "description",
         "variant",
@@ -406,6 +411,7 @@ mod tests {
         "blocks_decoupled",
         "cross_coupling",
         "margins",
+        "strains",
         "exploration",
         "robustness",
         "flatness",

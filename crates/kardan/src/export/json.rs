@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json as object};
 use super::analysis::analysis_in_short;
 use super::extremes::extremes;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
-use crate::results::{Outcome, Run, Study};
+use crate::results::{MotorStrain, Outcome, Run, Study};
 
 /// The files that were written for a study.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -22,8 +22,8 @@ pub struct Files {
 
 /// Gives the study and its files as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// Keys: `model`, `variants` (`name`, `outcome`, `parameters`, `signals`, `energy`, `requirements`, `events`, `notes`,
-/// `effort`, `files`), `report`, `plots`, `warnings`, `analysis`; and `error` as in [`json_error`] if a file could not be
+/// Keys: `model`, `variants` (`name`, `outcome`, `parameters`, `signals`, `energy`, `requirements`, `events`, `notes`, `motors`
+/// (those with limits: what was asked, and how long they were at their limits), `effort`, `files`), `report`, `plots`, `warnings`, `analysis`; and `error` as in [`json_error`] if a file could not be
 /// written. `analysis` has the key results of the structure of the first variant, under the names of
 /// [`analysis_json`](super::analysis_json), or is `null`. `signals` is an object from the signal's name to `min`, `max`, `final`, `t_min`, `t_max`, `unit`.
 pub fn json(study: &Study, files: &Files) -> String {
@@ -103,6 +103,7 @@ fn variant(run: &Run, files: &[String]) -> Value {
         "requirements": requirements,
         "events": events,
         "notes": run.notes,
+        "motors": run.strains.iter().map(|strain| motor_strain(strain, run.length())).collect::<Vec<_>>(),
         "effort": {
             "steps": run.effort.steps,
             "rejected": run.effort.rejected,
@@ -110,6 +111,20 @@ fn variant(run: &Run, files: &[String]) -> Value {
             "events": run.effort.events,
         },
         "files": files,
+    })
+}
+
+/// What was asked of a motor with limits in a run of this length (s).
+pub(super) fn motor_strain(strain: &MotorStrain, length: f64) -> Value {
+    object!({
+        "name": strain.motor,
+        "controller": strain.controller,
+        "torque_limit_n_m": strain.torque_limit,
+        "rate_limit_n_m_per_s": strain.rate_limit,
+        "asked_n_m": strain.asked,
+        "time_at_torque_limit_s": strain.seconds_at_limit(0.0, length),
+        "time_at_rate_limit_s": strain.seconds_at_rate_limit(0.0, length),
+        "first_at_torque_limit_s": strain.at_torque_limit.first().map(|span| span.0),
     })
 }
 

@@ -76,6 +76,7 @@ mod example {
                 passed: false,
             }],
             notes: vec!["the split is not unique".into()],
+            strains: vec![],
             effort: Default::default(),
         }
     }

@@ -99,8 +99,9 @@ pub const REQUIREMENT: &[Field] = &[
     Field::required("signal", Kind::Signal, "The signal to judge."),
     Field::required(
         "measure",
-        Kind::Choice(&["max", "min", "max_abs", "final"]),
-        "Largest, smallest, largest in size, or last value in the window.",
+        Kind::Choice(&["max", "min", "max_abs", "final", "time_at_limit"]),
+        "Largest, smallest, largest in size, or last value in the window. `time_at_limit`: how long in the window the motor of \
+         this torque is at its torque limit, s.",
     ),
     Field::optional("below", Kind::AnyQuantity, "The measure must be less than this."),
     Field::optional("above", Kind::AnyQuantity, "The measure must be more than this."),

@@ -10,7 +10,7 @@ use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
 use crate::results::{
     Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Interaction, Margins,
-    ObserverResult, Pole, Robustness, ZeroMode,
+    ObserverResult, Pole, Robustness, ScenarioStrain, ZeroMode,
 };
 
 /// A matrix with more rows or columns is not shown.
@@ -29,6 +29,7 @@ fn parts(design: &Design) -> Vec<(&'static str, &'static str, String)> {
         ("channels", "Channels", channels(&design.channels)),
         ("poles", "Closed-loop poles", closed_loop(design)),
         ("sampling", "Sampling, delay and limits", design.margins.as_ref().map(margins).unwrap_or_default()),
+        ("strain", "Torques in the scenario", strains(&design.strains)),
         ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
         ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
         ("proof", "Transfer matrix", proof(design)),
@@ -150,6 +151,18 @@ fn robustness(found: &Robustness) -> String {
     items(&said::robustness(found, number))
         + &titled("What a step does to other channels", &rows_of(&headers("signal"), rows(&found.interactions)))
         + &titled("What a step asks of the motors", &rows_of(&headers("motor"), rows(&found.peaks)))
+}
+
+/// What the scenario asks of the motors; empty if it was not run.
+fn strains(found: &[ScenarioStrain]) -> String {
+    let row = |found: &ScenarioStrain| {
+        let [asked, limit, time] = said::strain(&found.strain, found.duration, number);
+        let time = if found.strain.strained() { mark(false, &time) } else { Cell::Number(time) };
+        let variant = Cell::text(found.variant.clone());
+        vec![Cell::Head(found.strain.motor.clone(), 1), variant, Cell::Number(asked), Cell::Number(limit), time]
+    };
+    let headers = ["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"];
+    titled("What the scenario asks of the motors", &rows_of(&headers, found.iter().map(row).collect()))
 }
 
 fn margins(found: &Margins) -> String {

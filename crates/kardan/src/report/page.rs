@@ -25,6 +25,7 @@ pub(super) fn html(study: &Study) -> String {
         charts::charts(study),
         tables::key_figures(study),
         tables::requirements(study),
+        tables::motors(study),
         tables::energy(study),
         tables::events(study),
         tables::notes(study),

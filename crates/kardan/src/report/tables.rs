@@ -3,7 +3,8 @@
 use super::curves::{clock, variant_label};
 use super::table::{Cell, section, table};
 use super::text::{Clock, escape, figure, unit};
-use crate::results::{Energy, Event, Outcome, Run, Signal, Study};
+use super::words;
+use crate::results::{Energy, Event, MotorStrain, Outcome, Run, Signal, Study};
 
 /// More events of one variant are counted, not listed.
 const EVENTS: usize = 300;
@@ -29,7 +30,13 @@ pub(super) fn verdict(study: &Study) -> (bool, String) {
         (passed, all) if passed == all => format!("all {all} requirements are met"),
         (passed, all) => format!("{passed} of {all} requirements are met, {} are not", all - passed),
     };
-    (completed == study.runs.len() && passed == judged.len(), format!("{runs}; {requirements}."))
+    let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
+    let strained = match strained {
+        0 => String::new(),
+        some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
+        some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
+    };
+    (completed == study.runs.len() && passed == judged.len(), format!("{runs}; {requirements}{strained}."))
 }
 
 /// A box for each failed run.
@@ -119,6 +126,24 @@ fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
     let [high, high_time] = cells(finite().min_by(|a, b| b.1.total_cmp(a.1)));
     let [last, _] = cells(finite().next_back());
     [low, low_time, high, high_time, last]
+}
+
+/// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
+pub(super) fn motors(study: &Study) -> String {
+    let strains = study.runs.iter().flat_map(|run| run.strains.iter().map(move |strain| (run, strain)));
+    let rows: Vec<Vec<Cell>> = strains
+        .map(|(run, strain)| {
+            let [asked, limit, time] = words::design::strain(strain, run.length(), |x| figure(x, 5));
+            let time = if strain.strained() { mark(false, &time) } else { Cell::Number(time) };
+            let variant = Cell::text(variant_label(study, run));
+            vec![Cell::Head(strain.motor.clone(), 1), variant, Cell::Number(asked), Cell::Number(limit), time]
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let headers = ["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"];
+    section("motors", "Motors and their limits", &table(&headers, &rows))
 }
 
 /// The requirements, each for every variant.

@@ -35,6 +35,13 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             passed: false,
         }],
         notes: vec!["the split is not unique".into(), text],
+        strains: vec![MotorStrain {
+            motor: HOSTILE.into(),
+            torque_limit: Some(1.3),
+            asked: 24.5,
+            at_torque_limit: vec![(0.25, 0.75)],
+            ..MotorStrain::default()
+        }],
         effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7 },
     }
 }
@@ -176,7 +183,9 @@ fn the_page_shows_every_plot_variant_and_section() {
     for id in ["plot-rack-angle", "plot-mixed", "plot--missing--b-"] {
         assert!(page.contains(&format!("id=\"{id}\"")), "{id}");
     }
-    for section in ["plots", "figures", "requirements", "energy", "events", "notes", "warnings", "model", "variants"] {
+    for section in
+        ["plots", "figures", "requirements", "motors", "energy", "events", "notes", "warnings", "model", "variants"]
+    {
         assert!(page.contains(&format!("<section id=\"{section}\">")), "{section}");
         assert!(page.contains(&format!("href=\"#{section}\"")), "{section} is not in the contents");
     }
@@ -190,6 +199,8 @@ fn the_page_shows_every_plot_variant_and_section() {
         "2 of 3 variants completed, 1 failed",
         "0 of 3 requirements are met",
         "not measured",
+        "24.5",
+        "0.5 s of 3 s",
         "all variants",
         "700 later ones",
         "56789",

@@ -1,6 +1,6 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{Exploration, LawSummary, Margins, NamedMatrix, Pole, Robustness};
+use super::{Exploration, LawSummary, Margins, NamedMatrix, Pole, Robustness, ScenarioStrain};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,6 +81,8 @@ pub struct Design {
     pub cross_coupling: Vec<CrossCoupling>,
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
+    /// What the scenario of the file asks of its motors, where it was run.
+    pub strains: Vec<ScenarioStrain>,
     /// Designs beside this one; `None` if nobody asked.
     pub exploration: Option<Exploration>,
     /// The loop over a box of plants; `None` if nobody asked.

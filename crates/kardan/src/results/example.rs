@@ -654,6 +654,7 @@ pub fn decoupled_steering() -> Design {
             coupling("ref_fs", "fs.phi", true, 1.0460, 0.8907),
         ],
         margins: None,
+        strains: Vec::new(),
         exploration: None,
         robustness: None,
         flatness: Some(Flatness {

@@ -92,6 +92,12 @@ impl Series {
     pub fn signal(&self, name: &str) -> Option<&Signal> {
         self.signals.iter().find(|signal| signal.name == name)
     }
+
+    /// Largest torque asked of a motor in the rows, before its limits, N m; not a number if there is no such motor.
+    pub fn largest_torque_asked(&self, motor: &str) -> f64 {
+        let signal = self.signal(&format!("{motor}.command")).or_else(|| self.signal(&format!("{motor}.tau")));
+        signal.map_or(f64::NAN, |signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
+    }
 }
 
 /// The energy balance of a run, J: `input = stored + dissipated + residual`.
@@ -156,6 +162,98 @@ pub struct RequirementResult {
     pub passed: bool,
 }
 
+/// What a run asked of a motor that has limits.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MotorStrain {
+    /// Name of the motor.
+    pub motor: String,
+    /// The controller that commands it, if one does.
+    pub controller: Option<String>,
+    /// Its torque limit, N m.
+    pub torque_limit: Option<f64>,
+    /// Its rate limit, N m/s.
+    pub rate_limit: Option<f64>,
+    /// Largest torque asked of it in the rows of the run, N m.
+    pub asked: f64,
+    /// When it was at its torque limit: `(from, until)`, s, in order.
+    pub at_torque_limit: Vec<(f64, f64)>,
+    /// When it moved at its rate limit: `(from, until)`, s, in order.
+    pub at_rate_limit: Vec<(f64, f64)>,
+}
+
+impl MotorStrain {
+    /// How long it was at its torque limit within a window, s.
+    ///
+    /// ```
+    /// use kardan::results::MotorStrain;
+    /// let strain = MotorStrain { at_torque_limit: vec![(1.0, 1.5), (3.0, 4.0)], ..MotorStrain::default() };
+    /// assert_eq!(strain.seconds_at_limit(0.0, f64::INFINITY), 1.5);
+    /// assert_eq!(strain.seconds_at_limit(1.25, 3.25), 0.5);
+    /// ```
+    pub fn seconds_at_limit(&self, from: f64, until: f64) -> f64 {
+        length(&self.at_torque_limit, from, until)
+    }
+
+    /// How long it moved at its rate limit within a window, s.
+    pub fn seconds_at_rate_limit(&self, from: f64, until: f64) -> f64 {
+        length(&self.at_rate_limit, from, until)
+    }
+
+    /// Whether it was at one of its limits at all.
+    pub fn strained(&self) -> bool {
+        !self.at_torque_limit.is_empty() || !self.at_rate_limit.is_empty()
+    }
+
+    /// What a reader must know of a motor at its limits, in a run of this length (s): `wg_motor is at its torque limit of 1.3 N m
+    /// for 0.42 s of 9 s, first at 1.002 s; up to 23.7 N m are asked of it`. `None` if it never is.
+    ///
+    /// ```
+    /// use kardan::results::MotorStrain;
+    /// assert_eq!(MotorStrain::default().in_words(9.0), None);
+    /// ```
+    pub fn in_words(&self, duration: f64) -> Option<String> {
+        let total = |spans: &[(f64, f64)]| length(spans, 0.0, f64::INFINITY);
+        let of = |spans: &[(f64, f64)]| {
+            let first = spans.first().map_or(0.0, |span| span.0);
+            format!("for {} s of {duration} s, first at {} s", rounded(total(spans)), rounded(first))
+        };
+        let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
+            let asked = if self.asked > limit * (1.0 + 1e-3) {
+                format!("; up to {} N m are asked of it", rounded(self.asked))
+            } else {
+                String::new()
+            };
+            format!("is at its torque limit of {limit} N m {}{asked}", of(&self.at_torque_limit))
+        });
+        let rate = self
+            .rate_limit
+            .filter(|_| !self.at_rate_limit.is_empty())
+            .map(|limit| format!("moves at its rate limit of {limit} N m/s {}", of(&self.at_rate_limit)));
+        let said: Vec<String> = torque.into_iter().chain(rate).collect();
+        (!said.is_empty()).then(|| format!("{} {}", self.motor, said.join("; it ")))
+    }
+}
+
+/// What the scenario of a file asks of a motor of a controller.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ScenarioStrain {
+    /// Name of the variant.
+    pub variant: String,
+    /// Length of its run, s.
+    pub duration: f64,
+    /// What it asked.
+    pub strain: MotorStrain,
+}
+
+/// To four decimals, without zeros at the end.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+fn length(spans: &[(f64, f64)], from: f64, until: f64) -> f64 {
+    spans.iter().map(|(start, end)| (end.min(until) - start.max(from)).max(0.0)).sum()
+}
+
 /// What the integrator did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
@@ -188,8 +286,20 @@ pub struct Run {
     pub requirements: Vec<RequirementResult>,
     /// What the reader must know, such as a split between parallel friction elements that is not unique.
     pub notes: Vec<String>,
+    /// What the run asked of each motor that has limits.
+    pub strains: Vec<MotorStrain>,
     /// What the integrator did.
     pub effort: Effort,
+}
+
+impl Run {
+    /// How long it lasted, s: to its end, or to where it stopped.
+    pub fn length(&self) -> f64 {
+        match self.outcome {
+            Outcome::Failed { time, .. } => time,
+            Outcome::Completed => self.series.time.last().copied().unwrap_or_default(),
+        }
+    }
 }
 
 /// A matrix with named rows and columns, for display.

@@ -1,5 +1,9 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
+/// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
+/// precision.
+const AT_LIMIT: f64 = 1e-6;
+
 /// What a motor without lag in its limits does: follow its command, or move at its rate limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rate {
@@ -30,6 +34,39 @@ pub(super) struct Drive {
     pub(super) rate_state: Option<usize>,
     /// Place of the lagged torque in the state.
     pub(super) lag_state: Option<usize>,
+    /// When it was at its torque limit.
+    pub(super) at_limit: Spans,
+    /// When it moved at its rate limit.
+    pub(super) at_rate_limit: Spans,
+}
+
+/// Times during which something holds: `(from, until)`, s.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Spans {
+    closed: Vec<(f64, f64)>,
+    since: Option<f64>,
+}
+
+impl Spans {
+    /// From this time on it holds, or not.
+    pub(super) fn now(&mut self, time: f64, holds: bool) {
+        match (self.since, holds) {
+            (None, true) => self.since = Some(time),
+            (Some(from), false) => {
+                self.since = None;
+                if time > from {
+                    self.closed.push((from, time));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// All of them, the last one up to a time.
+    pub(super) fn until(&self, time: f64) -> Vec<(f64, f64)> {
+        let open = self.since.filter(|from| *from < time).map(|from| (from, time));
+        self.closed.iter().copied().chain(open).collect()
+    }
 }
 
 impl Drive {
@@ -49,11 +86,37 @@ impl Drive {
         }
     }
 
+    /// Notes whether it is at its limits from a time on; `held`: its command stays as it is until the next decision, so that a
+    /// controller may have brought it to the limit itself.
+    pub(super) fn note_limits(&mut self, time: f64, command: f64, held: bool) {
+        let there = |limit: f64| held && command.abs() >= limit * (1.0 - AT_LIMIT);
+        let at = self.limit_mode != Limit::Inside || self.limit.is_some_and(there);
+        self.at_limit.now(time, at);
+        self.at_rate_limit.now(time, self.rate_mode != Rate::Follow);
+    }
+
     pub(super) fn limit_mode(&self, command: f64) -> Limit {
         match self.limit {
             Some(limit) if command > limit => Limit::High,
             Some(limit) if command < -limit => Limit::Low,
             _ => Limit::Inside,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_join_where_they_touch_and_the_last_one_ends_with_the_run() {
+        let mut spans = Spans::default();
+        for (time, holds) in
+            [(0.0, false), (1.0, true), (1.5, true), (2.0, false), (3.0, true), (3.0, false), (4.0, true)]
+        {
+            spans.now(time, holds);
+        }
+        assert_eq!(spans.until(6.0), [(1.0, 2.0), (4.0, 6.0)]);
+        assert_eq!(spans.until(4.0), [(1.0, 2.0)]);
     }
 }

@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use super::clocked::Clocked;
-use super::drive::{Drive, Limit, Rate};
+use super::drive::{Drive, Limit, Rate, Spans};
 use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
 use crate::equations::InputKind;
 use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Kinematics, Reduced, Work};
+use crate::results::MotorStrain;
 use crate::synthesis::{Law, Seen};
 
 /// A law with its wiring.
@@ -126,6 +127,8 @@ impl Machine {
                     rate_mode: Rate::Follow,
                     rate_state: place(motor.rate_limit.is_some()),
                     lag_state: place(motor.lag.is_some()),
+                    at_limit: Spans::default(),
+                    at_rate_limit: Spans::default(),
                 }
             })
             .collect();
@@ -644,6 +647,16 @@ impl Machine {
             && self.targets.iter().zip(&self.lines).all(steady)
     }
 
+    /// Whether the command of one motor stays as it is until the next sample or breakpoint.
+    fn command_rests(&self, input: usize) -> bool {
+        let steady = |(target, line): (&SourceTarget, &(f64, f64, f64))| match target {
+            SourceTarget::Input(other) => *other != input || line.1 == 0.0,
+            SourceTarget::Reference => true,
+        };
+        self.laws.iter().all(|wired| wired.clocked.is_some() || !wired.inputs.contains(&input))
+            && self.targets.iter().zip(&self.lines).all(steady)
+    }
+
     /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
     fn command_rates(&mut self, time: f64, state: &[f64], derivative: &mut [f64], moved: &mut [f64]) -> Vec<f64> {
         self.derivative(time, state, derivative);
@@ -786,6 +799,24 @@ impl Machine {
         out
     }
 
+    /// What a run up to a time asked of the motors that have limits; `asked` gives the largest torque asked of one.
+    pub(super) fn strains(&self, names: &[String], end: f64, asked: impl Fn(&str) -> f64) -> Vec<MotorStrain> {
+        let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
+        let strain = |(k, (name, drive)): (usize, (&String, &Drive))| {
+            let commands = |wired: &&Wired| wired.inputs.contains(&k);
+            MotorStrain {
+                motor: name.clone(),
+                controller: self.laws.iter().find(commands).map(|wired| wired.law.describe().controller),
+                torque_limit: drive.limit,
+                rate_limit: drive.rate,
+                asked: asked(name),
+                at_torque_limit: drive.at_limit.until(end),
+                at_rate_limit: drive.at_rate_limit.until(end),
+            }
+        };
+        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(strain).collect()
+    }
+
     fn settle_drives(
         &mut self,
         time: f64,
@@ -837,6 +868,10 @@ impl Machine {
                     drive.rate_mode = if *rate > 0.0 { Rate::Rise } else { Rate::Fall };
                 }
             }
+        }
+        for k in 0..self.drives.len() {
+            let held = self.command_rests(k);
+            self.drives[k].note_limits(time, self.commands[k], held);
         }
     }
 

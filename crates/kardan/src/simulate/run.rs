@@ -4,7 +4,7 @@ use super::dop853::{Dop853, StepError};
 use super::outputs::Outputs;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
-use crate::results::{Effort, Energy, Event, Outcome, Physical, Series};
+use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 
 /// How accurately a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +36,8 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// What the reader must know.
     pub notes: Vec<String>,
+    /// What was asked of each motor that has limits.
+    pub strains: Vec<MotorStrain>,
     /// What the integrator did.
     pub effort: Effort,
 }
@@ -430,8 +432,22 @@ impl Runner<'_> {
         let (input, dissipated) = (self.state[size - 2], self.state[size - 1]);
         let counts = self.solver.counts();
         self.notes.extend(self.machine.notes_of_laws());
+        let end = match outcome {
+            Outcome::Failed { time, .. } => time,
+            Outcome::Completed => self.scenario.duration,
+        };
+        let series = Series { time: self.time_grid, signals: self.outputs.signals };
+        let strains = self.machine.strains(&self.input_names, end, |motor| series.largest_torque_asked(motor));
+        self.notes.extend(strains.iter().filter_map(|strain| {
+            let control = strain.controller.as_ref();
+            let meanwhile = control.map_or(String::new(), |control| {
+                format!(" Meanwhile control `{control}` does not do what its design says.")
+            });
+            Some(format!("{}.{meanwhile}", strain.in_words(end)?))
+        }));
         RunResult {
-            series: Series { time: self.time_grid, signals: self.outputs.signals },
+            series,
+            strains,
             energy: Energy { input, stored, dissipated, residual: input - stored - dissipated },
             events: self.events,
             outcome,

@@ -1,7 +1,7 @@
 //! What a study asks for: requirements, plots, accuracy.
 
-use super::Requirement;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
+use super::{Requirement, TIME_AT_LIMIT, motor_of};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, TableReader};
 use crate::results::{Physical, Plot};
@@ -133,8 +133,14 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
             signal.and_then(|name| known_signal(name, &TableReader::span(table, "signal"), known, what, out));
         let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let (from, until) = (number("from", time), number("until", time));
+        let timed = read_word(table, "measure") == Some(TIME_AT_LIMIT);
+        if let (true, Some(name), Some(_)) = (timed, signal, physical) {
+            check_limited(name, &TableReader::span(table, "signal"), document, out);
+        }
+        let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let bounds = physical.map(|physical| {
-            let dimension = (physical_dimension(physical), Sign::Any);
+            let dimension =
+                if timed { (Dimension::TIME, Sign::Any) } else { (physical_dimension(physical), Sign::Any) };
             (number("below", dimension), number("above", dimension))
         });
         let end = until.unwrap_or(f64::INFINITY).min(duration.unwrap_or(f64::INFINITY));
@@ -171,6 +177,28 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
         }
     }
     requirements
+}
+
+/// Tells of a requirement on the time at a torque limit that the signal is not the torque of a motor with such a limit.
+fn check_limited(signal: &str, span: &Range<usize>, document: &Document, out: &mut Vec<Diagnostic>) {
+    let named = |name: &str| document.elements.iter().find(|e| e.name == name && e.kind.keyword == "motor");
+    let problem = match motor_of(signal).and_then(named) {
+        None => (
+            format!("`{signal}` is not the torque of a motor, and a motor alone has a torque limit"),
+            "name the torque of a motor: `signal = \"MOTOR.tau\"`".to_string(),
+        ),
+        Some(motor)
+            if !motor.table.values.contains_key("torque_limit") && !motor.table.unread.contains(&"torque_limit") =>
+        {
+            (
+                format!("the motor `{}` has no torque limit, so it is never there", motor.name),
+                format!("add `torque_limit = \"...\"` to `[motor.{}]`, or ask for another measure", motor.name),
+            )
+        }
+        Some(_) => return,
+    };
+    let message = format!("`[[requirement]]`: {}", problem.0);
+    out.push(Diagnostic::error("requirement::limit", message).at(span.clone(), "no torque limit").help(problem.1));
 }
 
 pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {

@@ -82,7 +82,7 @@ pub(super) fn cross_coupling(
                 step: 1.0,
                 step_unit: reference.physical.unit().into(),
                 input: input.clone(),
-                peak: asked(&run.series, input),
+                peak: run.series.largest_torque_asked(input),
                 limit: torque_limit(variant, input),
             });
         }
@@ -103,12 +103,6 @@ pub(super) fn cross_coupling(
         }
     }
     (found, peaks, warnings)
-}
-
-/// Largest torque asked of a motor, N m.
-fn asked(series: &Series, input: &str) -> f64 {
-    let signal = series.signal(&format!("{input}.command")).or_else(|| series.signal(&format!("{input}.tau")));
-    signal.map_or(f64::NAN, |signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {

@@ -7,6 +7,7 @@ use super::margins::{decay, survey, verdict};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
+use super::strain::scenario_strains;
 use super::{PreparedVariant, Progress, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
@@ -82,7 +83,11 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
-            return Ok(designed(&prepared.description, variant, number, settings, progress));
+            let mut design = designed(&prepared.description, variant, number, settings, progress);
+            if settings.simulate {
+                scenario_strains(&prepared, &mut design, progress);
+            }
+            return Ok(design);
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
@@ -153,7 +158,11 @@ fn of_document(
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
-    Ok(designed(&prepared.description, variant, number, settings, progress))
+    let mut design = designed(&prepared.description, variant, number, settings, progress);
+    if settings.simulate {
+        scenario_strains(&prepared, &mut design, progress);
+    }
+    Ok(design)
 }
 
 /// The table of a controller for these inputs and outputs.

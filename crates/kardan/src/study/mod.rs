@@ -20,6 +20,7 @@ mod read;
 mod robustness;
 mod scenario;
 mod sensitivity;
+mod strain;
 
 pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
@@ -40,7 +41,8 @@ use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
 use crate::results::{
-    Analysis, Design, LawSummary, ModelSummary, NamedMatrix, Outcome, Plot, RequirementResult, Run, Series, Study,
+    Analysis, Design, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot, RequirementResult, Run,
+    Series, Study,
 };
 use crate::simulate::{Setup, signal_names, simulate};
 use crate::synthesis::closed_loop_poles;
@@ -107,7 +109,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         .iter()
         .filter(|variant| settings.variants.is_empty() || settings.variants.contains(&variant.name))
         .collect();
-    let (runs, analysis) = rayon::join(
+    let (runs, analysis): (Vec<Run>, _) = rayon::join(
         || chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect(),
         || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose(),
     );
@@ -118,6 +120,14 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
                 designs.push(designed(&prepared.description, variant, number, &DesignSettings::default(), &Silent));
             }
         }
+    }
+    for design in &mut designs {
+        for (variant, run) in chosen.iter().zip(&runs) {
+            if variant.model.controls.iter().any(|control| control.name == design.controller) {
+                strain::tell(design, &run.name, run.length(), &run.strains);
+            }
+        }
+        strain::warn(design);
     }
     let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
     let analysis = analysis.unwrap_or_else(|why| {
@@ -221,7 +231,7 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
         .requirements
         .iter()
         .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
-        .map(|requirement| judge(requirement, &result.series, completed))
+        .map(|requirement| judge(requirement, &result.series, &result.strains, completed))
         .collect();
     Run {
         name: variant.name.clone(),
@@ -232,6 +242,7 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
         outcome: result.outcome,
         requirements,
         notes: result.notes,
+        strains: result.strains,
         effort: result.effort,
     }
 }
@@ -241,7 +252,7 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
 pub struct Requirement {
     /// Signal.
     pub signal: String,
-    /// `max`, `min`, `max_abs` or `final`.
+    /// `max`, `min`, `max_abs`, `final` or `time_at_limit`.
     pub measure: String,
     /// Bound from above, SI.
     pub below: Option<f64>,
@@ -255,10 +266,16 @@ pub struct Requirement {
     pub variants: Vec<String>,
 }
 
-fn judge(requirement: &Requirement, series: &Series, completed: bool) -> RequirementResult {
+/// The measure of a requirement that asks how long a motor is at its torque limit, s.
+const TIME_AT_LIMIT: &str = "time_at_limit";
+
+fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], completed: bool) -> RequirementResult {
     let Requirement { signal, measure, below, above, from, until, .. } = requirement;
     let found = series.signal(signal);
-    let unit = found.map_or("", |signal| signal.physical.unit()).to_string();
+    let unit = match measure.as_str() {
+        TIME_AT_LIMIT => "s".to_string(),
+        _ => found.map_or("", |signal| signal.physical.unit()).to_string(),
+    };
     let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
     let window: Vec<f64> = series
         .time
@@ -272,12 +289,20 @@ fn judge(requirement: &Requirement, series: &Series, completed: bool) -> Require
         "max" => window.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         "min" => window.iter().copied().fold(f64::INFINITY, f64::min),
         "max_abs" => window.iter().fold(0.0, |max: f64, x| max.max(x.abs())),
+        TIME_AT_LIMIT => {
+            let strain = strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
+            strain.map_or(f64::NAN, |strain| strain.seconds_at_limit(*from, *until))
+        }
         _ => window.last().copied().unwrap_or(f64::NAN),
     };
     // A run that ended inside the window cannot pass: nobody knows what would have come.
     let complete = completed || series.time.last().is_some_and(|last| last >= until);
     let passed = complete && below.is_none_or(|bound| measured < bound) && above.is_none_or(|bound| measured > bound);
-    let name = if measure == "max_abs" { format!("max |{signal}|") } else { format!("{measure} {signal}") };
+    let name = match measure.as_str() {
+        "max_abs" => format!("max |{signal}|"),
+        TIME_AT_LIMIT => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),
+        _ => format!("{measure} {signal}"),
+    };
     let window = if *from > 0.0 || until.is_finite() {
         let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };
         format!(" from {from} s to {end}")
@@ -291,6 +316,11 @@ fn judge(requirement: &Requirement, series: &Series, completed: bool) -> Require
         (None, None) => format!("{name}{window}"),
     };
     RequirementResult { text, measured, unit, passed }
+}
+
+/// The motor of which a signal is the torque.
+fn motor_of(signal: &str) -> Option<&str> {
+    signal.strip_suffix(".tau").or_else(|| signal.strip_suffix(".command"))
 }
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.

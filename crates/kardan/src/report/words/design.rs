@@ -3,7 +3,8 @@
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
     Alternative, Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Exploration, Feedback,
-    Flatness, Interaction, Margins, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
+    Flatness, Interaction, Margins, MotorStrain, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry,
+    ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -44,12 +45,14 @@ pub fn verdict(design: &Design) -> (bool, String) {
         None => "",
     };
     let grows = grows || sampled.is_some_and(|margins| margins.stable == Some(false));
+    let strained = design.strains.iter().any(|found| found.strain.strained());
+    let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
     let warnings = match design.warnings.len() {
         0 => String::new(),
         1 => "; 1 warning".into(),
         many => format!("; {many} warnings"),
     };
-    (decoupled && stable && !grows, format!("{first}{loop_}{hidden}{warnings}."))
+    (decoupled && stable && !grows, format!("{first}{loop_}{hidden}{strained}{warnings}."))
 }
 
 /// Limits of the sampled loop as rows: what, limit, the motion that grows beyond it.
@@ -172,6 +175,22 @@ pub fn torque_peak(peak: &TorquePeak, number: impl Fn(f64) -> String) -> [String
     let limit = peak.limit.map_or_else(|| "unlimited".to_string(), |limit| format!("{} N m", number(limit)));
     let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
     [step, peak.input.clone(), format!("{} N m", number(peak.peak)), limit]
+}
+
+/// What a run asked of a motor with limits: torque, limits, time at them.
+pub fn strain(strain: &MotorStrain, length: f64, number: impl Fn(f64) -> String) -> [String; 3] {
+    let limits = [(strain.torque_limit, "N m"), (strain.rate_limit, "N m/s")];
+    let limits = limits.into_iter().filter_map(|(limit, unit)| Some(format!("{} {unit}", number(limit?))));
+    let times = [
+        (strain.torque_limit, strain.seconds_at_limit(0.0, length), ""),
+        (strain.rate_limit, strain.seconds_at_rate_limit(0.0, length), " (rate)"),
+    ];
+    let time = |(_, time, what): (_, f64, &str)| match time {
+        0.0 => format!("never{what}"),
+        time => format!("{} s of {} s{what}", number(time), number(length)),
+    };
+    let times: Vec<String> = times.into_iter().filter(|(limit, ..)| limit.is_some()).map(time).collect();
+    [format!("{} N m", number(strain.asked)), limits.collect::<Vec<_>>().join(", "), times.join(", ")]
 }
 
 /// What was designed, on which model, and what else is in the loop: one sentence each.

@@ -214,6 +214,7 @@ impl PreparedBench {
             outcome: result.outcome,
             requirements: Vec::new(),
             notes: result.notes,
+            strains: result.strains,
             effort: result.effort,
         }
     }

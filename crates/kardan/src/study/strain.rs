@@ -1,0 +1,78 @@
+//! What the scenario of a file asks of the motors of a design: the steps that it really makes, not steps by one unit.
+
+use rayon::prelude::*;
+
+use super::{Prepared, PreparedVariant, Progress};
+use crate::results::{Design, MotorStrain, Outcome, ScenarioStrain};
+use crate::simulate::{Setup, Tolerance, simulate};
+
+/// Steps of the integrator after which a run of the scenario is given up.
+const MOST_STEPS: usize = 2_000_000;
+
+/// Runs the scenario of every variant that has the controller of a design in its loop, and tells in the design what was asked
+/// of its motors. Variants in which nothing happens are left out.
+pub(super) fn scenario_strains(prepared: &Prepared, design: &mut Design, progress: &dyn Progress) {
+    let with = |variant: &&PreparedVariant| {
+        let scenario = &variant.scenario;
+        let moves = !scenario.events.is_empty() || scenario.speed.iter().chain(&scenario.position).any(|x| *x != 0.0);
+        moves && variant.model.controls.iter().any(|control| control.name == design.controller)
+    };
+    let limited = |variant: &&PreparedVariant| {
+        let inputs = &variant.reduced.equations.inputs;
+        inputs.iter().any(|input| design.inputs.contains(&input.element) && input.value.limited())
+    };
+    let chosen: Vec<&PreparedVariant> = prepared.variants.iter().filter(with).filter(limited).collect();
+    let first = design.cross_coupling.len() + 1;
+    let run = |(k, variant): (usize, &&PreparedVariant)| {
+        let name = format!("scenario of {}", variant.name);
+        progress.advance(first + k, &name, 0.0);
+        let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
+        let most_steps = prepared.tolerance.most_steps.min(MOST_STEPS);
+        let tolerance = Tolerance { most_steps, ..prepared.tolerance };
+        let run = simulate(setup, tolerance, &mut |part| progress.advance(first + k, &name, part));
+        progress.advance(first + k, &name, 1.0);
+        (variant.name.clone(), run)
+    };
+    let runs: Vec<_> = chosen.par_iter().enumerate().map(run).collect();
+    for (variant, run) in runs {
+        let duration = match &run.outcome {
+            Outcome::Completed => run.series.time.last().copied().unwrap_or_default(),
+            Outcome::Failed { time, cause } => {
+                design
+                    .warnings
+                    .push(format!("the scenario of the file (variant `{variant}`) does not run to its end: {cause}"));
+                *time
+            }
+        };
+        tell(design, &variant, duration, &run.strains);
+    }
+    warn(design);
+}
+
+/// Tells in a design what a run of a variant asked of its motors.
+pub(super) fn tell(design: &mut Design, variant: &str, duration: f64, strains: &[MotorStrain]) {
+    let own = strains.iter().filter(|strain| design.inputs.contains(&strain.motor));
+    let found = own.map(|strain| ScenarioStrain { variant: variant.into(), duration, strain: strain.clone() });
+    design.strains.extend(found);
+}
+
+/// Warns of each motor that the scenario drives to its limits, with the variant in which it is there the longest.
+pub(super) fn warn(design: &mut Design) {
+    let time = |found: &ScenarioStrain| {
+        let MotorStrain { at_torque_limit, .. } = &found.strain;
+        let seconds = found.strain.seconds_at_limit(0.0, found.duration);
+        seconds + if at_torque_limit.is_empty() { found.strain.seconds_at_rate_limit(0.0, found.duration) } else { 0.0 }
+    };
+    for input in &design.inputs {
+        let of_motor = || design.strains.iter().filter(|found| found.strain.motor == *input);
+        let Some(worst) = of_motor().max_by(|a, b| time(a).total_cmp(&time(b))) else { continue };
+        let Some(said) = worst.strain.in_words(worst.duration) else { continue };
+        let (all, there) = (of_motor().count(), of_motor().filter(|found| found.strain.strained()).count());
+        let of = if all > 1 { format!(", the worst of {there} of {all} variants") } else { String::new() };
+        design.warnings.push(format!(
+            "in the scenario of the file (variant `{}`{of}) {said}: what is said of the outputs does not hold meanwhile; ask for \
+             less, filter the reference, or take a stronger motor",
+            worst.variant
+        ));
+    }
+}

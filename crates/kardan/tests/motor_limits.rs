@@ -1,0 +1,137 @@
+//! Motors at their limits are never silent: how long, since when, and what the design says of it.
+
+use kardan::model;
+use kardan::report::words;
+use kardan::results::{Outcome, Run};
+use kardan::study::{self, DesignSettings, Settings, Silent};
+
+fn run_of(source: &str) -> Run {
+    let mut study = study::run(source, &Settings::default(), &Silent).unwrap_or_else(|why| panic!("{why:?}"));
+    assert_eq!(study.runs.len(), 1);
+    study.runs.remove(0)
+}
+
+/// A motor of 2 N m that is asked for 5 N m from 1 s to 2 s, and for a ramp to 4 N m from 3 s to 5 s, held to the end.
+const ASKED: &str = r#"
+[shaft.a]
+inertia = "1 kg m^2"
+damping = "1 N m s/rad"
+
+[motor.m]
+shaft = "a"
+torque_limit = "2 N m"
+
+[scenario]
+duration = "6 s"
+
+[[scenario.event]]
+at = "1 s"
+signal = "m"
+to = "5 N m"
+
+[[scenario.event]]
+at = "2 s"
+signal = "m"
+to = "0 N m"
+
+[[scenario.event]]
+at = "3 s"
+signal = "m"
+to = "4 N m"
+over = "2 s"
+
+[[requirement]]
+signal = "m.tau"
+measure = "time_at_limit"
+below = "3.0001 s"
+
+[[requirement]]
+signal = "m.tau"
+measure = "time_at_limit"
+from = "1.5 s"
+until = "4.5 s"
+below = "1 s"
+"#;
+
+#[test]
+fn time_at_a_limit_is_that_of_the_torque_asked() {
+    let run = run_of(ASKED);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let strain = &run.strains[0];
+    assert_eq!(strain.motor, "m");
+    assert_eq!(strain.controller, None);
+    assert_eq!(strain.asked, 5.0);
+    // The ramp passes 2 N m at 4 s; its crossing is located to the rounding of the dense output.
+    let expected = [(1.0, 2.0), (4.0, 6.0)];
+    assert_eq!(strain.at_torque_limit.len(), 2, "{:?}", strain.at_torque_limit);
+    for (found, expected) in strain.at_torque_limit.iter().zip(expected) {
+        assert!((found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9, "{found:?}");
+    }
+    let [whole, window] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
+    assert!(whole.passed && (whole.measured - 3.0).abs() < 1e-9 && whole.unit == "s", "{whole:?}");
+    assert_eq!(whole.text, "time of m at its torque limit < 3.0001 s");
+    // From 1.5 s to 2 s and from 4 s to 4.5 s: 1 s, to rounding of the crossing.
+    assert!((window.measured - 1.0).abs() < 1e-9, "{window:?}");
+    let note = run.notes.iter().find(|note| note.contains("torque limit")).expect("a note");
+    assert!(note.starts_with("m is at its torque limit of 2 N m for 3 s of 6 s, first at 1 s; up to 5 N m"), "{note}");
+}
+
+#[test]
+fn a_rate_limit_is_told_too() {
+    let source = ASKED.replace("torque_limit = \"2 N m\"", "rate_limit = \"10 N m/s\"");
+    let source = &source[..source.find("[[requirement]]").unwrap()];
+    let run = run_of(source);
+    // 5 N m take 0.5 s up and 0.5 s down; the ramp of 2 N m/s is slower.
+    let strain = &run.strains[0];
+    assert!((strain.seconds_at_rate_limit(0.0, 6.0) - 1.0).abs() < 1e-6, "{:?}", strain.at_rate_limit);
+    assert!(strain.at_torque_limit.is_empty());
+    assert!(run.notes.iter().any(|note| note.contains("moves at its rate limit of 10 N m/s")), "{:?}", run.notes);
+}
+
+/// The steering in continuous time, whose motor of the wave generator gets the limit of a real one.
+fn limited_steering(limit: &str) -> String {
+    let source = model::builtin("sia-steering").unwrap().source;
+    let head = "[motor.wg_motor]";
+    assert!(source.contains(head));
+    let source = source.replacen(head, &format!("{head}\ntorque_limit = \"{limit}\""), 1);
+    // One joint angle is enough.
+    let at = source.find("[variants]").expect("the built-in model has variants");
+    let line = source[at..].find("beta").unwrap() + at;
+    let end = source[line..].find('\n').unwrap() + line;
+    format!("{}beta = \"[0] deg\"{}", &source[..line], &source[end..])
+}
+
+#[test]
+fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
+    let source = limited_steering("1.3 N m");
+    let settings = DesignSettings { simulate: true, ..DesignSettings::default() };
+    let design = study::design(&source, &settings, &Silent).unwrap();
+    let strain = design.strains.iter().find(|found| found.strain.motor == "wg_motor").expect("the motor is watched");
+    assert!(strain.strain.asked > 1.3, "{strain:?}");
+    assert!(strain.strain.strained());
+    assert!(
+        design.warnings.iter().any(|text| text.contains("in the scenario of the file") && text.contains("wg_motor"))
+    );
+    let (_, verdict) = words::design::verdict(&design);
+    assert!(verdict.contains("the scenario drives its motors to their limits"), "{verdict}");
+    // The run of the same file: a note, and the same times.
+    let run = run_of(&source);
+    let own = run.strains.iter().find(|found| found.motor == "wg_motor").unwrap();
+    assert_eq!(own.at_torque_limit, strain.strain.at_torque_limit);
+    assert!(
+        run.notes.iter().any(|note| note.contains("wg_motor is at its torque limit")
+            && note.contains("does not do what its design says"))
+    );
+}
+
+#[test]
+fn a_motor_within_its_limits_is_silent() {
+    let source = limited_steering("1000 N m");
+    let settings = DesignSettings { simulate: true, ..DesignSettings::default() };
+    let design = study::design(&source, &settings, &Silent).unwrap();
+    let strain = design.strains.iter().find(|found| found.strain.motor == "wg_motor").unwrap();
+    assert!(!strain.strain.strained() && strain.strain.asked < 1000.0, "{strain:?}");
+    assert!(!design.warnings.iter().any(|text| text.contains("in the scenario of the file")));
+    let (_, verdict) = words::design::verdict(&design);
+    assert!(!verdict.contains("limits"), "{verdict}");
+}
