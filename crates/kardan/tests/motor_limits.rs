@@ -26,17 +26,17 @@ duration = "6 s"
 
 [[scenario.event]]
 at = "1 s"
-signal = "m"
+signal = "m.tau"
 to = "5 N m"
 
 [[scenario.event]]
 at = "2 s"
-signal = "m"
+signal = "m.tau"
 to = "0 N m"
 
 [[scenario.event]]
 at = "3 s"
-signal = "m"
+signal = "m.tau"
 to = "4 N m"
 over = "2 s"
 
