@@ -13,7 +13,8 @@ use clap_complete::Shell;
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
                   kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n\n\
-                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), 2 error."
+                  Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), \
+                  2 error, or ended early by a limit or a signal (what was computed until then is written)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -64,6 +65,8 @@ pub struct RunArgs {
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    pub limits: Limits,
 }
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
@@ -156,6 +159,27 @@ pub struct DesignArgs {
     /// Show a controller too that is unstable at its sample time.
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+/// When a command ends early, with what it has then and exit code 2.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Limits {
+    /// Steps of the integrator after which a simulation ends early; what it has by then is written.
+    #[arg(long, value_name = "N", default_value = "100000000", value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_steps: u64,
+    /// Time after which the command ends early, s; what it has by then is written [default: none].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub time_limit: Option<f64>,
+}
+
+/// A time above zero, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.trim().trim_end_matches('s').trim().parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("not a time above zero in seconds: write 60".into()),
+    }
 }
 
 /// Find parameters of a model in measured logs: values with confidence intervals, what the data cannot tell, tests of what is
@@ -310,6 +334,8 @@ pub struct BenchArgs {
     /// Print one JSON object instead of the text.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    pub limits: Limits,
 }
 
 /// How outputs are to be decoupled.

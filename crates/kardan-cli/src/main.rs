@@ -14,6 +14,7 @@ mod layout;
 mod output;
 mod progress;
 mod render;
+mod stop;
 mod summary;
 
 fn main() -> std::process::ExitCode {

@@ -7,12 +7,16 @@ use std::sync::{Mutex, PoisonError};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kardan::study::Progress;
 
+use crate::args::Limits;
+use crate::stop;
+
 const STEPS: u64 = 1000;
 
 /// One bar for each variant that is running; drawn only on a terminal.
 pub struct Bars {
     all: MultiProgress,
     running: Mutex<HashMap<usize, ProgressBar>>,
+    most_steps: Option<u64>,
 }
 
 impl Bars {
@@ -20,7 +24,13 @@ impl Bars {
     pub fn new(quiet: bool) -> Self {
         let seen = !quiet && std::io::stderr().is_terminal();
         let target = if seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default() }
+        stop::computing(true);
+        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default(), most_steps: None }
+    }
+
+    /// The same for simulations that take no more steps than this.
+    pub fn within(quiet: bool, limits: Limits) -> Self {
+        Self { most_steps: Some(limits.max_steps), ..Self::new(quiet) }
     }
 
     /// Takes the bars off the screen.
@@ -29,6 +39,7 @@ impl Bars {
             bar.finish_and_clear();
         }
         let _ = self.all.clear();
+        stop::computing(false);
     }
 }
 
@@ -39,7 +50,7 @@ impl Progress for Bars {
         }
         let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         let bar = running.entry(variant).or_insert_with(|| {
-            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %")
+            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %  {eta} left")
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
             let bar = ProgressBar::new(STEPS).with_style(style.progress_chars("=> "));
             self.all.add(bar).with_message(crate::render::visible(name))
@@ -50,5 +61,14 @@ impl Progress for Bars {
         } else {
             bar.set_position((fraction.max(0.0) * STEPS as f64) as u64);
         }
+    }
+
+    fn stop(&self) -> Option<String> {
+        stop::reason()
+    }
+
+    fn most_steps(&self) -> usize {
+        let own = self.most_steps.map(|most| usize::try_from(most).unwrap_or(usize::MAX));
+        own.unwrap_or_else(|| kardan::simulate::Tolerance::default().most_steps)
     }
 }

@@ -67,7 +67,7 @@ fn variant(out: &mut String, run: &Run, signals: &[&Signal], files: &[String]) {
     let effort = &run.effort;
     let done = match &run.outcome {
         Outcome::Completed => "completed".to_owned(),
-        Outcome::Failed { time, cause } => format!("FAILED at {} s: {cause}", number(*time)),
+        Outcome::Failed { time, cause } => format!("ENDED EARLY at {} s: {cause}", number(*time)),
     };
     let _ = writeln!(out, "\n{}: {done} (steps {}, events {})", run.name, effort.steps, effort.events);
     for parameter in &run.parameters {

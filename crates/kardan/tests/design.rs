@@ -852,7 +852,7 @@ fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Box<dy
         laws[column] = law;
     }
     let setup = Setup { reduced: &variant.reduced, laws, scenario: &scenario };
-    let result = simulate(setup, Tolerance::default(), &mut |_| ());
+    let result = simulate(setup, Tolerance::default(), &mut |_| None);
     assert_eq!(result.outcome, Outcome::Completed);
     result
 }
@@ -1582,7 +1582,7 @@ fn compensation_scales_what_is_cancelled() {
         let text = changed("harmonic-drive", &[(none, &format!("{none}compensation = {share:?}\n"))]);
         let variant = common::prepared(&text).variants.into_iter().find(|v| v.name == "position-observer").unwrap();
         let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &variant.scenario };
-        let run = simulate(setup, Tolerance::default(), &mut |_| ());
+        let run = simulate(setup, Tolerance::default(), &mut |_| None);
         (values(&run, "cs.phi").last().unwrap() - values(&run, "ref_cs").last().unwrap()).abs()
     };
     let (none, half, all) = (error(0.0), error(0.5), error(1.0));

@@ -595,3 +595,202 @@ fn a_pulled_mass_jerks() {
     }
     assert!(values(&run, "mass.friction").iter().all(|x| x.abs() <= HOLDS * (1.0 + 1e-12)));
 }
+
+/// Events of a run without what the scenario does.
+fn changes(run: &Run) -> Vec<(f64, String)> {
+    let happened = run.events.iter().filter(|event| event.what.contains("slips") || event.what.contains("sticks"));
+    happened.map(|event| (event.time, event.what.clone())).collect()
+}
+
+fn near(value: f64, expected: f64, relative: f64) {
+    assert!((value - expected).abs() <= relative * expected.abs(), "{value:e} against {expected:e}");
+}
+
+/// A torque of `1 + ε` times the friction for 1 ms, then half of it, from the time `at` on.
+fn nudge(at: f64) -> String {
+    event(at, 1.0001, 0.0) + &event(at + 1e-3, 0.5, 0.0)
+}
+
+/// `ẇ = ε c/J` for 1 ms, then `ẇ = −c/2J`: 1e-7 rad/s at most, at rest again 0.2 us later, after
+/// `½ 1e-4 (1e-3)² + ½ 1e-7 · 2e-7` rad.
+#[test]
+fn a_slip_that_hardly_begins_is_one_slip() {
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\nfriction = \"1 N m\"\n[disturbance.T]\nshaft = \"a\"\n\
+                 [scenario]\nduration = \"1 s\"\n";
+    let run = run(&(model.to_string() + &nudge(0.1)));
+    assert_eq!(run.outcome, Outcome::Completed);
+    let found = changes(&run);
+    assert_eq!(found.iter().map(|(_, what)| what.as_str()).collect::<Vec<_>>(), ["a slips forward", "a sticks"]);
+    assert_eq!(found[0].0, 0.1);
+    assert!((found[1].0 - 0.101 - 2e-7).abs() < 1e-12, "{:?}", found[1].0);
+    near(*values(&run, "a.phi").last().expect("rows"), 5.001e-11, 1e-6);
+    assert_eq!(*values(&run, "a.w").last().expect("rows"), 0.0);
+}
+
+/// What happens at 2 s does not know that the shaft turned with 500 rad/s before: times and speeds of the same slip.
+#[test]
+fn a_fast_phase_before_changes_nothing() {
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\nfriction = \"1 N m\"\n[disturbance.T]\nshaft = \"a\"\n\
+                 [scenario]\nduration = \"3 s\"\n";
+    let before = event(0.0, 1001.0, 0.0) + &event(0.5, -999.0, 0.0) + &event(0.9995, 0.0, 0.0);
+    let run = run(&(model.to_string() + &before + &nudge(2.0)));
+    assert_eq!(run.outcome, Outcome::Completed);
+    let found = changes(&run);
+    let words: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
+    // It slips from the beginning on, which is no event.
+    assert_eq!(words, ["a sticks", "a slips forward", "a sticks"], "{found:?}");
+    // 500 rad/s, less 1000 rad/s² over 0.4995 s, less 1 rad/s².
+    assert!((found[0].0 - 1.4995).abs() < 1e-9, "{}", found[0].0);
+    assert_eq!(found[1].0, 2.0);
+    assert!((found[2].0 - 2.001 - 2e-7).abs() < 1e-12, "{}", found[2].0);
+    let row = run.series.time.iter().position(|t| *t == 2.001).expect("a row at the event");
+    near(values(&run, "a.w")[row], 1e-7, 1e-6);
+}
+
+/// `w = (10 − 5) 0.2/1e8 = 1e-8 rad/s`, then `−5e-8 rad/s²`: at rest after another 0.2 s and 2e-9 rad.
+#[test]
+fn a_heavy_mass_stops_once() {
+    let run = run(r#"
+        [shaft.a]
+        inertia = "1e8 kg m^2"
+        friction = "5 N m"
+        [disturbance.T]
+        shaft = "a"
+        [scenario]
+        duration = "1 s"
+        [[scenario.event]]
+        at = "0.1 s"
+        signal = "T"
+        to = "10 N m"
+        [[scenario.event]]
+        at = "0.3 s"
+        signal = "T"
+        to = "0 N m"
+    "#);
+    assert_eq!(run.outcome, Outcome::Completed);
+    let found = changes(&run);
+    assert_eq!((found.len(), run.effort.events), (2, 1), "{found:?}");
+    assert!((found[0].0 - 0.1).abs() == 0.0 && (found[1].0 - 0.5).abs() < 1e-9, "{found:?}");
+    near(*values(&run, "a.phi").last().expect("rows"), 2e-9, 1e-6);
+}
+
+/// A torque sine whose peak is `1 + ε` times what the friction holds, from an oscillator so heavy that nothing disturbs it. The
+/// reference integrates `J φ̈ = c [(1 + ε) cos u − 1] − k φ`, `u = ω (t − t_peak)`, from `cos u = 1/(1 + ε)` on by
+/// Runge-Kutta steps of a hundred-thousandth of the slip, the bracket written as `ε cos u − 2 sin²(u/2)`, so that nothing cancels.
+/// With Stribeck friction the same: at 1e-9 rad/s nothing of it has fallen.
+///
+/// ```text
+///   ///==/\/\/==[ drive ]==/\/\/==[ mass ]--c--///
+/// ```
+#[test]
+fn a_sine_that_barely_exceeds_the_friction_slips_once() {
+    let epsilon = 3.3e-6_f64;
+    let omega = ((1e8 + 10.0) / 1e6_f64).sqrt();
+    let speed = 0.1 * (1.0 + epsilon) * omega;
+    let begin = -2.0 * (epsilon / (2.0 * (1.0 + epsilon))).sqrt().asin();
+    let peak = std::f64::consts::FRAC_PI_2 / omega;
+    let (mut t, mut phi, mut w) = (begin / omega, 0.0_f64, 0.0_f64);
+    let step = -2e-5 * begin / omega;
+    let rate = |t: f64, phi: f64| {
+        let u = omega * t;
+        epsilon * u.cos() - 2.0 * (u / 2.0).sin().powi(2) - 10.0 * phi
+    };
+    loop {
+        let a1 = rate(t, phi);
+        let (w2, a2) = (w + 0.5 * step * a1, rate(t + 0.5 * step, phi + 0.5 * step * w));
+        let (w3, a3) = (w + 0.5 * step * a2, rate(t + 0.5 * step, phi + 0.5 * step * w2));
+        let (w4, a4) = (w + step * a3, rate(t + step, phi + step * w3));
+        phi += step / 6.0 * (w + 2.0 * w2 + 2.0 * w3 + w4);
+        w += step / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+        t += step;
+        if w <= 0.0 {
+            break;
+        }
+    }
+    for law in ["friction = \"1 N m\"", "friction = \"0.6 N m\"\nbreakaway = \"1 N m\"\nstribeck_speed = \"0.5 rad/s\""]
+    {
+        let run = run(&format!(
+            r#"
+            [model]
+            coordinates = ["drive", "mass"]
+            [shaft.drive]
+            inertia = "1e6 kg m^2"
+            [spring_damper.big]
+            shaft_1 = "drive"
+            stiffness = "1e8 N m/rad"
+            [shaft.mass]
+            inertia = "1 kg m^2"
+            {law}
+            [spring_damper.k]
+            shaft_1 = "drive"
+            shaft_2 = "mass"
+            stiffness = "10 N m/rad"
+            [scenario]
+            duration = "0.3 s"
+            initial = {{ "drive.w" = "{speed:?} rad/s" }}
+            "#
+        ));
+        assert_eq!(run.outcome, Outcome::Completed);
+        let found = changes(&run);
+        let words: Vec<&str> = found.iter().map(|(_, what)| what.as_str()).collect();
+        assert_eq!(words, ["mass slips forward", "mass sticks"], "{found:?}");
+        // The oscillator is known to 1e-9 or so, which is 3e-4 of what exceeds the friction; the times go with its root, the
+        // slip with its square.
+        assert!((found[0].0 - peak - begin / omega).abs() < 1e-3 * -begin / omega, "{} s", found[0].0);
+        assert!((found[1].0 - peak - t).abs() < 1e-3 * -begin / omega, "{} s", found[1].0);
+        near(*values(&run, "mass.phi").last().expect("rows"), phi, 2e-3);
+        assert!(run.effort.steps < 1000, "{} steps", run.effort.steps);
+    }
+}
+
+/// Two masses, three frictions, from sliding to a barely exceeded friction: with all torques and inertias times f, and all times
+/// times τ (inertias times τ² more, dampings times τ), the same happens at τ times the time.
+#[test]
+fn scales_change_no_event() {
+    let scaled = |f: f64, tau: f64| {
+        let event = |at: f64, to: f64, over: f64| event(at * tau, to * f, over * tau);
+        let j = f * tau * tau;
+        let source = format!(
+            "[model]\ncoordinates = [\"a\", \"b\"]\n\
+             [shaft.a]\ninertia = \"{:?} kg m^2\"\nfriction = \"{:?} N m\"\n\
+             [shaft.b]\ninertia = \"{:?} kg m^2\"\nfriction = \"{:?} N m\"\n\
+             [spring_damper.k]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"{:?} N m/rad\"\ndamping = \"{:?} N m s/rad\"\n\
+             friction = \"{:?} N m\"\n[disturbance.T]\nshaft = \"a\"\n\
+             [scenario]\nduration = \"{:?} s\"\noutput_step = \"{:?} s\"\n{}",
+            0.01 * j,
+            0.1 * f,
+            0.02 * j,
+            0.05 * f,
+            20.0 * f,
+            0.01 * f * tau,
+            0.02 * f,
+            2.0 * tau,
+            0.001 * tau,
+            event(0.1, 2.0, 0.0)
+                + &event(0.3, -1.0, 0.2)
+                + &event(0.8, 0.0, 0.0)
+                + &event(1.5, 0.2500025, 0.0)
+                + &event(1.502, 0.0, 0.0)
+        );
+        let run = run(&source);
+        assert_eq!(run.outcome, Outcome::Completed);
+        run
+    };
+    let one = scaled(1.0, 1.0);
+    let expected = changes(&one);
+    assert!(expected.len() > 8, "{expected:?}");
+    for (f, tau) in [(1e8, 1.0), (1e-8, 1.0), (1.0, 1e3), (1.0, 1e-3), (1e8, 1e-3), (1e-8, 1e3)] {
+        let run = scaled(f, tau);
+        let found = changes(&run);
+        let words = |list: &[(f64, String)]| list.iter().map(|(_, what)| what.clone()).collect::<Vec<_>>();
+        assert_eq!(words(&found), words(&expected), "f {f:e}, tau {tau:e}");
+        for ((time, what), (at, _)) in found.iter().zip(&expected) {
+            // Absolute tolerances of the integrator are 1e-12 rad/s, of speeds of 1e-3 rad/s where times are long.
+            assert!((time / tau - at).abs() < 1e-5, "{what} at {time} s, f {f:e}, tau {tau:e}, against {at}");
+        }
+        for signal in ["a.phi", "b.phi"] {
+            let last = |run: &Run| *values(run, signal).last().expect("rows");
+            assert!((last(&run) - last(&one)).abs() < 1e-6, "{signal}: {} against {}", last(&run), last(&one));
+        }
+    }
+}

@@ -11,12 +11,13 @@ use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBen
 use super::identify::logs as opened;
 use super::run::table;
 use super::{DONE, ERROR};
-use crate::args::{BenchArgs, Format};
+use crate::args::{BenchArgs, Format, Limits};
 use crate::bench_text;
 use crate::input::{self, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
+use crate::stop;
 
 /// Logs that are made before they are written.
 const AT_ONCE: u64 = 16;
@@ -62,20 +63,20 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let bench = study::prepare_bench(&source.text, &settings).map_err(failed(&source))?;
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
-    let logs = output.logs(&bench, &formats, u64::from(args.repetitions), quiet);
+    let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
     // Without one of its logs a study would look like one of fewer logs.
     let written = logs.iter().all(|log| !log.files.is_empty());
     let found = match tried.filter(|_| written) {
-        Some(control) => {
+        Some(control) if stop::reason().is_none() => {
             let settings = BenchSettings {
                 // Drawn true values lie around those of this file, not of the one that is written.
                 truth: Some(export::truth_toml(bench.truth())),
                 run: BenchRun::Control(control),
                 ..settings
             };
-            Some(output.study(&source, &bench, &logs, &formats, &settings, quiet)?)
+            Some(output.study(&source, &bench, &logs, &formats, &settings, (args.limits, quiet))?)
         }
-        None => None,
+        _ => None,
     };
     let Output { files, problems, .. } = output;
     render::show(None, &problems);
@@ -93,7 +94,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
     let whole = outcomes.chain(logs.iter().map(|log| &log.outcome)).all(|outcome| *outcome == Outcome::Completed);
-    Ok(if problems.is_empty() && whole { DONE } else { ERROR })
+    Ok(if problems.is_empty() && whole && stop::reason().is_none() { DONE } else { ERROR })
 }
 
 /// What is written, and what could not be.
@@ -121,15 +122,22 @@ impl Output {
     }
 
     /// Runs the bench and writes all that can be written.
-    fn logs(&mut self, bench: &PreparedBench, formats: &[Format], all: u64, quiet: bool) -> Vec<WrittenLog> {
+    fn logs(
+        &mut self,
+        bench: &PreparedBench,
+        formats: &[Format],
+        all: u64,
+        limits: Limits,
+        quiet: bool,
+    ) -> Vec<WrittenLog> {
         let mut logs = Vec::new();
         if let Some(plan) = bench.plan() {
             self.keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes());
         }
         self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
-        let bars = Bars::new(quiet);
+        let bars = Bars::within(quiet, limits);
         let mut next = 0;
-        while next < all {
+        while next < all && stop::reason().is_none() {
             let until = (next + AT_ONCE).min(all);
             for log in bench.logs(next..until, &bars) {
                 let paths =
@@ -154,7 +162,7 @@ impl Output {
         logs: &[WrittenLog],
         formats: &[Format],
         settings: &BenchSettings,
-        quiet: bool,
+        (limits, quiet): (Limits, bool),
     ) -> Result<BenchStudy, Failure> {
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
         // One file of each log: the formats hold the same.
@@ -166,7 +174,7 @@ impl Output {
         let found = found.map_err(failed)?;
         let (text, left) = study::written(&source.text, &found).map_err(failed)?;
         self.keep("identified", "toml", text.as_bytes());
-        let bars = Bars::new(quiet);
+        let bars = Bars::within(quiet, limits);
         let closed_loop = study::closed_loop(&text, settings, &bars);
         bars.finish();
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;

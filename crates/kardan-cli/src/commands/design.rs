@@ -6,13 +6,14 @@ use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::study::{DesignSettings, ToleranceBox};
 use kardan::{export, report, study};
 
-use super::DONE;
+use super::{DONE, ERROR};
 use crate::args::{DesignArgs, FeedbackKind};
 use crate::design_text;
 use crate::input;
 use crate::output::{prepare_files, print, save};
 use crate::progress::Bars;
 use crate::render::{self, Failure, note};
+use crate::stop;
 
 /// The law of a controller that is not in the file.
 const LAW: &str = "decoupling";
@@ -29,7 +30,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     }
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
-    let bars = Bars::new(quiet);
+    let bars = Bars::within(quiet, args.limits);
     let found = study::design(&source.text, &settings, &bars);
     bars.finish();
     let origin = source.to_string();
@@ -51,7 +52,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));
     }
-    Ok(DONE)
+    Ok(if stop::reason().is_none() { DONE } else { ERROR })
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {

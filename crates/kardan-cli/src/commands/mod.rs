@@ -18,12 +18,13 @@ use clap::Parser;
 use crate::args::{Cli, Command};
 use crate::output::print;
 use crate::render::Failure;
+use crate::stop;
 
 /// Exit code: done.
 const DONE: u8 = 0;
 /// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification.
 const REQUIREMENT_FAILED: u8 = 1;
-/// Exit code: bad input, a file that cannot be read or written, or a run that failed.
+/// Exit code: bad input, a file that cannot be read or written, a run that failed, or what a limit or a signal ended early.
 const ERROR: u8 = 2;
 
 /// Does what the arguments (with the program's name first) ask for, and gives the exit code.
@@ -47,6 +48,16 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         Command::Bench(args) => args.json,
         _ => false,
     };
+    stop::listen(json);
+    let limits = match &cli.command {
+        Command::Run(args) => Some(&args.limits),
+        Command::Design(args) => Some(&args.limits),
+        Command::Bench(args) => Some(&args.limits),
+        _ => None,
+    };
+    if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
+        stop::limit(seconds);
+    }
     dispatch(&cli).unwrap_or_else(|failure| {
         if json {
             let object = kardan::export::json_error(&failure.message(), failure.text(), &failure.diagnostics);

@@ -12,6 +12,7 @@ use crate::input::{self, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
+use crate::stop;
 use crate::summary::summary;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
@@ -36,11 +37,11 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     } else {
         print(&summary(&study, &files, &source.to_string()))?;
     }
-    Ok(if problems.is_empty() { verdict(&study.runs) } else { ERROR })
+    Ok(if problems.is_empty() && stop::reason().is_none() { verdict(&study.runs) } else { ERROR })
 }
 
 fn compute(source: &Source, args: &RunArgs, quiet: bool) -> Result<Study, Vec<Diagnostic>> {
-    let bars = Bars::new(quiet);
+    let bars = Bars::within(quiet, args.limits);
     let study = study::run(&source.text, &Settings { variants: args.variants.clone(), force: args.force }, &bars);
     bars.finish();
     study

@@ -267,6 +267,21 @@ impl Dynamics {
         along(&self.frictions.rows[friction], &work.kinematics.speeds)
     }
 
+    /// Whether the coefficients of a friction direction change with the angles.
+    pub fn friction_varies(&self, friction: usize) -> bool {
+        self.frictions.varying.contains(&friction)
+    }
+
+    /// What may cancel in the speed of a friction direction, rad/s: `Σ |a_j K_ji v_i|` over shafts j and coordinates i, at the
+    /// last update; `sizes` are the sizes of the reduced speeds. The speed itself is known to this times the unit roundoff.
+    pub fn friction_terms(&self, friction: usize, sizes: &[f64], work: &Work) -> f64 {
+        let shaft = |(shaft, c): &(usize, f64)| {
+            let row = work.kinematics.row(*shaft).iter().zip(sizes);
+            c.abs() * row.map(|(entry, size)| (entry * size).abs()).sum::<f64>()
+        };
+        self.frictions.rows[friction].iter().map(shaft).sum()
+    }
+
     /// Torque of a spring by its number, N m, at the last update: `s·(aᵀq − rest)`.
     pub fn spring_torque(&self, spring: usize, work: &Work) -> f64 {
         self.springs.coefficients[spring]

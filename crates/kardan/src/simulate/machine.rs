@@ -63,8 +63,10 @@ pub struct Machine {
     following: Vec<usize>,
     /// Reduced coordinates that stand still exactly.
     still: Vec<usize>,
-    /// Largest speed of a shaft so far, rad/s.
-    fastest: f64,
+    /// The step of the integrator that modes are looked at in: its length, s, and the largest size of each reduced speed
+    /// at its two ends, rad/s.
+    step_length: f64,
+    step_speeds: Vec<f64>,
     freedoms: usize,
     size: usize,
     pub(super) sources: Vec<f64>,
@@ -84,15 +86,18 @@ pub struct Machine {
     pub(super) friction_torques: Vec<f64>,
 }
 
-/// Relative size of an acceleration along a sticking direction that counts as breaking away.
-const BREAKAWAY: f64 = 1e-9;
-/// Relative size of what rounding leaves of an acceleration that should vanish.
+/// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
 const ROUNDING: f64 = 1e-12;
 
-/// Part of the fastest speed so far that coming to rest may take away; more means that nothing came to rest.
-const TAKEN: f64 = 1e-6;
-/// Speed against the direction of slip that still counts as rounding, rad/s.
-const REVERSED: f64 = 1e-13;
+/// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
+/// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
+const TAKEN: f64 = 1e-3;
+/// Relative difference of two times within which a located event lies.
+const SAME_INSTANT: f64 = 1e-12;
+/// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
+/// weights reach some dozens.
+const NOISE: f64 = 64.0 * f64::EPSILON;
+
 impl Machine {
     /// Wires plant, laws and scenario.
     ///
@@ -171,7 +176,8 @@ impl Machine {
             holding: Vec::with_capacity(r),
             following: Vec::with_capacity(m),
             still: Vec::with_capacity(r),
-            fastest: 0.0,
+            step_length: 0.0,
+            step_speeds: vec![0.0; r],
             freedoms: r,
             size: size + 2,
             commands: vec![0.0; inputs.len()],
@@ -544,6 +550,11 @@ impl Machine {
         let w: Vec<f64> =
             (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
         let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
+        let cancels = |k: usize| {
+            let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
+            terms + self.work.friction_bias[k].abs()
+        };
+        let cancels: Vec<f64> = directions.iter().map(|&k| cancels(k)).collect();
         let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.breakaway_torques()[k]).collect();
         let mut torques = vec![0.0; m];
         self.box_problem.solve(&w, &right, &c, &mut torques);
@@ -551,8 +562,8 @@ impl Machine {
             .map(|a| {
                 let row = &w[a * m..(a + 1) * m];
                 let acceleration = right[a] - dot(row, &torques);
-                let scale: f64 = right[a].abs() + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
-                let noise = BREAKAWAY * row[a] * c[a] + ROUNDING * scale;
+                let scale: f64 = cancels[a] + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
+                let noise = ROUNDING * scale;
                 let at_bound = torques[a] * acceleration.signum() >= c[a] * (1.0 - 1e-9);
                 if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
             })
@@ -576,7 +587,44 @@ impl Machine {
         self.decide(&sticking).0.iter().any(|mode| *mode != Mode::Stick)
     }
 
-    /// Slipping directions whose speed has the wrong sign at this point, beyond rounding.
+    /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
+    /// of the step before it was shortened for an event.
+    pub fn measure_step(&mut self, length: f64, from: &[f64], to: &[f64]) {
+        let speeds = self.freedoms..2 * self.freedoms;
+        self.step_length = length;
+        for ((size, a), b) in self.step_speeds.iter_mut().zip(&from[speeds.clone()]).zip(&to[speeds]) {
+            *size = a.abs().max(b.abs());
+        }
+    }
+
+    /// Whether there is friction at all.
+    pub fn has_friction(&self) -> bool {
+        !self.modes.is_empty()
+    }
+
+    /// How far each direction is from leaving its mode at this point: the part of the breakaway torque that holding directions
+    /// have left, the speed (rad/s) of slipping ones.
+    pub fn margins(&mut self, time: f64, state: &[f64]) -> Vec<f64> {
+        self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
+        self.margins_here()
+    }
+
+    /// [`Machine::margins`] at the point last evaluated.
+    pub fn margins_here(&self) -> Vec<f64> {
+        let c = self.dynamics.breakaway_torques();
+        let mut out: Vec<f64> = self.modes.iter().map(|_| f64::INFINITY).collect();
+        for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
+            out[k] = 1.0 - torque.abs() / c[k];
+        }
+        for (k, mode) in self.modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Stick) {
+            out[k] = mode.sign() * self.dynamics.friction_speed(k, &self.work);
+        }
+        out
+    }
+
+    /// Slipping directions whose speed has the wrong sign at this point of the step, beyond rounding.
     pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
         let r = self.freedoms;
@@ -584,12 +632,9 @@ impl Machine {
             return;
         }
         self.work.kinematics.update(&state[..r], &state[r..2 * r]);
-        let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
-        self.fastest = self.fastest.max(scale);
-        for (k, mode) in self.modes.iter().enumerate() {
-            if *mode != Mode::Stick
-                && mode.sign() * self.dynamics.friction_speed(k, &self.work) < -(1e-14 * scale + REVERSED)
-            {
+        for (k, mode) in self.modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Stick) {
+            let against = -mode.sign() * self.dynamics.friction_speed(k, &self.work);
+            if against > 0.0 && against > NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work) {
                 out.push(k);
             }
         }
@@ -692,6 +737,8 @@ impl Machine {
             return events;
         }
         self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
         let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
         for k in passing {
             let speed = self.dynamics.friction_speed(k, &self.work);
@@ -700,10 +747,12 @@ impl Machine {
         let mut resting: Vec<usize> =
             (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k)).collect();
         if everything {
-            let scale = self.work.kinematics.speeds.iter().fold(0.0f64, |max, w| max.max(w.abs()));
-            resting = (0..self.modes.len())
-                .filter(|&k| self.dynamics.friction_speed(k, &self.work).abs() <= 1e-13 * scale)
-                .collect();
+            let speeds = &state[r..2 * r];
+            let rests = |k: &usize| {
+                let speed = self.dynamics.friction_speed(*k, &self.work).abs();
+                speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
+            };
+            resting = (0..self.modes.len()).filter(rests).collect();
             for k in 0..self.modes.len() {
                 let speed = self.dynamics.friction_speed(k, &self.work);
                 self.modes[k] = if speed < 0.0 { Mode::Backward } else { Mode::Forward };
@@ -760,19 +809,24 @@ impl Machine {
         events
     }
 
-    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it
-    /// to rest would take away more speed than rounding has.
+    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
+    /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
     fn passes(&self, k: usize) -> bool {
+        if !self.dynamics.friction_varies(k) {
+            return false;
+        }
         let r = self.freedoms;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
         let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
-        let kinematics = &self.work.kinematics;
-        let largest = (0..kinematics.speeds.len())
-            .map(|shaft| (factor * dot(kinematics.row(shaft), &change)).abs())
-            .fold(0.0f64, f64::max);
-        largest > TAKEN * self.fastest || factor.is_nan()
+        let (mut taken, mut there) = (0.0, 0.0);
+        for ((change, size), acceleration) in change.iter().zip(&self.step_speeds).zip(&self.acceleration) {
+            let change = (factor * change).abs();
+            taken += change * change;
+            there += change * (size + self.step_length * acceleration.abs());
+        }
+        taken > TAKEN * there || factor.is_nan()
     }
 
     /// Names of sticking directions whose torques are not unique.
@@ -843,8 +897,9 @@ impl Machine {
                     state[place] = 0.0;
                 }
                 let gap = limited - state[place];
-                // A gap that the limiter closes within a nanosecond is none.
-                let small = 1e-12 * (limited.abs() + state[place].abs()) + 1e-9 * drive.rate.unwrap_or(0.0);
+                // A gap that the limiter closes within the resolution of the time is none.
+                let instant = SAME_INSTANT * time.abs();
+                let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
                 let mode = if gap > small {
                     Rate::Rise
                 } else if gap < -small {

@@ -44,12 +44,17 @@ pub struct RunResult {
 
 /// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
 const LOOKS: usize = 6;
+/// Golden sections of the time between two looks for the least margin: 1e-8 of it, where a parabola is flat to rounding.
+const SECTIONS: usize = 40;
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Part of a step by which a step made anew ends beyond the event it was shortened for.
 const BEYOND: f64 = 1e-3;
-/// Located events within a millionth of the run that count as chatter.
+/// Located events within one step of the integrator that count as chatter: a smooth motion has a few for each direction.
 const CHATTER: usize = 2000;
 /// Steps after which a run is given up, unless less is asked.
-const MOST_STEPS: usize = 20_000_000;
+const MOST_STEPS: usize = 100_000_000;
+/// Steps between two looks at the progress.
+const STEPS_UNHEARD: usize = 64;
 /// Absolute error allowed per step in the work of the inputs and in the loss, J per unit of the relative tolerance; it
 /// keeps a step honest whose other error estimates are small by accident.
 const ENERGY: f64 = 10.0;
@@ -81,6 +86,8 @@ struct Runner<'a> {
     initial_energy: f64,
     located: usize,
     most_steps: usize,
+    /// Steps since the progress was told.
+    unheard: usize,
 }
 
 /// Runs a closed loop through its scenario.
@@ -89,9 +96,9 @@ struct Runner<'a> {
 /// scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
 /// located on the dense output by bisection to the last bits of the time.
 ///
-/// `progress` is told the fraction done. Never fails as a whole: a run that cannot go on ends with
+/// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
 /// [`Outcome::Failed`] and everything computed so far.
-pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64)) -> RunResult {
+pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     let (reduced, scenario) = (setup.reduced, setup.scenario);
     let names = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
     let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
@@ -133,13 +140,14 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
         initial_energy: 0.0,
         located: 0,
         most_steps: tolerance.most_steps,
+        unheard: 0,
     };
     let outcome = runner.run(progress);
     runner.finish(outcome)
 }
 
 impl Runner<'_> {
-    fn run(&mut self, progress: &mut dyn FnMut(f64)) -> Outcome {
+    fn run(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Outcome {
         let duration = self.scenario.duration;
         let mut breaks: Vec<f64> = (0..self.scenario.sources.len())
             .flat_map(|k| self.machine.profile(k).breakpoints().collect::<Vec<_>>())
@@ -185,8 +193,14 @@ impl Runner<'_> {
     }
 
     /// Integrates to the next breakpoint of the scenario; the state at its end is left in `self.state`.
-    fn segment(&mut self, start: f64, end: f64, progress: &mut dyn FnMut(f64)) -> Result<(), Outcome> {
-        let mut recent = (start, 0);
+    fn segment(
+        &mut self,
+        start: f64,
+        end: f64,
+        progress: &mut dyn FnMut(f64) -> Option<String>,
+    ) -> Result<(), Outcome> {
+        // Begin, number of events, and the longest step that the equations between them allowed.
+        let mut recent = (start, 0, 0.0);
         let step = self.solver.next_step();
         self.restart(start);
         if self.machine.next_tick().is_finite() {
@@ -200,7 +214,7 @@ impl Runner<'_> {
                 return Err(failed(
                     time,
                     format!(
-                        "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts"
+                        "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. What was computed until then is kept; `kardan check` names the fastest motion"
                     ),
                 ));
             }
@@ -216,15 +230,24 @@ impl Runner<'_> {
             }
             let machine = &mut self.machine;
             self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
-            let mut event = self.look_for_event();
+            let length = self.solver.time() - self.solver.previous_time();
+            let mut event = self.look_for_event(length);
             if let Some(at) = event {
                 self.shorten_step(at)?;
-                event = self.look_for_event();
+                event = self.look_for_event(length);
             }
             time = event.unwrap_or(self.solver.time());
             self.observe_until(time, None);
-            if self.solver.counts().accepted.is_multiple_of(64) {
-                progress(time / self.scenario.duration);
+            self.unheard += 1;
+            if self.unheard >= STEPS_UNHEARD {
+                self.unheard = 0;
+                if let Some(why) = progress(time / self.scenario.duration) {
+                    match event {
+                        Some(at) => self.solver.interpolate(at, &mut self.state),
+                        None => self.state.copy_from_slice(self.solver.state()),
+                    }
+                    return Err(failed(time, why));
+                }
             }
             let Some(at) = event else {
                 self.state.copy_from_slice(self.solver.state());
@@ -235,13 +258,17 @@ impl Runner<'_> {
             self.solver.interpolate(at, &mut self.state);
             self.machine.remember_commands(at, &mut self.state);
             self.settle(at, &crossing);
-            recent = if at - recent.0 > 1e-6 * self.scenario.duration { (at, 0) } else { (recent.0, recent.1 + 1) };
+            recent = (recent.0, recent.1 + 1, f64::max(recent.2, length));
+            if at - recent.0 > recent.2 {
+                recent = (at, 0, 0.0);
+            }
             if recent.1 > CHATTER {
                 let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
                 return Err(failed(
                     at,
                     format!(
-                        "more than {CHATTER} events within a millionth of the run, the last ones: {}",
+                        "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
+                        at - recent.0,
                         what.join("; ")
                     ),
                 ));
@@ -310,32 +337,89 @@ impl Runner<'_> {
     }
 
     /// The first event within the last step, located to the last bits of the time.
-    fn look_for_event(&mut self) -> Option<f64> {
+    ///
+    /// `length` is that of the step before it was shortened, s.
+    fn look_for_event(&mut self, length: f64) -> Option<f64> {
+        self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
-        let mut before = from;
+        let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
+        if self.machine.has_friction() {
+            self.solver.interpolate(from, &mut self.looked);
+            seen.push((from, self.machine.margins(from, &self.looked)));
+        }
+        let (mut before, mut left) = (from, None);
         for k in 1..=LOOKS {
             let at = if k == LOOKS { to } else { from + (to - from) * k as f64 / LOOKS as f64 };
             if at <= before {
                 continue;
             }
-            if !self.leaves(at) {
-                before = at;
-                continue;
+            if self.leaves(at) {
+                left = Some(at);
+                break;
             }
-            let (mut low, mut high) = (before, at);
-            for _ in 0..200 {
-                let middle = 0.5 * (low + high);
-                if middle <= low || middle >= high {
-                    break;
+            before = at;
+            if self.machine.has_friction() {
+                seen.push((at, self.machine.margins_here()));
+            }
+        }
+        let (low, high) = self.dip(&seen).or(left.map(|at| (before, at)))?;
+        let (mut low, mut high) = (low, high);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.leaves(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        self.leaves(high);
+        Some(high)
+    }
+
+    /// An excess that comes and goes between two looks: a margin that has its minimum there and may fall below zero. Gives
+    /// the look before and a time at which a mode is left.
+    fn dip(&mut self, seen: &[(f64, Vec<f64>)]) -> Option<(f64, f64)> {
+        let count = seen.first().map_or(0, |(_, margins)| margins.len());
+        let bend = |watch: usize| {
+            let second =
+                |three: &[(f64, Vec<f64>)]| (three[0].1[watch] - 2.0 * three[1].1[watch] + three[2].1[watch]).abs();
+            seen.windows(3).map(second).fold(0.0, f64::max)
+        };
+        let bends: Vec<f64> = (0..count).map(bend).collect();
+        for gap in seen.windows(2) {
+            for (watch, bend) in bends.iter().enumerate() {
+                let (left, right) = (gap[0].1[watch], gap[1].1[watch]);
+                // The slope changes by the bend in a gap, so that a margin that falls by more has no minimum in it; and one
+                // that stands higher does not reach zero.
+                let turns = (right - left).abs() <= *bend && left.min(right) <= *bend;
+                if !turns {
+                    continue;
                 }
-                if self.leaves(middle) {
-                    high = middle;
-                } else {
-                    low = middle;
+                let (mut low, mut high) = (gap[0].0, gap[1].0);
+                let mut margin = |runner: &mut Self, time: f64| {
+                    runner.solver.interpolate(time, &mut runner.looked);
+                    runner.machine.margins(time, &runner.looked)[watch]
+                };
+                for _ in 0..SECTIONS {
+                    let (first, second) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+                    if !(low < first && first < second && second < high) {
+                        break;
+                    }
+                    let (a, b) = (margin(self, first), margin(self, second));
+                    let (time, least) = if a <= b { (first, a) } else { (second, b) };
+                    if least < 0.0 && self.leaves(time) {
+                        return Some((gap[0].0, time));
+                    }
+                    // What the bend still lets it fall.
+                    if !(least <= bend * ((high - low) / (gap[1].0 - gap[0].0)).powi(2)) {
+                        break;
+                    }
+                    if a <= b { high = second } else { low = first }
                 }
             }
-            self.leaves(high);
-            return Some(high);
         }
         None
     }

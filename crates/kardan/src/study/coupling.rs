@@ -49,8 +49,12 @@ pub(super) fn cross_coupling(
         let scenario = step(&variant.scenario, reference, window);
         let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &scenario };
         let most_steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
+        let most_steps = most_steps.min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-        let run = simulate(setup, tolerance, &mut |part| progress.advance(number, &name, part));
+        let run = simulate(setup, tolerance, &mut |part| {
+            progress.advance(number, &name, part);
+            progress.stop()
+        });
         progress.advance(number, &name, 1.0);
         run
     };

@@ -89,12 +89,18 @@ pub(super) fn explore(
     let tried: Vec<Result<Tried, Failure>> = changes
         .par_iter()
         .map(|change| {
+            if progress.stop().is_some() {
+                return Err(Failure::NotJudged);
+            }
             let found = attempt(variant, number, change, base);
             let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
             progress.advance(0, "designs", count as f64 / changes.len() as f64);
             found
         })
         .collect();
+    if let Some(why) = progress.stop() {
+        return Err(why);
+    }
     let first = match &tried[0] {
         Ok((first, ..)) => first,
         Err(Failure::NotStable) => return Err("the design of the file is not stable".into()),

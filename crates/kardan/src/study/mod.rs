@@ -8,6 +8,7 @@ mod checks;
 mod circuit;
 mod coupling;
 mod design;
+mod effort;
 mod equations;
 mod explore;
 mod faults;
@@ -26,6 +27,7 @@ pub use analysis::{AnalysisSpec, Place};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, prepare_bench};
 pub use design::{DesignSettings, design};
+pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};
 pub use identification::{IdentifySettings, LogFile, identify, written};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
@@ -44,13 +46,24 @@ use crate::results::{
     Analysis, Design, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot, RequirementResult, Run,
     Series, Study,
 };
-use crate::simulate::{Setup, signal_names, simulate};
+use crate::simulate::{Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::closed_loop_poles;
 
-/// Hears how far the runs are. Called from several threads.
+/// Hears how far the runs are, and may end them. Called from several threads.
 pub trait Progress: Sync {
     /// The fraction done of a variant, from 0 to 1.
     fn advance(&self, variant: usize, name: &str, fraction: f64);
+
+    /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
+    /// with [`Outcome::Failed`] and this cause, trials of a design are left out and say so.
+    fn stop(&self) -> Option<String> {
+        None
+    }
+
+    /// Steps of the integrator that one run may take.
+    fn most_steps(&self) -> usize {
+        Tolerance::default().most_steps
+    }
 }
 
 /// Hears nothing.
@@ -116,7 +129,8 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     let mut designs: Vec<Design> = Vec::new();
     for variant in &chosen {
         for (number, control) in variant.model.controls.iter().enumerate() {
-            if designs.iter().all(|design| design.controller != control.name) {
+            // Of a study that ends early the runs are written, nothing more is computed.
+            if progress.stop().is_none() && designs.iter().all(|design| design.controller != control.name) {
                 designs.push(designed(&prepared.description, variant, number, &DesignSettings::default(), &Silent));
             }
         }
@@ -130,6 +144,9 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         strain::warn(design);
     }
     let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
+    if let Some(why) = progress.stop() {
+        warnings.push(format!("{why}: what was not computed by then is left out"));
+    }
     let analysis = analysis.unwrap_or_else(|why| {
         warnings.push(why);
         None
@@ -224,7 +241,11 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
 fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
     progress.advance(number, &variant.name, 0.0);
     let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
-    let result = simulate(setup, prepared.tolerance, &mut |fraction| progress.advance(number, &variant.name, fraction));
+    let tolerance = Tolerance { most_steps: progress.most_steps(), ..prepared.tolerance };
+    let result = simulate(setup, tolerance, &mut |fraction| {
+        progress.advance(number, &variant.name, fraction);
+        progress.stop()
+    });
     progress.advance(number, &variant.name, 1.0);
     let completed = result.outcome == Outcome::Completed;
     let requirements = prepared

@@ -8,6 +8,7 @@ use super::checks::{
     reduce_diagnostics, signals_of,
 };
 use super::circuit::check_circuit;
+use super::effort::check_effort;
 use super::margins::check_sampled;
 use super::scenario::scenario;
 use crate::assemble::assemble;
@@ -343,6 +344,9 @@ fn prepare_variant(
     let variant = PreparedVariant { name, model, reduced, design_models: designed, scenario, analysis, massless };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
+        if !out.iter().any(is_error) {
+            check_effort(document, &variant, out);
+        }
     }
     complete.then_some(variant)
 }

@@ -138,6 +138,9 @@ pub(super) fn robustness(
         .collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let look = |point: &Vec<f64>| {
+        if progress.stop().is_some() {
+            return None;
+        }
         let shown = subject.look(point).ok();
         let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         if count.is_multiple_of(16) {
@@ -147,6 +150,9 @@ pub(super) fn robustness(
     };
     let shown: Vec<Option<Shown>> = points.par_iter().map(look).collect();
     progress.advance(0, "plants", 1.0);
+    if let Some(why) = progress.stop() {
+        return Err(why);
+    }
     let good = |shown: &Option<Shown>| shown.as_ref().is_some_and(|shown| shown.stable);
     let spread = |of: &(dyn Fn(Option<&Shown>) -> f64 + Sync)| -> Spread {
         let mut all: Vec<(f64, usize)> = shown.iter().enumerate().map(|(k, shown)| (of(shown.as_ref()), k)).collect();

@@ -149,6 +149,8 @@ pub(super) fn scenario(
     let sources = sources(model, equations, document, out);
     let mut events = Vec::new();
     let mut times = Vec::new();
+    // Number of the entry, source, time, whether it is a ramp.
+    let mut given: Vec<(usize, usize, Exact, bool)> = Vec::new();
     let tables = match table.values.get("event").map(|spanned| &spanned.value) {
         Some(Value::Tables(tables)) => tables.as_slice(),
         _ => &[],
@@ -182,6 +184,26 @@ pub(super) fn scenario(
         let dimension = physical_dimension(sources[source].physical);
         let to = quantity(&reader, event, "to", (dimension, Sign::Any), what, out);
         let (Some(at), Some(to)) = (at, to) else { continue };
+        let ramp = over.as_ref().is_some_and(|over| !over.is_zero());
+        let same =
+            |(_, other, time, _): &&(usize, usize, Exact, bool)| *other == source && time.to_f64() == at.to_f64();
+        let before: Vec<_> = given.iter().filter(same).collect();
+        // A step and then a ramp: a jump from which the ramp begins.
+        if !before.is_empty() && !(before.len() == 1 && !before[0].3 && ramp) {
+            let others: Vec<String> = before.iter().map(|(number, ..)| number.to_string()).collect();
+            let entries = if others.len() == 1 { "entry" } else { "entries" };
+            let message = format!(
+                "{what}: `{signal}` is set at {} s already, by {entries} {}: at one time a signal has one value",
+                at.to_f64(),
+                others.join(", ")
+            );
+            out.push(
+                Diagnostic::error("event::twice", message).at(TableReader::span(event, "at"), "the same time").help(
+                    "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
+                ),
+            );
+        }
+        given.push((i + 1, source, at.clone(), ramp));
         times.push(at.clone());
         if let Some(over) = over.as_ref().filter(|over| !over.is_zero()) {
             times.push(Exact::new(at.to_rational() + over.to_rational(), 0));

@@ -234,7 +234,10 @@ fn run(
         bench.plant.equations.frictions.clear();
     }
     progress.advance(number, &job.label, 0.0);
-    let mut run = bench.log(0, &mut |part| progress.advance(number, &job.label, part));
+    let mut run = bench.log_within(0, progress.most_steps(), &mut |part| {
+        progress.advance(number, &job.label, part);
+        progress.stop()
+    });
     progress.advance(number, &job.label, 1.0);
     run.name.clone_from(&job.variant);
     Ok(Some(run))

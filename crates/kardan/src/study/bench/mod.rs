@@ -159,7 +159,11 @@ impl PreparedBench {
         let log = |&k: &u64| {
             let (number, name) = (usize::try_from(k).unwrap_or(usize::MAX), self.log_name(k));
             progress.advance(number, &name, 0.0);
-            let log = self.log(k, &mut |fraction| progress.advance(number, &name, fraction));
+            let heard = &mut |fraction| {
+                progress.advance(number, &name, fraction);
+                progress.stop()
+            };
+            let log = self.log_within(k, progress.most_steps(), heard);
             progress.advance(number, &name, 1.0);
             log
         };
@@ -169,7 +173,13 @@ impl PreparedBench {
     /// The log of a repetition, which is that of the seed plus its number: noise and the angles of the start differ from one to the
     /// next (the latter if no spring holds the shafts and all ratios are constant), and how long constant speeds are held beyond their
     /// dwell; the plant and the set points do not. The same bits for the same number, on any thread.
-    pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64)) -> Run {
+    ///
+    /// `progress` is told the fraction done, and gives a reason if the run is to end.
+    pub fn log(&self, repetition: u64, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
+        self.log_within(repetition, self.tolerance.most_steps, progress)
+    }
+
+    fn log_within(&self, repetition: u64, most_steps: usize, progress: &mut dyn FnMut(f64) -> Option<String>) -> Run {
         let seed = self.seed.wrapping_add(repetition);
         let mut scenario = Scenario { seed, ..self.scenario.clone() };
         let course = self.tour.as_ref().map(|tour| Arc::new(tour.course(seed).0));
@@ -194,7 +204,8 @@ impl PreparedBench {
             None if self.continuous => self.nominal.design_laws(),
             None => self.nominal.running_laws(),
         };
-        let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, self.tolerance, progress);
+        let tolerance = Tolerance { most_steps, ..self.tolerance };
+        let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, tolerance, progress);
         let signals = self.columns.iter().filter_map(|column| {
             let found = result.series.signal(&column.signal)?;
             let mut values = found.values.clone();

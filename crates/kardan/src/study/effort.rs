@@ -1,0 +1,210 @@
+//! How many steps a run will take, before it begins, and what asks for most of them.
+
+use super::PreparedVariant;
+use crate::diagnostics::Diagnostic;
+use crate::equations::{Domain, InputKind};
+use crate::model::{Document, TableReader};
+use crate::num::{Random, dot};
+use crate::reduce::{Dynamics, linearise};
+use crate::synthesis::closed_loop_poles;
+
+/// Steps beyond which a run is warned of.
+pub const MANY_STEPS: f64 = 1e7;
+/// Length of a step in time constants of a motion that limits it: one that is damped until stability ends, one that swings
+/// until the usual accuracy ends.
+const DAMPED_STEP: f64 = 6.0;
+const SWINGING_STEP: f64 = 1.0;
+/// Products with the state matrix after which its fastest motion stands out; more decide between motions that are alike.
+const PRODUCTS: usize = 300;
+const SEED: u64 = 1;
+
+/// What a run is expected to cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effort {
+    /// Steps of the integrator, at most about: a motion that sleeps costs less.
+    pub steps: f64,
+    /// Fastest rate of the loop at its initial position, 1/s.
+    pub rate: f64,
+    /// The element that makes it, with its key; none if a controller or samples do.
+    pub element: Option<(String, &'static str)>,
+    /// What makes it, in words.
+    pub cause: String,
+}
+
+/// Estimates the steps of a run: the length of the scenario times the fastest rate of the linear model at the start, and the
+/// samples of its controllers.
+///
+/// The rate is the spectral radius of `[0, I; −H⁻¹S, −H⁻¹D]`, from products with a vector; with controllers in continuous time
+/// the largest pole of the loop. What bends with the angles or slips is not foreseen.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("two-bodies").unwrap().source;
+/// let (prepared, _) = study::prepare(source);
+/// assert!(study::expected_effort(&prepared.variants[0]).steps < 1e5);
+/// ```
+pub fn expected_effort(variant: &PreparedVariant) -> Effort {
+    let duration = variant.scenario.duration;
+    let mut found = fastest(variant);
+    let mut swings = matches!(found.element, Some((_, "stiffness")));
+    let laws = variant.running_laws();
+    let clocks: Vec<_> = laws.iter().filter_map(|law| law.clock()).collect();
+    if !laws.is_empty() && clocks.is_empty() {
+        let linear = linearise(&variant.reduced, &variant.scenario.position);
+        let poles = closed_loop_poles(&linear, &laws).unwrap_or_default();
+        let largest = poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        if largest > 1.5 * found.rate {
+            let names: Vec<String> = laws.iter().map(|law| format!("`{}`", law.describe().controller)).collect();
+            found.element = None;
+            found.cause = format!("the loop of control {} has a pole of {} 1/s", names.join(", "), short(largest));
+        }
+        swings |= largest > found.rate;
+        found.rate = found.rate.max(largest);
+    }
+    for input in &variant.reduced.equations.inputs {
+        let InputKind::Motor(motor) = &input.value else { continue };
+        let rate = motor.lag.as_ref().map_or(0.0, |lag| 1.0 / lag.to_f64());
+        if rate > found.rate {
+            swings = false;
+            found.rate = rate;
+            found.element = Some((input.element.clone(), "lag"));
+            found.cause = format!("`{}` lags by {} s only", input.element, short(1.0 / rate));
+        }
+    }
+    found.steps = duration * found.rate / if swings { SWINGING_STEP } else { DAMPED_STEP };
+    let instants = |delay: f64| if delay > 0.0 { 2.0 } else { 1.0 };
+    let samples: f64 = clocks.iter().map(|clock| duration / clock.period * instants(clock.delay)).sum();
+    if samples > found.steps {
+        found.element = None;
+        found.cause = format!("its controllers take {} samples, each of which ends a step", short(samples));
+    }
+    found.steps += samples;
+    found
+}
+
+/// The fastest motion of the model without its laws, and the element that makes it.
+fn fastest(variant: &PreparedVariant) -> Effort {
+    let reduced = &variant.reduced;
+    let (equations, r) = (&reduced.equations, reduced.freedoms());
+    let mut found = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
+    let (dynamics, mut work) = Dynamics::new(reduced);
+    if r == 0 || !dynamics.update(&variant.scenario.position, &vec![0.0; r], &mut work) {
+        return found;
+    }
+    let project = |row: Vec<(usize, f64)>| {
+        let mut out = vec![0.0; r];
+        for (shaft, c) in row {
+            out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
+        }
+        out
+    };
+    let dampers: Vec<_> = equations.dampers.iter().map(|d| (project(d.row_f64()), d.value.to_f64())).collect();
+    let springs: Vec<_> =
+        equations.springs.iter().map(|s| (project(s.row_f64()), s.value.stiffness.to_f64())).collect();
+    let inertias: Vec<_> = equations.inertias.iter().map(|j| (project(j.row_f64()), j.value.to_f64())).collect();
+    let mut random = Random::new(SEED);
+    let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
+    let (mut q, mut v) = (draw(), draw());
+    let mut logarithm = 0.0;
+    for k in 0..PRODUCTS {
+        let mut next = vec![0.0; r];
+        for (terms, x) in [(&dampers, &v), (&springs, &q)] {
+            for (row, value) in terms {
+                let torque = value * dot(row, x);
+                next.iter_mut().zip(row).for_each(|(sum, g)| *sum -= torque * g);
+            }
+        }
+        work.factor.solve(&mut next);
+        let size = |x: &[f64]| inertias.iter().map(|(row, j)| j * dot(row, x) * dot(row, x)).sum::<f64>().sqrt();
+        let (before, after) = (size(&v), size(&next));
+        if !(after > 0.0 && before > 0.0 && after.is_finite()) {
+            return found;
+        }
+        if k >= PRODUCTS / 2 {
+            logarithm += (after / before).ln();
+        }
+        q = v.iter().map(|x| x / after).collect();
+        v = next.iter().map(|x| x / after).collect();
+    }
+    found.rate = (logarithm / (PRODUCTS - PRODUCTS / 2) as f64).exp();
+    // Power that each element turns over in this motion; q is the velocity of the product before.
+    let shares = |terms: &[(Vec<f64>, f64)], weight: f64| -> Option<(usize, f64)> {
+        let power = |(row, value): &(Vec<f64>, f64)| {
+            let speeds = dot(row, &v).powi(2) + (found.rate * dot(row, &q)).powi(2);
+            weight * value * speeds
+        };
+        let all = terms.iter().map(power).enumerate();
+        all.max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let damper = shares(&dampers, 1.0);
+    let spring = shares(&springs, 1.0 / found.rate);
+    let mover = shares(&inertias, found.rate).map(|(k, _)| k);
+    let stiff = spring.filter(|(_, power)| damper.is_none_or(|(_, loss)| *power > loss));
+    let of = mover.map_or(String::new(), |k| {
+        format!(" of `{}` ({})", equations.inertias[k].element, {
+            let unit = if equations.domain_of(&equations.inertias[k]) == Domain::Charge { "H" } else { "kg m^2" };
+            format!("{} {unit}", short(inertias[k].1))
+        })
+    });
+    match (stiff, damper) {
+        (Some((k, _)), _) => {
+            let term = &equations.springs[k];
+            let unit = if equations.domain_of(term) == Domain::Charge { "1/F" } else { "N m/rad" };
+            found.cause = format!(
+                "the stiffness of `{}` ({} {unit}) lets the inertia{of} oscillate at {} rad/s",
+                term.element,
+                short(springs[k].1),
+                short(found.rate)
+            );
+            found.element = Some((term.element.clone(), "stiffness"));
+        }
+        (None, Some((k, _))) => {
+            let term = &equations.dampers[k];
+            let unit = if equations.domain_of(term) == Domain::Charge { "Ohm" } else { "N m s/rad" };
+            found.cause = format!(
+                "the damping of `{}` ({} {unit}) brakes the inertia{of} with a time constant of {} s",
+                term.element,
+                short(dampers[k].1),
+                short(1.0 / found.rate)
+            );
+            found.element = Some((term.element.clone(), "damping"));
+        }
+        (None, None) => {}
+    }
+    found
+}
+
+/// Three digits.
+fn short(value: f64) -> String {
+    if (1e-2..1e4).contains(&value.abs()) {
+        let text = format!("{value:.2}");
+        return text.trim_end_matches('0').trim_end_matches('.').to_string();
+    }
+    let text = format!("{value:.2e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// Warns of a run that takes very long.
+pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    let Effort { steps, element, cause, .. } = expected_effort(variant);
+    if !(steps > MANY_STEPS) {
+        return;
+    }
+    let duration = variant.scenario.duration;
+    let place = element.as_ref().and_then(|(name, key)| {
+        let element = document.elements.iter().find(|element| element.name == *name)?;
+        Some(TableReader::span(&element.table, key))
+    });
+    let message =
+        format!("the run of {} s may take about {} steps of the integrator: {cause}", short(duration), short(steps));
+    let warning = Diagnostic::warning("run::steps", message);
+    let warning = match place {
+        Some(place) => warning.at(place, "the fastest motion comes from here"),
+        None => warning.at(TableReader::span(&document.scenario, "duration"), "so long a run"),
+    };
+    out.push(warning.help(
+        "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \
+         `duration`. `kardan run` takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
+    ));
+}
