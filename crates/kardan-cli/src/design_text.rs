@@ -267,6 +267,10 @@ fn margins(out: &mut String, found: &Margins) {
     if !rows.is_empty() {
         table(out, &["the loop tolerates", "#limit", "beyond it grows"], &rows, ROWS);
     }
+    let rows: Vec<Vec<String>> = said::channels(found, number).into_iter().map(Vec::from).collect();
+    if !rows.is_empty() {
+        table(out, &said::CHANNELS, &rows, ROWS);
+    }
     let rows: Vec<Vec<String>> = found.peaks.iter().map(|peak| said::torque_peak(peak, number).to_vec()).collect();
     if !rows.is_empty() {
         table(out, &["step of", "motor", "#asked of it", "#torque limit"], &rows, ROWS);

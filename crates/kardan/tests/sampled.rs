@@ -44,7 +44,7 @@ fn spectral_radii() {
         for (key, delay) in [("no_delay", 0.0), ("half_delay", 0.5), ("one_delay", 1.0)] {
             let found = column(&variant, Clock { period, delay: delay * period, single: false }).spectral_radius();
             let (found, expected) = (found.expect("eigenvalues"), number(&row[key]));
-            assert!((found - expected).abs() < 1e-6, "{rate} Hz, {key}: {found} {expected}");
+            assert!((found - expected).abs() < 1e-11, "{rate} Hz, {key}: {found} {expected}");
             checked += 1;
         }
     }

@@ -1,9 +1,9 @@
-use super::Matrix;
+use super::{Matrix, balance};
 
 /// The eigenvalues of a real square matrix as `(real, imaginary)`, sorted by size, then by imaginary part.
 ///
-/// Method: QR iteration (`faer`), O(n³), backward stable: errors of a few ulp of the norm, more for nearly multiple
-/// eigenvalues. Returns `None` if the iteration does not converge or an entry is not finite.
+/// Method: QR iteration (`faer`) in balanced coordinates, O(n³), backward stable there: errors of a few ulp of the balanced
+/// norm, more for nearly multiple eigenvalues. Returns `None` if the iteration does not converge or an entry is not finite.
 ///
 /// ```
 /// use kardan::num::{Matrix, eigenvalues};
@@ -20,6 +20,8 @@ pub fn eigenvalues(matrix: &Matrix<f64>) -> Option<Vec<(f64, f64)>> {
         return None;
     }
     let m = faer::Mat::from_fn(matrix.rows(), matrix.columns(), |i, j| matrix[(i, j)]);
+    let scales = balance(&m);
+    let m = faer::Mat::from_fn(matrix.rows(), matrix.rows(), |i, j| m[(i, j)] * scales[j] / scales[i]);
     let mut values: Vec<(f64, f64)> = m.eigenvalues().ok()?.into_iter().map(|z| (z.re, z.im)).collect();
     values.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
     Some(values)

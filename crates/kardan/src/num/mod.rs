@@ -3,6 +3,7 @@
 //! Knows no mechanics. Structural decisions (rank, definiteness, which rows depend on which) are made here over
 //! [`Rational`]; floating point decides magnitudes only.
 
+mod at_zero;
 mod balance;
 mod dense;
 mod eigen;
@@ -20,6 +21,7 @@ mod reconstruct;
 mod scalar;
 mod sparse;
 
+pub use at_zero::{AtZero, at_zero};
 pub use balance::balance;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub use eigen::eigenvalues;

@@ -176,8 +176,14 @@ fn margins(found: &Margins) -> String {
     });
     let limits = rows_of(&["the loop tolerates", "#limit", "beyond it grows"], limits.collect());
     let peaks = rows_of(&["step of", "motor", "#asked of it", "#torque limit"], peaks.collect());
+    let channels = said::channels(found, number).into_iter();
+    let channels = channels.map(|[what, rest @ ..]| {
+        std::iter::once(Cell::Head(what, 1)).chain(rest.into_iter().map(Cell::text)).collect()
+    });
+    let channels = channels.collect();
     paragraph(&found.verdict)
         + &titled("Limits of the linear loop", &limits)
+        + &titled("How wrong one channel may be before the loop is unstable", &rows_of(&said::CHANNELS, channels))
         + &titled("Torques that steps ask for", &peaks)
 }
 

@@ -24,6 +24,18 @@ pub struct Margins {
     pub longest_lag: Option<LoopLimit>,
     /// Smallest and largest factor of its torques that the loop tolerates; `None` if it is unstable.
     pub gain_margin: Option<[LoopLimit; 2]>,
+    /// Shafts that move in motions which nobody holds: exactly at zero, to the rounding of the loop. They are left out of all
+    /// limits.
+    pub free: Vec<String>,
+    /// How many poles at zero (multipliers at one) these motions are.
+    pub free_poles: usize,
+    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable or has several
+    /// clocks.
+    pub channels: Vec<ChannelMargin>,
+    /// How wrong all torques may be at once; `None` with one motor.
+    pub together: Option<TogetherMargin>,
+    /// Whether it is stable, but the torque of a motor may not be wrong by 10 %.
+    pub hardly: bool,
     /// What a step of each reference asks of each motor.
     pub peaks: Vec<TorquePeak>,
     /// All this in one paragraph.
@@ -48,6 +60,47 @@ pub struct LoopLimit {
     pub value: f64,
     /// The motion that grows beyond.
     pub motion: String,
+}
+
+/// How wrong one channel of a loop may be before the loop is unstable, the others as designed. Frequencies in rad/s; `None`
+/// where nothing limits.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChannelMargin {
+    /// The motor whose torque is wrong, or what is read.
+    pub name: String,
+    /// Whether it is a reading.
+    pub reading: bool,
+    /// The nearest factors below and above one that are too much; 0 and infinity if none is.
+    pub gain: [f64; 2],
+    /// Of the motions that begin there.
+    pub gain_frequency: [Option<f64>; 2],
+    /// The least turn of the phase that is too much, rad; infinite if none is.
+    pub phase: f64,
+    /// Where.
+    pub phase_frequency: Option<f64>,
+    /// The least delay that is too much, s; infinite if none is, `None` for a sampled loop.
+    pub delay: Option<f64>,
+    /// Where.
+    pub delay_frequency: Option<f64>,
+    /// The balanced disk margin α: errors of gain and phase at once, `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
+    pub disk: f64,
+    /// Where a larger disk is too large.
+    pub disk_frequency: f64,
+    /// The factors that this disk holds.
+    pub disk_gain: [f64; 2],
+    /// The turns of the phase, either way, that it holds, rad.
+    pub disk_phase: f64,
+}
+
+/// How wrong the torques of all motors may be at once.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TogetherMargin {
+    /// Disk margins between which the true one lies: the first is proven, with the second a set of errors is known.
+    pub disk: [f64; 2],
+    /// Of that set, rad/s.
+    pub frequency: f64,
+    /// Motor, factor of size and turn of the phase (rad) of that set, which makes the loop unstable.
+    pub worst: Vec<(String, f64, f64)>,
 }
 
 /// What a step of a reference asks of a motor.

@@ -3,7 +3,7 @@
 use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::explore::explore;
-use super::margins::{decay, survey, verdict};
+use super::margins::{decay, survey, verdict, warnings as margin_warnings};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
@@ -327,6 +327,7 @@ pub(super) fn designed(
     if margins.stable == Some(false) && margins.sample_time.is_some() {
         design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
     }
+    design.warnings.extend(margin_warnings(&margins));
     design.margins = Some(margins);
     if settings.explore {
         match explore(variant, number, progress) {

@@ -1,16 +1,26 @@
 //! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
 
 use super::PreparedVariant;
+use crate::analysis::OutputSignal;
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
-use crate::num::multiply;
+use crate::num::{Matrix, multiply};
 use crate::reduce::linearise;
-use crate::results::{Design, LoopLimit, Margins, RateLimit};
+use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, TogetherMargin};
 use crate::simulate::Profile;
+use crate::synthesis::margins::{Response, channel_margins, together as all_at_once};
 use crate::synthesis::{Clock, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Survey, clock};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
+/// Factor of a torque within which a loop must be stable, or is hardly so.
+const HARDLY: f64 = 1.1;
+/// Disk margin of one channel below which a loop deserves a warning: a factor of 1.5, 23°.
+const DISK: f64 = 0.4;
+/// The same for all motors at once: a factor of 1.22, 11°.
+const DISK_TOGETHER: f64 = 0.2;
+/// Part of the largest movement below which a shaft stands still.
+const STILL: f64 = 1e-9;
 
 fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
     controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()
@@ -198,20 +208,170 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
-    let stable = as_it_is.map(|found| found.stable);
+    let stable = as_it_is.as_ref().map(|found| found.stable);
+    let gain_margin = survey.gain_margin();
+    let (channels, together) = if stable == Some(true) { errors(variant, number, &survey) } else { Default::default() };
+    let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
+    let hardly = channels.iter().any(|one| !one.reading && hard(one.gain))
+        || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
+    let free = as_it_is.as_ref().map(|found| found.free.clone());
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
         single: own.is_some_and(|clock| clock.single),
-        spectral_radius: as_it_is.filter(|_| clocks.iter().any(Option::is_some)).map(|found| radius(found.growth)),
+        spectral_radius: as_it_is
+            .as_ref()
+            .filter(|_| clocks.iter().any(Option::is_some))
+            .map(|found| radius(found.growth)),
         stable,
         rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
         longest_delay: survey.longest_delay().map(limit),
         longest_lag: survey.longest_lag().map(limit),
-        gain_margin: survey.gain_margin().map(|both| both.map(limit)),
+        gain_margin: gain_margin.map(|both| both.map(limit)),
+        free: free.as_ref().map(|free| moving(free, &plant, &variant.reduced.equations.shafts)).unwrap_or_default(),
+        free_poles: free.map_or(0, |free| free.columns()),
+        channels,
+        together,
+        hardly,
         peaks: Vec::new(),
         verdict: String::new(),
     }
+}
+
+/// Shafts that move in some of these motions.
+fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<String> {
+    let r = plant.basis.columns();
+    let of = |shaft: usize, motion: usize, first: usize| {
+        (0..r).map(|j| plant.basis[(shaft, j)] * motions[(first + j, motion)]).sum::<f64>().abs()
+    };
+    let moves = |shaft: usize| {
+        (0..motions.columns()).any(|k| {
+            [0, r].into_iter().any(|first| {
+                let largest = (0..shafts.len()).map(|other| of(other, k, first)).fold(0.0, f64::max);
+                let size = (0..motions.rows()).map(|i| motions[(i, k)].abs()).fold(0.0, f64::max);
+                largest > STILL * size && of(shaft, k, first) > STILL * largest
+            })
+        })
+    };
+    (0..shafts.len()).filter(|shaft| moves(*shaft)).map(|shaft| shafts[shaft].clone()).collect()
+}
+
+/// How wrong each channel may be alone, and all motors at once; nothing where the loop has several clocks.
+fn errors(
+    variant: &PreparedVariant,
+    number: usize,
+    survey: &Survey<'_>,
+) -> (Vec<ChannelMargin>, Option<TogetherMargin>) {
+    let mut out = Vec::new();
+    let mut add = |names: &[String], response: &Response, reading: bool| {
+        for (k, name) in names.iter().enumerate() {
+            let Some(found) = channel_margins(&response.channel(k)) else { continue };
+            out.push(ChannelMargin {
+                name: name.clone(),
+                reading,
+                gain: found.gain,
+                gain_frequency: found.gain_frequency,
+                phase: found.phase,
+                phase_frequency: found.phase_frequency,
+                delay: found.delay,
+                delay_frequency: found.delay_frequency,
+                disk: found.disk,
+                disk_frequency: found.disk_frequency,
+                disk_gain: found.disk_gain(),
+                disk_phase: found.disk_phase(),
+            });
+        }
+    };
+    let law = &survey.laws[number];
+    let motors = survey.motors();
+    if let Some(motors) = &motors {
+        add(law.inputs(), motors, false);
+    }
+    let model = &variant.design_models[number];
+    let rows = |signal: &OutputSignal| {
+        let found = model.system(law.inputs(), std::slice::from_ref(signal));
+        (signal.name.clone(), found.c.to_f64().row(0).to_vec())
+    };
+    let sensors: Vec<(String, Vec<f64>)> = law.sensors().iter().map(rows).collect();
+    if let Some((names, readings)) = survey.readings(&sensors, model.shafts()) {
+        add(&names, &readings, true);
+    }
+    let together = motors.filter(|motors| motors.channels() > 1).and_then(|motors| {
+        let found = all_at_once(&motors)?;
+        let worst = law.inputs().iter().zip(&found.worst);
+        Some(TogetherMargin {
+            disk: found.disk,
+            frequency: found.frequency,
+            worst: worst.map(|(name, (re, im))| (name.clone(), re.hypot(*im), im.atan2(*re))).collect(),
+        })
+    });
+    (out, together)
+}
+
+/// What of the margins must not be overlooked.
+pub(super) fn warnings(found: &Margins) -> Vec<String> {
+    let mut out = Vec::new();
+    let at = |frequency: Option<f64>| frequency.map_or(String::new(), |frequency| at(frequency));
+    for one in &found.channels {
+        let [low, high] = one.gain;
+        let what =
+            if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) };
+        let (factor, frequency) =
+            if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
+        if low > 1.0 / HARDLY || high < HARDLY {
+            out.push(format!("stable, but hardly: {what} times {factor:.4} makes the loop unstable{}", at(frequency)));
+        } else if one.disk < DISK {
+            out.push(format!(
+                "{what} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is \
+                 {:.3}{}, and below {DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+                one.disk_gain[0],
+                one.disk_gain[1],
+                one.disk_phase.to_degrees(),
+                one.disk,
+                at(Some(one.disk_frequency))
+            ));
+        }
+    }
+    let common = found.gain_margin.as_ref().filter(|_| out.is_empty());
+    if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / HARDLY || up.value < HARDLY) {
+        out.push(format!(
+            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only",
+            down.value, up.value
+        ));
+    }
+    if let Some(all) = found.together.as_ref().filter(|all| out.is_empty() && all.disk[1] < DISK_TOGETHER) {
+        out.push(format!(
+            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
+            at_once(all)
+        ));
+    }
+    out
+}
+
+fn at(frequency: f64) -> String {
+    if frequency == 0.0 {
+        ", at rest".into()
+    } else if frequency.is_finite() {
+        format!(", at {frequency:.4} rad/s")
+    } else {
+        ", at infinite frequency".into()
+    }
+}
+
+/// The margin of all motors at once in words.
+fn at_once(found: &TogetherMargin) -> String {
+    let worst: Vec<String> = found
+        .worst
+        .iter()
+        .map(|(name, size, turn)| format!("`{name}` × {size:.3} ∠ {:.1}°", turn.to_degrees()))
+        .collect();
+    format!(
+        "with errors of all its motors at once the disk margin is between {:.4} and {:.4}: {} make the loop unstable{}",
+        found.disk[0],
+        found.disk[1],
+        worst.join(", "),
+        at(found.frequency)
+    )
 }
 
 /// The motion at a frequency in words; that of the zero dynamics by this name.
@@ -260,6 +420,14 @@ pub(super) fn verdict(margins: &Margins) -> String {
         (None, Some(false)) => out.push("The loop in continuous time is not stable.".into()),
         (None, _) => {}
     }
+    if margins.free_poles > 0 {
+        let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
+        let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
+        out.push(format!(
+            "Nobody holds a motion of {of}: {} {poles} at zero, to the rounding of the loop, left out of all that is said here.",
+            margins.free_poles
+        ));
+    }
     let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
     if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {
         let said = |limit: &RateLimit| match limit.rate {
@@ -295,6 +463,24 @@ pub(super) fn verdict(margins: &Margins) -> String {
         let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
         out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
     }
+    let motors = margins.channels.iter().filter(|one| !one.reading);
+    if let Some(worst) = motors.min_by(|a, b| a.disk.total_cmp(&b.disk)) {
+        out.push(format!(
+            "The least disk margin of a motor is {:.3} (`{}`{}): factors from {:.3} to {:.3} with {:.1}° of phase.",
+            worst.disk,
+            worst.name,
+            at(worst.disk_frequency),
+            worst.disk_gain[0],
+            worst.disk_gain[1],
+            worst.disk_phase.to_degrees()
+        ));
+    } else if margins.stable == Some(true) {
+        out.push("Margins of single motors and readings are known for loops with one sample time only.".into());
+    }
+    if let Some(all) = &margins.together {
+        let said = at_once(all);
+        out.push(format!("W{}.", &said[1..]));
+    }
     for peak in margins.peaks.iter().filter(|peak| peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9))) {
         let limit = peak.limit.unwrap_or_default();
         out.push(format!(
@@ -309,6 +495,18 @@ pub(super) fn verdict(margins: &Margins) -> String {
         ));
     }
     out.join(" ")
+}
+
+/// `a, b and c`
+fn list(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => format!("`{one}`"),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(|name| format!("`{name}`")).collect();
+            format!("{} and `{last}`", first.join(", "))
+        }
+    }
 }
 
 fn because(motion: &str) -> String {

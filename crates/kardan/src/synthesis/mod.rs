@@ -11,6 +11,7 @@ mod exact;
 pub mod inversion;
 mod law;
 mod linear_law;
+pub mod margins;
 mod nonlinear_law;
 mod observed;
 pub mod observer;

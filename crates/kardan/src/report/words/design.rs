@@ -2,9 +2,9 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
-    Alternative, Canonical, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix, Exploration, Feedback,
-    Flatness, Interaction, Margins, MotorStrain, ObserverResult, Pole, Robustness, Spread, TorquePeak, TransferEntry,
-    ZeroDynamics,
+    Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
+    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Pole, Robustness, Spread, TorquePeak,
+    TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -41,7 +41,9 @@ pub fn verdict(design: &Design) -> (bool, String) {
         Some(margins) if margins.stable == Some(false) => "; at its sample time the loop is unstable",
         _ if grows => "; the closed loop is unstable",
         Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
+        Some(Margins { hardly: true, .. }) => "; stable at its sample time, but hardly",
         Some(_) => "; stable at its sample time",
+        None if design.margins.as_ref().is_some_and(|margins| margins.hardly) => "; stable, but hardly",
         None => "",
     };
     let grows = grows || sampled.is_some_and(|margins| margins.stable == Some(false));
@@ -84,6 +86,38 @@ pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String
     }
     out
 }
+
+/// How wrong each channel of the loop may be alone, as rows: of what, factor, phase, delay, disk margin, its factors and phase;
+/// with the frequencies in rad/s.
+pub fn channels(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String; 6]> {
+    let at = |frequency: Option<f64>| match frequency {
+        Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
+        _ => String::new(),
+    };
+    let row = |one: &ChannelMargin| {
+        let [low, high] = one.gain;
+        let high = if high.is_finite() { number(high) + &at(one.gain_frequency[1]) } else { "any".into() };
+        let degrees = |turn: f64| format!("{}°", number(turn.to_degrees()));
+        let phase = if one.phase.is_finite() { degrees(one.phase) + &at(one.phase_frequency) } else { "any".into() };
+        let delay = match one.delay {
+            Some(delay) if delay.is_finite() => format!("{} s{}", number(delay), at(one.delay_frequency)),
+            Some(_) => "any".into(),
+            None => "–".into(),
+        };
+        let disk = number(one.disk) + &at(Some(one.disk_frequency));
+        let [from, to] = one.disk_gain;
+        let to = if to.is_finite() { number(to) } else { "any".into() };
+        let held = format!("{} to {to}, {}", number(from), degrees(one.disk_phase));
+        let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
+        let low = number(low) + &at(one.gain_frequency[0]);
+        [what, format!("{low} to {high}"), phase, delay, disk, held]
+    };
+    margins.channels.iter().map(row).collect()
+}
+
+/// Headers of [`channels`].
+pub const CHANNELS: [&str; 6] =
+    ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
 
 /// A design beside this one as a row: rate, bandwidth, effort, sensors, interaction, torque, noise, spectral radius.
 pub fn alternative(found: &Exploration, one: &Alternative, number: impl Fn(f64) -> String) -> [String; 8] {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::places::Places;
 use super::{Clock, LoopPlant, SampledPart};
-use crate::num::{Matrix, discretise, eigenvalues};
+use crate::num::{AtZero, Matrix, at_zero, balance, discretise, eigenvalues};
 
 /// Parts of the shortest sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -12,12 +12,12 @@ const SAME: f64 = 1e-9;
 const DOUBLINGS: usize = 12;
 /// Samples, of controllers and slow sensors, within the period after which all clocks begin anew.
 const MOST_SAMPLES: usize = 1000;
-/// Slowest motion that counts as held by something, rad/s, and what rounding leaves of a double multiplier at one.
-const FREE: [f64; 2] = [1e-2, 1e-6];
-/// What of a growth beyond one still counts as rounding.
-const ROUNDING: f64 = 1e-9;
-/// Time over which slow motions show, s.
-const SLOW: f64 = 1e-3;
+/// Relative distance to an eigenvalue at which its vector is looked for.
+const BESIDE: f64 = 1e-9;
+/// Distances to the limit of stability below which the error of an eigenvalue is bounded by its condition.
+const CLOSE: f64 = 1e-4;
+/// Of how many roundings, times its size, the largest entries of a loop are known.
+const ROUNDINGS: f64 = 8.0;
 
 /// Rows of z that change at once, over z as it was before.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -93,6 +93,12 @@ pub struct SampledLoop {
     pub references: Vec<usize>,
     /// Where the errors of the readings of each law are in z, if they were asked for.
     pub errors: Vec<usize>,
+    /// Where the torques are in z that the motors of each law give beyond what they are told, if they were asked for.
+    pub(super) excess: Vec<usize>,
+    /// Where the commands of each law are that are in force.
+    pub(super) held: Vec<usize>,
+    /// After which happening new commands of each law are in force; `None` if that is more than once in a period.
+    applied: Vec<Option<usize>>,
     /// Reduced coordinates, which stand first in z.
     freedoms: usize,
     /// Where constants begin in z: references and errors.
@@ -102,14 +108,85 @@ pub struct SampledLoop {
 }
 
 /// The motion of a loop that grows most, or decays least.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Slowest {
-    /// Growth per shortest sample time; of a loop in continuous time per second, e^σ.
+    /// Growth per shortest sample time; of a loop in continuous time per second, e^σ. Zero if every motion is free.
     pub growth: f64,
     /// rad/s
     pub frequency: f64,
-    /// Whether nothing grows.
+    /// Whether nothing grows, to the rounding of the loop.
     pub stable: bool,
+    /// Motions that nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: columns over
+    /// z without constants. As many as such eigenvalues; angles that stay, and speeds that stay.
+    pub free: Matrix<f64>,
+}
+
+impl Slowest {
+    /// Of a loop in continuous time `ż = F z`; `left_out`: at least so many motions, those next to zero.
+    pub(super) fn continuous(flow: &Matrix<f64>, left_out: usize) -> Option<Self> {
+        let found = Held::of(flow, left_out)?;
+        let (re, im) =
+            found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
+        let stable = re < 0.0 || re <= error(&found.split.rest, (re, im));
+        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions })
+    }
+}
+
+/// Eigenvalues of a matrix without those at zero.
+struct Held {
+    split: AtZero,
+    held: Vec<(f64, f64)>,
+}
+
+impl Held {
+    fn of(matrix: &Matrix<f64>, left_out: usize) -> Option<Self> {
+        let split = at_zero(matrix)?;
+        // Sorted by size: the next to zero come first.
+        let mut held = eigenvalues(&split.rest)?;
+        let more = left_out.saturating_sub(split.motions.columns()).min(held.len());
+        held.drain(..more);
+        Some(Self { split, held })
+    }
+}
+
+/// How far the rounding of a matrix may move an eigenvalue, to first order: its condition times that of the largest entries.
+fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
+    let n = matrix.rows();
+    let scales = balance(&faer::Mat::from_fn(n, n, |i, j| matrix[(i, j)]));
+    let balanced = Matrix::from_fn(n, n, |i, j| matrix[(i, j)] * scales[j] / scales[i]);
+    let own = balanced.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Right and left vector by inverse iteration, as real vectors of twice the length.
+    let near = (value.0 * (1.0 + BESIDE), value.1 * (1.0 + BESIDE));
+    let shifted = |a: &Matrix<f64>, im: f64| {
+        Matrix::from_fn(2 * n, 2 * n, |i, j| {
+            let same = f64::from(u8::from(i % n == j % n));
+            match (i < n, j < n) {
+                (true, false) => im * same,
+                (false, true) => -im * same,
+                _ => a[(i % n, j % n)] - near.0 * same,
+            }
+        })
+    };
+    let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + (i as f64).sin());
+    let vector = |a: &Matrix<f64>, im: f64| {
+        let once = shifted(a, im).solve(&start)?;
+        let largest = once.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let x = shifted(a, im).solve(&once.scale(&(1.0 / largest)))?;
+        let largest = x.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        let x = x.scale(&(1.0 / largest));
+        x.as_slice().iter().all(|x| x.is_finite()).then_some(x)
+    };
+    let (right, left) = (vector(&balanced, near.1), vector(&balanced.transpose(), -near.1));
+    let condition = match (right, left) {
+        (Some(x), Some(y)) => {
+            let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
+            let along = (sum(0, 0) + sum(n, n)).hypot(sum(0, n) - sum(n, 0));
+            let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
+            (length(&x) * length(&y) / along).max(1.0)
+        }
+        _ => 1.0,
+    };
+    ROUNDINGS * n as f64 * f64::EPSILON * own * condition
 }
 
 /// Why there is no map.
@@ -180,6 +257,7 @@ impl SampledLoop {
         let mut intervals: Vec<(f64, usize)> = Vec::new();
         let mut course = Vec::new();
         let mut dues: Vec<(Due, usize)> = Vec::new();
+        let mut applied: Vec<Vec<usize>> = vec![Vec::new(); parts.len()];
         let mut time = 0.0;
         for (at, together) in due(parts, period, shortest) {
             if at - time > SAME * shortest {
@@ -213,6 +291,12 @@ impl SampledLoop {
                     jumps.len() - 1
                 });
                 course.push(Happening::Jump(jump));
+                let late = |law: usize| parts[law].clock.is_some_and(|clock| clock.delay > 0.0);
+                match what {
+                    Due::Apply(law) => applied[law].push(course.len()),
+                    Due::Compute(law) if !late(law) => applied[law].push(course.len()),
+                    _ => {}
+                }
             }
         }
         if period - time > SAME * shortest {
@@ -237,6 +321,10 @@ impl SampledLoop {
         }
         let references: Vec<usize> = places.laws.iter().map(|law| law.references.unwrap_or(places.size)).collect();
         let errors = places.laws.iter().map(|law| law.errors.unwrap_or(places.size)).collect();
+        let excess = places.laws.iter().map(|law| law.excess.unwrap_or(places.size)).collect();
+        let held = places.laws.iter().map(|law| law.held).collect();
+        let once = |all: Vec<usize>| if let [one] = all[..] { Some(one) } else { None };
+        let applied = applied.into_iter().map(once).collect();
         let constants = references.first().copied().unwrap_or(places.size);
         let freedoms = plant.inertia.rows();
         Ok(Self {
@@ -247,6 +335,9 @@ impl SampledLoop {
             commands,
             references,
             errors,
+            excess,
+            held,
+            applied,
             freedoms,
             constants,
             jumps,
@@ -294,41 +385,60 @@ impl SampledLoop {
     /// Eigenvalues of the map, as growth per shortest sample time, largest first, without those of constant references and
     /// errors; `None` if the iteration fails.
     pub fn multipliers(&self) -> Option<Vec<(f64, f64)>> {
-        let mut found = self.eigenvalues_over(1)?;
+        let n = self.constants;
+        // Nothing acts on constants: Φ is block triangular.
+        let mut found = eigenvalues(&Matrix::from_fn(n, n, |i, j| self.map[(i, j)]))?;
+        found.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
         found.iter_mut().for_each(|multiplier| *multiplier = power(*multiplier, self.sample_time / self.period));
         Some(found)
     }
 
-    /// Eigenvalues of the map over some periods, largest first. Nothing acts on constants: Φ is block triangular.
-    fn eigenvalues_over(&self, periods: usize) -> Option<Vec<(f64, f64)>> {
-        let n = self.constants;
-        let map = self.after(periods);
-        let mut found = eigenvalues(&Matrix::from_fn(n, n, |i, j| map[(i, j)]))?;
-        found.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
-        Some(found)
+    /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely), which
+    /// stay exactly; growth zero if there is no other. `None` if the iteration fails.
+    pub fn slowest(&self) -> Option<Slowest> {
+        self.slowest_without(0)
     }
 
-    /// The motion that grows most, or decays least, but for those of parts that nobody holds (a wheel that turns freely); growth
-    /// zero if there is no other. `None` if the iteration fails.
-    pub fn slowest(&self) -> Option<Slowest> {
-        let held = |found: Vec<(f64, f64)>, periods: usize| {
-            let free = FREE[0] * periods as f64 * self.period + FREE[1];
-            found.into_iter().find(|(re, im)| (re - 1.0).hypot(*im) > free).unwrap_or_default()
+    /// The same without at least so many motions, those that change least.
+    pub(super) fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
+        let n = self.constants;
+        // What stays is an eigenvalue at zero of Φ − 1.
+        let change = Matrix::from_fn(n, n, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)));
+        let found = Held::of(&change, left_out)?;
+        let rest = found.split.rest.plus(&Matrix::identity(found.split.rest.rows()));
+        // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
+        let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
+        let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
+            return Some(Slowest { growth: 0.0, frequency: 0.0, stable: true, free: found.split.motions });
         };
-        let growth = |found, periods: usize| size(found).powf(self.sample_time / (periods as f64 * self.period));
-        let told = |growth: f64, frequency: f64| Slowest { growth, frequency, stable: growth < 1.0 + ROUNDING };
-        let own = held(self.eigenvalues_over(1)?, 1);
-        let periods = (SLOW / self.period) as usize;
-        if periods >= 2 {
-            // At short sample times slow motions are as close to one as rounding. Over a longer time they are not, but fast ones
-            // lose their frequency there.
-            let slow = held(self.eigenvalues_over(periods)?, periods);
-            if growth(slow, periods) > growth(own, 1) * (1.0 + SAME) {
-                let angle = slow.1.atan2(slow.0).abs();
-                return Some(told(growth(slow, periods), angle / (periods as f64 * self.period)));
+        let own = (1.0 + change.0, change.1);
+        let beyond = 0.5 * grows(change);
+        let stable = match beyond {
+            beyond if beyond < 0.0 => true,
+            beyond if beyond > CLOSE => false,
+            beyond => beyond <= error(&rest, own),
+        };
+        let growth = (1.0 + grows(change)).max(0.0).powf(0.5 * self.sample_time / self.period);
+        let frequency = self.turn(own).abs() / self.period;
+        Some(Slowest { growth, frequency, stable, free: found.split.motions })
+    }
+
+    /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
+    /// than once in a period.
+    pub(super) fn between_commands(&self, law: usize) -> Option<Matrix<f64>> {
+        let first = self.applied[law]?;
+        let mut map = Matrix::identity(self.map.rows());
+        for happening in self.course[first..].iter().chain(&self.course[..first]) {
+            if let Happening::Jump(jump) = happening {
+                self.jumps[*jump].change_rows(&mut map);
             }
         }
-        Some(told(growth(own, 1), self.turn(own).abs() / self.period))
+        Some(map)
+    }
+
+    /// How many entries of z are no constants.
+    pub(super) fn states(&self) -> usize {
+        self.constants
     }
 
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
@@ -340,7 +450,7 @@ impl SampledLoop {
         }
         // The eigenvector by one step of inverse iteration: (Φ − λ)(x + iy) = w.
         let n = self.constants;
-        let near = (re * (1.0 + ROUNDING), im * (1.0 + ROUNDING));
+        let near = (re * (1.0 + BESIDE), im * (1.0 + BESIDE));
         let shifted = Matrix::from_fn(2 * n, 2 * n, |i, j| {
             let (row, column) = (i % n, j % n);
             match (i < n, j < n) {

@@ -1,14 +1,11 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
+use super::places::Places;
 use super::{Clock, LoopPlant, SampledLoop, SampledPart, Slowest};
-use crate::num::eigenvalues;
+use crate::num::{Matrix, at_zero};
 use crate::synthesis::Law;
+use crate::synthesis::margins::Response;
 
-/// What of a pole, 1/s, above zero still counts as rounding.
-const ROUNDING: f64 = 1e-9;
-/// Poles of a loop in continuous time that close to zero, 1/s, belong to motions that are not held (a wheel that nobody grips),
-/// and are left out.
-const FREE: f64 = 1e-6;
 /// Steps of the searches, as a factor.
 const STEP: f64 = 1.04;
 /// Shortest and longest sample time and lag that are looked at, s.
@@ -88,22 +85,115 @@ impl Survey<'_> {
         Some((parts, plant))
     }
 
-    /// The motion of the changed loop that grows most; `None` if it cannot be computed.
+    /// The motion of the changed loop that grows most, but for those that nobody holds; `None` if it cannot be computed.
     pub fn slowest(&self, change: Change) -> Option<Slowest> {
+        self.slowest_without(change, 0)
+    }
+
+    fn slowest_without(&self, change: Change, left_out: usize) -> Option<Slowest> {
         let (parts, plant) = self.changed(change)?;
         if parts.iter().all(|part| part.clock.is_none()) {
-            let poles = eigenvalues(&SampledLoop::flow_of(&plant, &parts))?;
-            let held = poles.iter().filter(|(re, im)| re.hypot(*im) > FREE);
-            let (re, im) = held.copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
-            return Some(Slowest { growth: re.exp(), frequency: im.abs(), stable: re < ROUNDING });
+            return Slowest::continuous(&SampledLoop::flow_of(&plant, &parts), left_out);
         }
-        SampledLoop::new(&plant, &parts).ok()?.slowest()
+        SampledLoop::new(&plant, &parts).ok()?.slowest_without(left_out)
+    }
+
+    /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
+    /// left out. `None` if the loop has several clocks, or cannot be computed.
+    pub fn motors(&self) -> Option<Response> {
+        let (parts, plant) = self.changed(self.unchanged())?;
+        let part = &parts[self.number];
+        let m = part.inputs.len();
+        let Some(period) = self.period(&parts)? else {
+            let places = Places::new(&plant, &parts, true);
+            let (flow, commands) = places.flow();
+            let n = places.laws.first()?.references?;
+            let excess = places.laws[self.number].excess?;
+            let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
+            let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
+            return held(&flow, &b, &c, None);
+        };
+        part.clock?;
+        let found = SampledLoop::driven(&plant, &parts, period).ok()?;
+        let (n, excess, first) = (found.states(), found.excess[self.number], found.held[self.number]);
+        let map = found.between_commands(self.number)?;
+        let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
+        let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
+        held(&map, &b, &c, Some(period))
+    }
+
+    /// The same for errors of what the controller reads: names, and a channel for each.
+    ///
+    /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
+    /// the `shafts` that it uses.
+    ///
+    /// # Panics
+    /// If there is not one row for each sensor, and one name for each shaft.
+    pub fn readings(&self, sensors: &[(String, Vec<f64>)], shafts: &[String]) -> Option<(Vec<String>, Response)> {
+        let (mut parts, plant) = self.changed(self.unchanged())?;
+        let period = self.period(&parts)?;
+        let part = &mut parts[self.number];
+        if !part.slow.is_empty() || (period.is_some() && part.clock.is_none()) {
+            return None;
+        }
+        let r = plant.basis.columns();
+        assert_eq!(shafts.len(), plant.basis.rows(), "one name for each shaft");
+        let (names, rows): (Vec<String>, Vec<Vec<f64>>) = if part.linear.on_errors.columns() > 0 {
+            assert_eq!(part.linear.on_errors.columns(), sensors.len(), "one row for each sensor");
+            sensors.iter().cloned().unzip()
+        } else {
+            let linear = &mut part.linear;
+            let used = |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| {
+                [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0))
+            };
+            let angles = (0..shafts.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
+            let mut all: Vec<(bool, usize)> = angles.map(|k| (false, k)).collect();
+            all.extend((0..shafts.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
+            let pick = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
+                Matrix::from_fn(angles.rows(), all.len(), |i, j| if all[j].0 { speeds } else { angles }[(i, all[j].1)])
+            };
+            (linear.errors, linear.on_errors) =
+                (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
+            let tail = |speed: bool| if speed { "w" } else { "phi" };
+            let row = |(speed, k): &(bool, usize)| {
+                let own = |j: usize| if *speed { j >= r } else { j < r };
+                (0..2 * r).map(|j| if own(j) { plant.basis[(*k, j % r)] } else { 0.0 }).collect()
+            };
+            all.iter().map(|one| (format!("{}.{}", shafts[one.1], tail(one.0)), row(one))).unzip()
+        };
+        let errors = names.len();
+        let (n, first, map) = if let Some(period) = period {
+            let found = SampledLoop::driven(&plant, &parts, period).ok()?;
+            (found.states(), found.errors[self.number], found.map)
+        } else {
+            let places = Places::new(&plant, &parts, true);
+            (places.laws.first()?.references?, places.laws[self.number].errors?, places.flow().0)
+        };
+        let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
+        let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
+        Some((names, held(&map, &b, &c, period)?))
+    }
+
+    /// The sample time that all have in common; `None` in continuous time. `None` outside if there are several.
+    #[allow(clippy::option_option)]
+    fn period(&self, parts: &[SampledPart]) -> Option<Option<f64>> {
+        let slow = parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
+        let mut all = parts.iter().filter_map(|part| part.clock.map(|clock| clock.period)).chain(slow);
+        let first = all.next();
+        let same = |other: f64| first.is_some_and(|first| (other / first - 1.0).abs() < 1e-9);
+        all.all(same).then_some(first)
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable
     /// at the first.
-    fn first(&self, values: impl Iterator<Item = f64>, change: impl Fn(f64) -> Change) -> Option<Limit> {
-        let stable = |value: f64| self.slowest(change(value)).is_some_and(|found| found.stable);
+    fn first(
+        &self,
+        values: impl Iterator<Item = f64>,
+        left_out: usize,
+        change: impl Fn(f64) -> Change,
+    ) -> Option<Limit> {
+        let slowest = |value: f64| self.slowest_without(change(value), left_out);
+        let stable = |value: f64| slowest(value).is_some_and(|found| found.stable);
         let mut before: Option<f64> = None;
         for value in values {
             if stable(value) {
@@ -118,7 +208,7 @@ impl Survey<'_> {
                 }
                 if stable(middle) { low = middle } else { high = middle }
             }
-            let frequency = self.slowest(change(high)).map_or(0.0, |found| found.frequency);
+            let frequency = slowest(high).map_or(0.0, |found| found.frequency);
             return Some(Limit { value: low, frequency });
         }
         before.map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
@@ -128,7 +218,7 @@ impl Survey<'_> {
     /// tolerated too. `None` if none is, or the law is made for one sample time.
     pub fn longest_period(&self, delay: f64) -> Option<Limit> {
         let single = self.clocks[self.number].is_some_and(|clock| clock.single);
-        self.first(path(RANGE[0], RANGE[1]), |period| Change {
+        self.first(path(RANGE[0], RANGE[1]), 0, |period| Change {
             clock: Some(Clock { period, delay: delay * period, single }),
             ..self.unchanged()
         })
@@ -139,7 +229,7 @@ impl Survey<'_> {
         let clock = self.clocks[self.number]?;
         let more = (1..=(20.0 * DELAYS) as usize).map(|k| clock.period * k as f64 / 20.0);
         let delays = std::iter::once(clock.delay).chain(more.filter(|delay| *delay > clock.delay));
-        self.first(delays, |delay| Change { clock: Some(Clock { delay, ..clock }), ..self.unchanged() })
+        self.first(delays, 0, |delay| Change { clock: Some(Clock { delay, ..clock }), ..self.unchanged() })
     }
 
     /// The longest lag of all motors of the controller, s, that the loop tolerates (those with more keep theirs); `None` if it is
@@ -148,15 +238,31 @@ impl Survey<'_> {
         let inputs = SampledPart::of(&*self.laws[self.number], self.plant).inputs;
         let now = inputs.iter().map(|input| self.plant.lags[*input]).fold(f64::INFINITY, f64::min);
         let more = path(RANGE[0], RANGE[1]).filter(|lag| *lag > now);
-        self.first(std::iter::once(now).chain(more), |lag| Change { lag: Some(lag), ..self.unchanged() })
+        self.first(std::iter::once(now).chain(more), 0, |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
 
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.
+    ///
+    /// A motion that nobody holds, at zero because the law balances a torque exactly, moves with the factor; as many as there are
+    /// are left out, those next to zero.
     pub fn gain_margin(&self) -> Option<[Limit; 2]> {
         let change = |gain: f64| Change { gain, ..self.unchanged() };
-        let up = self.first(path(1.0, GAINS), change)?;
-        let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), change)?;
+        let free = self.slowest(self.unchanged())?.free.columns();
+        let up = self.first(path(1.0, GAINS), free, change)?;
+        let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;
         Some([if down.value.is_infinite() { Limit { value: 0.0, ..down } } else { down }, up])
+    }
+}
+
+/// The loop without the motions that nobody holds, for errors that enter by B and signals C.
+fn held(matrix: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, period: Option<f64>) -> Option<Response> {
+    let n = b.rows();
+    let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
+    let split = at_zero(&Matrix::from_fn(n, n, |i, j| matrix[(i, j)] - one(i, j)))?;
+    let (b, c) = (split.left.multiply(b), c.multiply(&split.right));
+    match period {
+        None => Response::continuous(&split.rest, &b, &c),
+        Some(period) => Response::sampled(&split.rest.plus(&Matrix::identity(split.rest.rows())), &b, &c, period),
     }
 }
 

@@ -10,7 +10,7 @@ pub struct SampledPart {
     pub clock: Option<Clock>,
     /// Numbers of the inputs that it commands, among those of the plant.
     pub inputs: Vec<usize>,
-    /// Factor of its commands, 1 for the loop as it is.
+    /// What its motors give of what they are told, 1 for the loop as it is; the law does not know of it.
     pub gain: f64,
     /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
     pub slow: Vec<(usize, SlowSensor)>,

@@ -17,7 +17,7 @@ pub(super) struct LawPlaces<'a> {
     /// Its linear part, without what slow sensors hold.
     direct: LinearLaw,
     /// Commands in force; of a law in continuous time nowhere.
-    held: usize,
+    pub held: usize,
     /// Commands on their way, the next first.
     queue: Vec<usize>,
     states: usize,
@@ -27,6 +27,8 @@ pub(super) struct LawPlaces<'a> {
     pub references: Option<usize>,
     /// Where the errors of its readings are; `None` if they are left out.
     pub errors: Option<usize>,
+    /// Where the torques are that its motors give more than they are told; `None` if they are left out.
+    pub excess: Option<usize>,
 }
 
 impl LawPlaces<'_> {
@@ -93,6 +95,7 @@ impl<'a> Places<'a> {
                     slow: slow.collect(),
                     references: None,
                     errors: None,
+                    excess: None,
                 }
             })
             .collect::<Vec<_>>();
@@ -103,6 +106,8 @@ impl<'a> Places<'a> {
                 law.references = Some(out.size);
                 law.errors = Some(out.size + law.direct.on_references.columns());
                 out.size += law.direct.on_references.columns() + law.direct.on_errors.columns();
+                law.excess = Some(out.size);
+                out.size += law.part.inputs.len();
             }
         }
         out
@@ -122,7 +127,7 @@ impl<'a> Places<'a> {
             _ => 0.0,
         });
         law.told(&law.direct.on_references, &law.direct.on_errors, &mut out);
-        out.scale(&law.part.gain)
+        out
     }
 
     /// What goes into the rates (or the next values) of a law's states, over z, with these torques of its inputs.
@@ -145,7 +150,8 @@ impl<'a> Places<'a> {
         out
     }
 
-    /// The matrix of the loop between two instants, ż = F z, and what each input is told.
+    /// The matrix of the loop between two instants, ż = F z, and what each input is told. A motor gives what it is told, and what
+    /// it gives beyond that, times the gain of its law, of which the law knows nothing.
     pub fn flow(&self) -> (Matrix<f64>, Matrix<f64>) {
         let plant = self.plant;
         let r = plant.inertia.rows();
@@ -172,15 +178,27 @@ impl<'a> Places<'a> {
                 (0..self.size).for_each(|j| commands[(input, j)] += own[(i, j)]);
             }
         }
+        let mut gains = vec![1.0; plant.inputs.len()];
+        let mut excess = vec![None; plant.inputs.len()];
+        for law in &self.laws {
+            for (i, &input) in law.part.inputs.iter().enumerate() {
+                gains[input] = law.part.gain;
+                excess[input] = law.excess.map(|first| first + i);
+            }
+        }
         for (input, place) in self.lagged.iter().enumerate() {
+            let more = |j: usize| f64::from(u8::from(excess[input] == Some(j)));
             for j in 0..self.size {
                 match place {
                     Some(place) => {
                         let own = f64::from(u8::from(j == *place));
-                        flow[(*place, j)] += (commands[(input, j)] - own) / plant.lags[input];
-                        (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * own);
+                        flow[(*place, j)] += (commands[(input, j)] + more(j) - own) / plant.lags[input];
+                        (0..r).for_each(|i| flow[(r + i, j)] += gains[input] * per_torque[(i, input)] * own);
                     }
-                    None => (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * commands[(input, j)]),
+                    None => {
+                        let torque = gains[input] * (commands[(input, j)] + more(j));
+                        (0..r).for_each(|i| flow[(r + i, j)] += per_torque[(i, input)] * torque);
+                    }
                 }
             }
         }

@@ -1,0 +1,111 @@
+use faer::Mat;
+
+use super::{Matrix, balance};
+
+/// Of how many roundings of the largest entries a matrix is known.
+const ROUNDINGS: f64 = 16.0;
+
+/// What of a square matrix is at zero, and the rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtZero {
+    /// Vectors that span what powers of the matrix send to zero, n × k; k is the number of eigenvalues at zero.
+    pub motions: Matrix<f64>,
+    /// The matrix on what is left, (n − k) × (n − k): `left · A · right`.
+    pub rest: Matrix<f64>,
+    /// To the coordinates of the rest, (n − k) × n; zero on the motions.
+    pub left: Matrix<f64>,
+    /// From them, n × (n − k); `left · right` is the identity.
+    pub right: Matrix<f64>,
+}
+
+/// Splits off all eigenvalues of a matrix that are at zero to the rounding of its entries, however long their chains.
+///
+/// A chain of k rounded zeros otherwise spreads over a circle with the radius of the k-th root of the rounding unit. Method:
+/// null space by singular values in balanced coordinates, the same for what is left without it, and so on (Kublanovskaya's
+/// staircase): the result is exact for a matrix that differs by rounding, 16 n ε ‖A‖ in balanced coordinates. `None` if an
+/// entry is not finite or the iteration fails. Cost O(n³) for each step of the longest chain.
+///
+/// ```
+/// use kardan::num::{Matrix, at_zero};
+/// // A free body with angle and speed, beside a decay with 3 1/s that it drives.
+/// let rows = [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, -3.0]];
+/// let found = at_zero(&Matrix::from_fn(3, 3, |i, j| rows[i][j])).unwrap();
+/// assert_eq!(found.motions.columns(), 2);
+/// assert!((found.rest[(0, 0)] + 3.0).abs() < 1e-15);
+/// ```
+///
+/// # Panics
+/// If the matrix is not square.
+pub fn at_zero(matrix: &Matrix<f64>) -> Option<AtZero> {
+    let n = matrix.rows();
+    assert_eq!(n, matrix.columns(), "eigenvalues of a matrix that is not square");
+    if matrix.as_slice().iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let a = Mat::from_fn(n, n, |i, j| matrix[(i, j)]);
+    let scales = balance(&a);
+    let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
+    let least = ROUNDINGS * n as f64 * f64::EPSILON * a.norm_l2();
+    let (mut motions, mut others) = (Mat::<f64>::zeros(n, 0), Mat::<f64>::identity(n, n));
+    let mut rest = a.clone();
+    while rest.nrows() > 0 {
+        let svd = rest.svd().ok()?;
+        let p = rest.nrows();
+        let kept = (0..p).filter(|&j| svd.S()[j] > least).count();
+        if kept == p {
+            break;
+        }
+        let v = svd.V();
+        let more = &others * v.subcols(kept, p - kept);
+        let before = motions.ncols();
+        motions =
+            Mat::from_fn(n, before + p - kept, |i, j| if j < before { motions[(i, j)] } else { more[(i, j - before)] });
+        others = &others * v.subcols(0, kept);
+        rest = others.transpose() * &a * &others;
+    }
+    let out = |m: &Mat<f64>| Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)]);
+    Some(AtZero {
+        motions: Matrix::from_fn(n, motions.ncols(), |i, j| motions[(i, j)] * scales[i]),
+        rest: out(&rest),
+        left: Matrix::from_fn(others.ncols(), n, |i, j| others[(j, i)] / scales[j]),
+        right: Matrix::from_fn(n, others.ncols(), |i, j| others[(i, j)] * scales[i]),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Random, eigenvalues};
+
+    /// Chains of zeros, hidden by a similarity transform: the count is exact, and the rest keeps its eigenvalues.
+    #[test]
+    fn chains_of_zeros_that_are_hidden() {
+        let mut random = Random::new(3);
+        for chains in [vec![1], vec![2], vec![3], vec![1, 1], vec![2, 3], vec![4, 1], vec![]] {
+            let zeros: usize = chains.iter().sum();
+            let rest = [-0.02, -3.0, -450.0, 7.0];
+            let n = zeros + rest.len();
+            let mut a = Matrix::zeros(n, n);
+            let mut first = 0;
+            for length in &chains {
+                (1..*length).for_each(|k| a[(first + k - 1, first + k)] = 1.0);
+                first += length;
+            }
+            for (k, value) in rest.iter().enumerate() {
+                a[(zeros + k, zeros + k)] = *value;
+                (0..zeros + k).for_each(|i| a[(i, zeros + k)] = random.unit());
+            }
+            let t = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) + 0.4 * (random.unit() - 0.5));
+            let units: Vec<f64> = (0..n).map(|k| 10f64.powi((k as i32 * 5) % 7 - 3)).collect();
+            let hidden = t.solve(&a.multiply(&t)).expect("regular");
+            let hidden = Matrix::from_fn(n, n, |i, j| hidden[(i, j)] * units[i] / units[j]);
+            let found = at_zero(&hidden).expect("finite");
+            assert_eq!(found.motions.columns(), zeros, "{chains:?}");
+            for value in rest {
+                let near = eigenvalues(&found.rest).expect("finite");
+                let near = near.iter().map(|(re, im)| (re - value).hypot(*im)).fold(f64::MAX, f64::min);
+                assert!(near < 1e-10, "{chains:?}: {value} is off by {near}");
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+use std::f64::consts::TAU;
+
+use super::Response;
+
+/// How wrong one channel of a loop may be, all others as designed. Frequencies in rad/s; `None` where nothing limits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ChannelMargins {
+    /// The largest factor below one and the smallest above it at which the loop is at the limit; 0 and infinity if none is.
+    pub gain: [f64; 2],
+    /// Of the motions that begin there.
+    pub gain_frequency: [Option<f64>; 2],
+    /// The least turn of the phase, either way, rad; infinite if none is too much.
+    pub phase: f64,
+    /// Where.
+    pub phase_frequency: Option<f64>,
+    /// The least delay, s, in continuous time; infinite if none is too much. `None` for a sampled loop.
+    pub delay: Option<f64>,
+    /// Where.
+    pub delay_frequency: Option<f64>,
+    /// α of the balanced disk: the loop stays stable under every linear error `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
+    pub disk: f64,
+    /// Where a larger disk would be too large.
+    pub disk_frequency: f64,
+}
+
+impl ChannelMargins {
+    /// The gains that the disk holds, below one and above: `(2 − α)/(2 + α)` and its inverse; from 2 on 0 and infinity.
+    pub fn disk_gain(&self) -> [f64; 2] {
+        if self.disk >= 2.0 {
+            [0.0, f64::INFINITY]
+        } else {
+            [(2.0 - self.disk) / (2.0 + self.disk), (2.0 + self.disk) / (2.0 - self.disk)]
+        }
+    }
+
+    /// The turns of the phase that the disk holds, rad: `2 atan(α/2)`, half a turn from 2 on.
+    pub fn disk_phase(&self) -> f64 {
+        2.0 * (0.5 * self.disk).atan()
+    }
+}
+
+/// Gain, phase, delay and disk margins of one channel of a stable loop.
+///
+/// Gain margins where M is real, phase margins where |S| = |T|, that is Re M = −½, found as zeros of `M(s) ∓ M(−s)`; the disk
+/// from the exact peak of (S − T)/2 (Seiler, Packard, Gahinet 2020). `None` if an iteration fails.
+///
+/// ```
+/// use kardan::num::Matrix;
+/// use kardan::synthesis::margins::{Response, channel_margins};
+/// // An integrator under u = −3 x: a turn of a quarter, at 3 rad/s, and the disk of a loop without limits.
+/// let one = |x: f64| Matrix::from_fn(1, 1, |_, _| x);
+/// let found = channel_margins(&Response::continuous(&one(-3.0), &one(1.0), &one(-3.0)).unwrap()).unwrap();
+/// assert!((found.phase - std::f64::consts::FRAC_PI_2).abs() < 1e-12 && (found.phase_frequency.unwrap() - 3.0).abs() < 1e-9);
+/// assert_eq!(found.gain, [0.0, f64::INFINITY]);
+/// assert!((found.disk - 2.0).abs() < 1e-9);
+/// ```
+///
+/// # Panics
+/// If it has not just one channel.
+pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
+    assert_eq!(channel.channels(), 1, "margins of one channel");
+    let (peak, place) = channel.balanced().peak()?;
+    let mut out = ChannelMargins {
+        gain: [0.0, f64::INFINITY],
+        phase: f64::INFINITY,
+        delay: (!channel.is_sampled()).then_some(f64::INFINITY),
+        disk: 1.0 / peak,
+        disk_frequency: channel.frequency(place),
+        ..ChannelMargins::default()
+    };
+    for place in channel.crossings(true).into_iter().chain([0.0, f64::INFINITY]) {
+        let m = channel.at(place)[(0, 0)].re;
+        let (factor, frequency) = (1.0 + 1.0 / m, Some(channel.frequency(place)));
+        if m > 0.0 && factor < out.gain[1] {
+            (out.gain[1], out.gain_frequency[1]) = (factor, frequency);
+        } else if m < 0.0 && factor > out.gain[0] {
+            (out.gain[0], out.gain_frequency[0]) = (factor, frequency);
+        }
+    }
+    for place in channel.crossings(false) {
+        let m = channel.at(place)[(0, 0)];
+        let factor = 1.0 + m.conj() / m.norm_sqr();
+        let (turn, frequency) = (-factor.im.atan2(factor.re), channel.frequency(place));
+        if turn.abs() < out.phase {
+            (out.phase, out.phase_frequency) = (turn.abs(), Some(frequency));
+        }
+        let late = turn.rem_euclid(TAU) / frequency;
+        if out.delay.is_some_and(|delay| late < delay) {
+            (out.delay, out.delay_frequency) = (Some(late), Some(frequency));
+        }
+    }
+    Some(out)
+}
