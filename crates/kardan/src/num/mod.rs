@@ -17,8 +17,10 @@ mod null_vectors;
 mod polynomial;
 mod prime_field;
 mod reconstruct;
+mod roots;
 mod scalar;
 mod sparse;
+mod wide;
 
 pub use balance::balance;
 pub use dense::{Cholesky, Lu, dot, multiply};
