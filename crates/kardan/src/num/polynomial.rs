@@ -232,13 +232,14 @@ impl Polynomial {
         self.simple_factors_with_roots().into_iter().map(|(factor, _)| factor).collect()
     }
 
-    /// The same with the roots of each factor, as [`roots`](Self::roots) gives them.
+    /// The same with the roots of each factor, as [`proven_roots`](Self::proven_roots) gives them; where it gives none, the
+    /// polynomial as it is, without roots.
     ///
     /// # Panics
     /// If the polynomial is zero.
     pub fn simple_factors_with_roots(&self) -> Vec<(Self, Vec<(f64, f64)>)> {
         let mut rest = self.clone();
-        let mut rest_roots = self.roots();
+        let Some(mut rest_roots) = self.proven_roots() else { return vec![(rest, Vec::new())] };
         let mut out = Vec::new();
         for (re, im) in rest_roots.clone().into_iter().filter(|root| root.1 >= 0.0) {
             let guess = if im == 0.0 {
@@ -254,12 +255,11 @@ impl Polynomial {
             }
             let (quotient, remainder) = rest.divide(&factor);
             if remainder.coefficients.is_empty() {
-                for root in [(re, im), (re, -im)].into_iter().take(factor.degree()) {
-                    if let Some(at) = rest_roots.iter().position(|other| *other == root) {
-                        rest_roots.remove(at);
-                    }
-                }
-                let roots = factor.roots();
+                let mut take = |root: (f64, f64)| {
+                    rest_roots.iter().position(|other| *other == root).map(|at| rest_roots.remove(at))
+                };
+                let roots = if im == 0.0 { vec![take((re, im))] } else { vec![take((re, -im)), take((re, im))] };
+                let roots = roots.into_iter().flatten().collect();
                 out.push((factor, roots));
                 rest = quotient;
             }

@@ -13,8 +13,9 @@ use crate::synthesis::decoupling::{
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
 use crate::synthesis::{ExactLoop, Law, Plant, Stability, named, roots, stability};
 
-/// Damping ratio below which a cancelled pole deserves a warning.
-const LIGHT: f64 = 0.2;
+/// Damping ratio below which a cancelled pole deserves a warning; less what its proven digits may be off, so that a pole that is
+/// called lightly damped is.
+const LIGHT: f64 = 0.2 * (1.0 - 1e-14);
 
 /// Longest fraction that is written out, in characters.
 const LONG: usize = 12;
@@ -174,15 +175,25 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
     }
     let names: Vec<String> = (0..k).map(|i| i.to_string()).collect();
     let floating = modes_of_pencil(&names, &Matrix::identity(k), &found.matrix.to_f64()).unwrap_or_default();
-    let mut exact: Vec<Pole> = roots(&found.polynomial).into_iter().filter(|(_, im)| *im >= 0.0).collect();
-    let modes = floating
-        .iter()
-        .filter_map(|mode| {
-            // Multiple roots spread by rounding; what they are is known.
-            let distance = |pole: &Pole| (pole.0 - mode.eigenvalue.0).hypot(pole.1 - mode.eigenvalue.1);
-            let near = (0..exact.len()).min_by(|&i, &j| distance(&exact[i]).total_cmp(&distance(&exact[j])))?;
-            let pole = exact.remove(near);
-            Some(zero_mode(system, plant, &found.basis.to_f64(), pole, mode))
+    let exact: Vec<Pole> = roots(&found.polynomial).into_iter().filter(|(_, im)| *im >= 0.0).collect();
+    let basis = found.basis.to_f64();
+    // The poles are exact; what moves in them is taken from the nearest eigenvalue in floating point that is left, of which
+    // there may be fewer: two real poles next to each other come out as a pair.
+    let mut left: Vec<&Mode> = floating.iter().collect();
+    let modes = exact
+        .into_iter()
+        .map(|pole| {
+            let distance = |mode: &&Mode| (pole.0 - mode.eigenvalue.0).hypot(pole.1 - mode.eigenvalue.1);
+            let nearest =
+                |modes: &[&Mode]| (0..modes.len()).min_by(|&i, &j| distance(&modes[i]).total_cmp(&distance(&modes[j])));
+            let mode = match nearest(&left) {
+                Some(near) => left.remove(near),
+                None => match floating.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+                    Some(mode) => mode,
+                    None => return zero_mode_alone(&pole),
+                },
+            };
+            zero_mode(system, plant, &basis, pole, mode)
         })
         .collect();
     ZeroDynamics { polynomial, modes, stable: stability(&found.polynomial) == Stability::Stable }
@@ -190,17 +201,18 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
 
 /// Zero dynamics of a known polynomial; nothing is said about their motions.
 fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
-    let mode = |pole: &Pole| {
-        let natural_frequency = pole.0.hypot(pole.1);
-        let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
-        let warning = warning(*pole, natural_frequency, damping_ratio);
-        ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
-    };
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
-        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(mode).collect(),
+        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(zero_mode_alone).collect(),
         stable: stability(polynomial) == Stability::Stable,
     }
+}
+
+fn zero_mode_alone(pole: &Pole) -> ZeroMode {
+    let natural_frequency = pole.0.hypot(pole.1);
+    let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
+    let warning = warning(*pole, natural_frequency, damping_ratio);
+    ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
 }
 
 /// The motion behind a zero: which shafts move and where the energy is.
