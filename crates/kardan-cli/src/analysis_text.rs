@@ -242,14 +242,13 @@ fn relative_degrees(out: &mut String, structure: &Structure) {
 fn zeros(out: &mut String, structure: &Structure) {
     let zeros = &structure.zeros;
     if zeros.values.is_empty() {
-        sentence(out, "zeros: none");
+        let none = if zeros.growing.is_some() { "none" } else { &zeros.polynomial };
+        sentence(out, &format!("zeros: {none}"));
     } else {
         let values = words::list(&words::pairs(&zeros.values, number), NAMES);
         sentence(out, &format!("zeros: {values} 1/s, the roots of {}", zeros.polynomial));
-        if zeros.values.iter().any(|zero| zero.0 > 0.0) {
-            sentence(out, "Some zeros lie in the right half-plane: the model is not minimum phase.");
-        }
     }
+    words::half_plane(zeros).into_iter().for_each(|text| sentence(out, text));
     sentence(out, &words::normal_rank(structure));
 }
 

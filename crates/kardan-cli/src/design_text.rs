@@ -195,11 +195,16 @@ fn poles(out: &mut String, design: &Design) {
         let size = re.hypot(im);
         let damping = if size > 0.0 { number(-re / size) } else { "-".into() };
         let times = if times > 1 { format!("{times}×") } else { String::new() };
-        let grows = if re < 0.0 { String::new() } else { "DOES NOT DECAY".into() };
+        let grows = match said::motion((re, im), design) {
+            said::Motion::Decays => String::new(),
+            said::Motion::Grows | said::Motion::Stays => "DOES NOT DECAY".into(),
+            said::Motion::Unknown => "not decided".into(),
+        };
         vec![words::pair((re, im), number), times, number(size), damping, said::owner((re, im), design), grows]
     };
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
     table(out, &["#pole 1/s", "", "#frequency rad/s", "#damping", "of", ""], &rows, 2 * ROWS);
+    said::floating_poles(design).into_iter().for_each(|text| sentence(out, text));
 }
 
 fn zero_dynamics(out: &mut String, design: &Design) {

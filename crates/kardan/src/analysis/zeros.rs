@@ -172,15 +172,12 @@ fn eliminate(field: &PrimeField, rows: &mut [Vec<Residue>], columns: &[usize]) -
 pub(super) fn described(rank: usize, n: usize, degree: usize, polynomial: Option<&Polynomial>) -> Zeros {
     let normal_rank = rank - n;
     let Some(polynomial) = polynomial else {
-        return Zeros { polynomial: format!("(degree {degree}, not written out)"), values: Vec::new(), normal_rank };
+        let polynomial = format!("(degree {degree}, not written out)");
+        return Zeros { polynomial, values: Vec::new(), growing: None, normal_rank };
     };
-    // Roots of the square-free parts, each as often as its exponent.
-    let mut values = Vec::new();
-    for (part, exponent) in polynomial.square_free() {
-        for root in part.roots() {
-            values.extend(std::iter::repeat_n(root, exponent));
-        }
-    }
-    values.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
-    Zeros { polynomial: polynomial.to_string(), values, normal_rank }
+    // Proven roots are on the right side of the axis, and on it only if they are so exactly.
+    let proven = polynomial.proven_roots();
+    let growing = proven.as_ref().map(|roots| roots.iter().filter(|root| root.0 > 0.0).count());
+    let values = proven.unwrap_or_else(|| polynomial.roots());
+    Zeros { polynomial: polynomial.to_string(), values, growing, normal_rank }
 }

@@ -25,7 +25,7 @@ use crate::results::{
 /// | `controllable_rank`, `observable_rank` | whole numbers |
 /// | `states`, `state_names`, `inputs`, `outputs` | the number of states; names |
 /// | `relative_degrees` | `outputs`, `inputs`; `table`, a row for each output, `null` where the input never reaches it; `per_output`, the least of each row |
-/// | `zeros` | `polynomial`, `values` in 1/s, `normal_rank` |
+/// | `zeros` | `polynomial`, `values` in 1/s, `in_right_half_plane` (how many, exact; `null`: not decided), `normal_rank` |
 /// | `kind` | the case of the theorems on least numbers: `general`, `pure damping`, `no damping`, `state space` |
 /// | `min_inputs`, `min_outputs` | whole numbers |
 /// | `factors` | of the characteristic polynomial: `polynomial`, `roots_per_s`, `algebraic`, `geometric`, `input_defect`, `output_defect` |
@@ -62,6 +62,7 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "zeros": {
             "polynomial": structure.zeros.polynomial,
             "values": list(&structure.zeros.values, pole),
+            "in_right_half_plane": structure.zeros.growing,
             "normal_rank": structure.zeros.normal_rank,
         },
         "kind": structure.kind,
@@ -425,7 +426,10 @@ mod tests {
         assert_eq!(all["state_names"][2], "body_1.w");
         assert_eq!(all["uncontrollable"][0]["shafts"], object!([{ "name": "body_2", "share": 1.0 }]));
         assert_eq!(all["uncontrollable"][0]["eigenvalue_per_s"], object!([-1.0, 0.0]));
-        assert_eq!(all["zeros"], object!({ "polynomial": "s + 1", "values": [[-1.0, 0.0]], "normal_rank": 1 }));
+        assert_eq!(
+            all["zeros"],
+            object!({ "polynomial": "s + 1", "values": [[-1.0, 0.0]], "in_right_half_plane": 0, "normal_rank": 1 })
+        );
         assert_eq!(all["relative_degrees"]["table"], object!([[3]]));
         assert_eq!(all["class"]["assumptions"].as_array().unwrap().len(), 5);
         assert_eq!(all["modes"][1]["stored"][2]["energy"], "potential");

@@ -37,6 +37,7 @@ const VERSION: u32 = 1;
 /// | `canonical` | the canonically decoupled form: `sizes`, `ranks`, `Q`, `A`, `B`, `C` |
 /// | `channels` | `output`, `reference`, `kind`, `transfer`, `poles` |
 /// | `closed_loop_poles` | of the linear loop with all controllers |
+/// | `closed_loop_poles_exact` | whether they are roots of an exact polynomial with proven signs, not eigenvalues in floating point |
 /// | `zero_dynamics` | `polynomial`; `poles`, both of a conjugate pair; `stable` (decided exactly; `null` if it was not asked); `modes`: `pole` (the upper one of a pair), `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex), `stored`, `dissipated` (`element`, `share`), `warning` |
 /// | `cancels_zeros` | whether the law inverts the plant, so that its zeros become poles behind the outputs |
 /// | `observer` | `method`, `sensors`, `states`, `disturbances`, `poles`, `gain` (a matrix), `distinguishable` |
@@ -74,6 +75,7 @@ pub fn design_json(design: &Design) -> String {
         "canonical": design.canonical.as_ref().map(canonical),
         "channels": list(&design.channels, channel),
         "closed_loop_poles": list(&design.closed_loop_poles, pole),
+        "closed_loop_poles_exact": design.exact_poles,
         "zero_dynamics": zero_dynamics(&design.zero_dynamics),
         "cancels_zeros": design.cancels_zeros,
         "observer": design.observer.as_ref().map(observer),
@@ -418,6 +420,7 @@ mod tests {
         "canonical",
         "channels",
         "closed_loop_poles",
+        "closed_loop_poles_exact",
         "zero_dynamics",
         "cancels_zeros",
         "observer",

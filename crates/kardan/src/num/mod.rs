@@ -18,8 +18,10 @@ mod null_vectors;
 mod polynomial;
 mod prime_field;
 mod reconstruct;
+mod roots;
 mod scalar;
 mod sparse;
+mod wide;
 
 pub use at_zero::{AtZero, at_zero};
 pub use balance::balance;

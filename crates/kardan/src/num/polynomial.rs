@@ -4,10 +4,7 @@ use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
 
 use super::modular_polynomial::{self, remainder, square_free};
-use super::{
-    Matrix, PrimeField, Rational, Reconstruction, Residue, Scalar, eigenvalues, nearby_fraction, prime_below,
-    rational_from_f64, rational_to_f64,
-};
+use super::{PrimeField, Rational, Reconstruction, Residue, Scalar, nearby_fraction, prime_below, roots};
 
 /// A polynomial in s with exact coefficients, of 1, s, s², …; no leading zeros, the zero polynomial is empty.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -235,13 +232,14 @@ impl Polynomial {
         self.simple_factors_with_roots().into_iter().map(|(factor, _)| factor).collect()
     }
 
-    /// The same with the roots of each factor, as [`roots`](Self::roots) gives them.
+    /// The same with the roots of each factor, as [`proven_roots`](Self::proven_roots) gives them; where it gives none, the
+    /// polynomial as it is, without roots.
     ///
     /// # Panics
     /// If the polynomial is zero.
     pub fn simple_factors_with_roots(&self) -> Vec<(Self, Vec<(f64, f64)>)> {
         let mut rest = self.clone();
-        let mut rest_roots = self.roots();
+        let Some(mut rest_roots) = self.proven_roots() else { return vec![(rest, Vec::new())] };
         let mut out = Vec::new();
         for (re, im) in rest_roots.clone().into_iter().filter(|root| root.1 >= 0.0) {
             let guess = if im == 0.0 {
@@ -257,12 +255,11 @@ impl Polynomial {
             }
             let (quotient, remainder) = rest.divide(&factor);
             if remainder.coefficients.is_empty() {
-                for root in [(re, im), (re, -im)].into_iter().take(factor.degree()) {
-                    if let Some(at) = rest_roots.iter().position(|other| *other == root) {
-                        rest_roots.remove(at);
-                    }
-                }
-                let roots = factor.roots();
+                let mut take = |root: (f64, f64)| {
+                    rest_roots.iter().position(|other| *other == root).map(|at| rest_roots.remove(at))
+                };
+                let roots = if im == 0.0 { vec![take((re, im))] } else { vec![take((re, -im)), take((re, im))] };
+                let roots = roots.into_iter().flatten().collect();
                 out.push((factor, roots));
                 rest = quotient;
             }
@@ -281,80 +278,53 @@ impl Polynomial {
         divisor.last() == Some(&0) || remainder(&field, &whole, &divisor).is_empty()
     }
 
-    /// The roots of a polynomial without multiple roots, sorted by size, then imaginary part; nearly to the last bit.
+    /// All roots, each as often as it is one, sorted by size, then imaginary part; conjugate and opposite roots are so to
+    /// the last bit.
     ///
-    /// Method: eigenvalues of the companion matrix, then the simultaneous iteration of Ehrlich and Aberth with the
-    /// polynomial evaluated in exact arithmetic at the floating-point roots. Multiple roots converge slowly and to few
-    /// digits only. Cost about 20 · degree² exact operations.
+    /// They are those of [`proven_roots`](Self::proven_roots); should its bounds not be enough, floating-point estimates stand
+    /// in for them. Decide nothing by these numbers: what is exact is said by exact tests of the polynomial.
+    ///
+    /// ```
+    /// use kardan::num::{Polynomial, Rational};
+    /// let p = Polynomial::new([4, 0, 5, 0, 1].map(Rational::from).to_vec());
+    /// assert_eq!(p.roots(), [(0.0, -1.0), (0.0, 1.0), (0.0, -2.0), (0.0, 2.0)]);
+    /// ```
     ///
     /// # Panics
     /// If the polynomial is zero.
     pub fn roots(&self) -> Vec<(f64, f64)> {
-        assert!(!self.coefficients.is_empty(), "the zero polynomial has every number as a root");
-        // Roots at zero are exact.
-        let zeros = self.coefficients.iter().take_while(|c| Scalar::is_zero(*c)).count();
-        let rest = Self::new(self.coefficients[zeros..].to_vec());
-        let mut roots = vec![(0.0, 0.0); zeros];
-        let degree = rest.degree();
-        if degree == 1 {
-            let root = Rational::ZERO.minus(&rest.coefficients[0]).over(&rest.coefficients[1]);
-            roots.push((rational_to_f64(&root), 0.0));
-        } else if degree > 1 {
-            roots.extend(rest.iterate());
-        }
-        roots.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
-        roots
+        self.all_roots(|whole| Some(roots::roots(whole).unwrap_or_else(|| roots::estimates(whole)))).unwrap_or_default()
     }
 
-    fn iterate(&self) -> Vec<(f64, f64)> {
-        let degree = self.degree();
-        let leading = &self.coefficients[degree];
-        // s = scale · x with a power of two near the geometric mean of the roots keeps the companion matrix balanced.
-        let mean = rational_to_f64(&self.coefficients[0].over(leading)).abs();
-        let scale = if mean.is_finite() && mean > 0.0 { (mean.log2() / degree as f64).round().exp2() } else { 1.0 };
-        let power = |k: usize| scale.powi(k as i32);
-        let companion = Matrix::from_fn(degree, degree, |i, j| match (i + 1 == j, i + 1 == degree) {
-            (_, true) => -rational_to_f64(&self.coefficients[j].over(leading)) / power(degree - j),
-            (true, _) => 1.0,
-            _ => 0.0,
-        });
-        let circle = |k: usize| {
-            let angle = 0.4 + std::f64::consts::TAU * k as f64 / degree as f64;
-            (scale * angle.cos(), scale * angle.sin())
-        };
-        let mut z: Vec<(f64, f64)> = match eigenvalues(&companion) {
-            Some(values) => values.into_iter().map(|(re, im)| (scale * re, scale * im)).collect(),
-            None => (0..degree).map(circle).collect(),
-        };
-        let whole = self.whole_coefficients();
-        let mut previous = f64::INFINITY;
-        let mut settled = vec![false; degree];
-        for round in 0..100 {
-            let mut largest = 0.0f64;
-            for i in (0..degree).filter(|&i| !settled[i]).collect::<Vec<_>>() {
-                let newton = newton_step(&whole, z[i]);
-                let repulsion = z
-                    .iter()
-                    .enumerate()
-                    .filter(|(j, other)| *j != i && **other != z[i])
-                    .map(|(_, other)| reciprocal((z[i].0 - other.0, z[i].1 - other.1)))
-                    .fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-                let (re, im) = multiply(newton, repulsion);
-                let step = multiply(newton, reciprocal((1.0 - re, -im)));
-                if step.0.is_finite() && step.1.is_finite() {
-                    z[i] = (z[i].0 - step.0, z[i].1 - step.1);
-                    let change = step.0.hypot(step.1) / z[i].0.hypot(z[i].1).max(f64::MIN_POSITIVE);
-                    settled[i] = change < 1e-15;
-                    largest = largest.max(change);
-                }
-            }
-            if largest < 1e-15 || round > 10 && largest >= previous && largest < 1e-13 {
-                break;
-            }
-            previous = largest;
+    /// The same, or `None` where the roots could not be isolated with 65536 bits.
+    ///
+    /// Real and imaginary part of each root are off by less than 0.51 units in the last place. A part is zero if and only if
+    /// it is exactly zero, so that the signs are right; what lies beyond the range of doubles is their largest or smallest
+    /// number.
+    ///
+    /// Method: square-free parts; simultaneous iteration with as many bits as it takes until discs around the iterates, their
+    /// radii rounded up, hold one root each; Newton's method within each. Cost about degree² operations with 128 bits, more
+    /// where roots are close to each other.
+    ///
+    /// # Panics
+    /// If the polynomial is zero.
+    pub fn proven_roots(&self) -> Option<Vec<(f64, f64)>> {
+        self.all_roots(roots::roots)
+    }
+
+    /// Puts together the roots of the square-free parts.
+    fn all_roots(&self, of: impl Fn(&[IBig]) -> Option<Vec<(f64, f64)>>) -> Option<Vec<(f64, f64)>> {
+        assert!(!self.coefficients.is_empty(), "the zero polynomial has every number as a root");
+        let zeros = self.coefficients.iter().take_while(|c| Scalar::is_zero(*c)).count();
+        let mut out = vec![(0.0, 0.0); zeros];
+        for (part, times) in Self::new(self.coefficients[zeros..].to_vec()).square_free() {
+            let found = of(&part.whole_coefficients())?;
+            out.extend(found.into_iter().flat_map(|root| std::iter::repeat_n(root, times)));
         }
-        pair_up(&mut z);
-        z
+        out.sort_by(|a, b| {
+            a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)).then(a.0.total_cmp(&b.0))
+        });
+        Some(out)
     }
 
     /// The coefficients times their common denominator.
@@ -377,62 +347,6 @@ pub fn multiply_whole(a: &[IBig], b: &[IBig]) -> Vec<IBig> {
         }
     }
     out
-}
-
-/// p(z)/p′(z), the polynomial evaluated exactly: z = (x + jy)/2ᵏ with whole x, y.
-fn newton_step(whole: &[IBig], z: (f64, f64)) -> (f64, f64) {
-    let (Some(re), Some(im)) = (rational_from_f64(z.0), rational_from_f64(z.1)) else { return (0.0, 0.0) };
-    let denominator = re.denominator().max(im.denominator()).clone();
-    let x = re.numerator() * IBig::from(&denominator / re.denominator());
-    let y = im.numerator() * IBig::from(&denominator / im.denominator());
-    let q = IBig::from(denominator.clone());
-    // Horner on q^k-scaled values: P = q^n p(z), D = q^(n-1) p'(z).
-    let n = whole.len() - 1;
-    let (mut p, mut d) = ((whole[n].clone(), IBig::ZERO), (IBig::ZERO, IBig::ZERO));
-    let mut scale = IBig::ONE;
-    for k in (0..n).rev() {
-        scale = &scale * &q;
-        d = (&d.0 * &x - &d.1 * &y + &p.0, &d.0 * &y + &d.1 * &x + &p.1);
-        p = (&p.0 * &x - &p.1 * &y + &whole[k] * &scale, &p.0 * &y + &p.1 * &x);
-    }
-    let size = &d.0 * &d.0 + &d.1 * &d.1;
-    if size == IBig::ZERO {
-        return (0.0, 0.0);
-    }
-    // p/p' = P conj(D) / (|D|² q)
-    let bottom = size * q;
-    let part = |top: IBig| {
-        let (sign, size) = bottom.clone().into_parts();
-        rational_to_f64(&Rational::from_parts(top * IBig::from_parts(sign, UBig::ONE), size))
-    };
-    (part(&p.0 * &d.0 + &p.1 * &d.1), part(&p.1 * &d.0 - &p.0 * &d.1))
-}
-
-fn multiply(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
-}
-
-fn reciprocal(z: (f64, f64)) -> (f64, f64) {
-    let size = z.0 * z.0 + z.1 * z.1;
-    (z.0 / size, -z.1 / size)
-}
-
-/// Makes conjugate pairs exact and real roots real.
-fn pair_up(z: &mut [(f64, f64)]) {
-    for i in 0..z.len() {
-        let size = z[i].0.hypot(z[i].1);
-        let partner = (0..z.len())
-            .filter(|&j| j != i)
-            .map(|j| (j, (z[j].0 - z[i].0).hypot(z[j].1 + z[i].1)))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        let own = 2.0 * z[i].1.abs();
-        match partner {
-            Some((j, distance)) if distance < own && z[i].1 > 0.0 => z[j] = (z[i].0, -z[i].1),
-            Some((_, distance)) if distance < own => {}
-            _ if z[i].1.abs() <= 1e-9 * size => z[i].1 = 0.0,
-            _ => {}
-        }
-    }
 }
 
 impl fmt::Display for Polynomial {

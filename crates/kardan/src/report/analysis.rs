@@ -297,7 +297,8 @@ fn transfer(structure: &Structure) -> String {
     let zeros = &structure.zeros;
     body += "<h3>Invariant zeros</h3>\n";
     if zeros.values.is_empty() {
-        body += "<p>There are none.</p>\n";
+        let none = if zeros.growing.is_some() { "There are none." } else { &zeros.polynomial };
+        body += &paragraph(none);
     } else {
         let values = words::list(&words::pairs(&zeros.values, number), ROWS);
         body += &format!(
@@ -305,10 +306,8 @@ fn transfer(structure: &Structure) -> String {
             escape(&values),
             escape(&powers(&zeros.polynomial))
         );
-        if zeros.values.iter().any(|zero| zero.0 > 0.0) {
-            body += "<p>Some lie in the right half-plane: the model is not minimum phase.</p>\n";
-        }
     }
+    body += &words::half_plane(zeros).map(paragraph).unwrap_or_default();
     body + &paragraph(&words::normal_rank(structure))
 }
 

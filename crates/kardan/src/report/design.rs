@@ -254,10 +254,11 @@ fn closed_loop(design: &Design) -> String {
     }
     let row = |&((re, im), times): &(Pole, usize)| {
         let size = re.hypot(im);
-        let word = match re {
-            re if re < 0.0 => mark(true, "decays"),
-            re if re > 0.0 => mark(false, "grows"),
-            _ => mark(false, "does not decay"),
+        let word = match said::motion((re, im), design) {
+            said::Motion::Decays => mark(true, "decays"),
+            said::Motion::Grows => mark(false, "grows"),
+            said::Motion::Stays => mark(false, "does not decay"),
+            said::Motion::Unknown => mark(false, "not decided"),
         };
         vec![
             Cell::Number(words::pair((re, im), number)),
@@ -271,7 +272,9 @@ fn closed_loop(design: &Design) -> String {
     let headers = ["#pole [1/s]", "#", "#natural frequency [rad/s]", "#damping ratio", "of", ""];
     let hint = "<p class=\"hint\">Linear loop with all controllers, at the design point.</p>\n";
     let listed = rows_of(&headers, said::joined(&design.closed_loop_poles).iter().map(row).collect());
-    format!("{hint}{listed}{}", pictures::plane(design))
+    let floating =
+        said::floating_poles(design).map(|text| format!("<p class=\"hint\">{text}</p>\n")).unwrap_or_default();
+    format!("{hint}{listed}{floating}{}", pictures::plane(design))
 }
 
 fn zero_dynamics(design: &Design) -> String {

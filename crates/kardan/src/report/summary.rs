@@ -39,7 +39,7 @@ pub(super) fn summary(model: &ModelSummary) -> String {
     if !model.closed_loop_poles.is_empty() {
         body += &format!(
             "<h3>Closed-loop poles</h3>\n<p class=\"hint\">Linearised at the initial position, first variant, without \
-             Coulomb friction.</p>\n{}",
+             Coulomb friction, in floating point.</p>\n{}",
             poles(&model.closed_loop_poles)
         );
     }

@@ -8,7 +8,7 @@ pub mod identification;
 
 use crate::results::{
     Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,
-    LossSearch, Mode, PlacementSearch, Pole, Sampling, Structure,
+    LossSearch, Mode, PlacementSearch, Pole, Sampling, Structure, Zeros,
 };
 
 /// How a number is written.
@@ -37,23 +37,23 @@ pub fn pair(value: Pole, figures: Figures) -> String {
 
 /// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
 pub fn pairs(values: &[Pole], figures: Figures) -> Vec<String> {
-    let mut texts: Vec<(String, usize)> = Vec::new();
+    let mut texts: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
         // Of a pair whose both halves are listed, the upper one stands for both.
         let near = |other: &Pole| (other.0 - value.0).hypot(other.1 + value.1) <= 1e-9 * value.0.hypot(value.1);
         if value.1 < 0.0 && values.iter().any(near) {
             continue;
         }
-        let text = pair(value, figures);
-        match texts.iter_mut().find(|(known, _)| *known == text) {
+        // Equal values are counted, not those that look alike.
+        match texts.iter_mut().find(|(known, _)| *known == value || *known == (value.0, -value.1)) {
             Some((_, times)) => *times += 1,
-            None => texts.push((text, 1)),
+            None => texts.push((value, 1)),
         }
     }
-    let counted = |(text, times): (String, usize)| match times {
-        1 => text,
-        2 => format!("{text} (twice)"),
-        _ => format!("{text} ({times} times)"),
+    let counted = |(value, times): (Pole, usize)| match (pair(value, figures), times) {
+        (text, 1) => text,
+        (text, 2) => format!("{text} (twice)"),
+        (text, _) => format!("{text} ({times} times)"),
     };
     texts.into_iter().map(counted).collect()
 }
@@ -316,6 +316,20 @@ pub fn construction(found: &Construction) -> Vec<String> {
         format!("For the roots of {factor} ({defect} {plural} not reached): {times}{added} in input {column}.")
     }));
     out
+}
+
+/// Whether zeros lie in the right half-plane, if there is something to say.
+pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
+    match zeros.growing {
+        Some(0) => None,
+        Some(_) => Some("Some zeros lie in the right half-plane, decided exactly: the model is not minimum phase."),
+        None if zeros.values.is_empty() => {
+            Some("Whether zeros lie in the right half-plane is not decided: their polynomial is not written out.")
+        }
+        None => {
+            Some("Whether zeros lie in the right half-plane is not decided: their digits are those of floating point.")
+        }
+    }
 }
 
 /// Normal rank and what it means.

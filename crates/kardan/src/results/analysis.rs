@@ -296,6 +296,8 @@ pub struct Zeros {
     pub polynomial: String,
     /// Its roots, 1/s, with multiplicity.
     pub values: Vec<Pole>,
+    /// How many of them lie in the open right half-plane, exact; `None`: not decided, for the polynomial is not written out.
+    pub growing: Option<usize>,
     /// Normal rank of the transfer matrix; below the smaller of inputs and outputs, some combination of them is empty.
     pub normal_rank: usize,
 }

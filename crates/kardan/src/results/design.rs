@@ -65,6 +65,8 @@ pub struct Design {
     pub channels: Vec<ChannelResult>,
     /// Poles of the linear loop with all controllers of the file, at the design point, 1/s, by size.
     pub closed_loop_poles: Vec<Pole>,
+    /// Whether these are roots of an exact polynomial with proven signs; else they are eigenvalues in floating point.
+    pub exact_poles: bool,
     /// What the outputs do not show of the decoupled loop.
     pub zero_dynamics: ZeroDynamics,
     /// Whether the law inverts the plant, so that its zeros become poles behind the outputs.

@@ -153,7 +153,7 @@ pub fn two_bodies() -> Analysis {
             uncontrollable: vec![failing(&[("body_2", 1.0)])],
             unobservable: vec![failing(&[("body_1", 1.0)])],
             relative_degrees: vec![vec![Some(3)]],
-            zeros: Zeros { polynomial: "s + 1".into(), values: vec![(-1.0, 0.0)], normal_rank: 1 },
+            zeros: Zeros { polynomial: "s + 1".into(), values: vec![(-1.0, 0.0)], growing: Some(0), normal_rank: 1 },
             invariant_factors: texts(&["s + 1", "s^3 + 3 s^2 + 2 s"]),
             min_inputs: 2,
             min_outputs: 2,
@@ -362,6 +362,7 @@ pub fn train() -> Analysis {
             zeros: Zeros {
                 polynomial: "s^3 + 21 s^2 + 10100 s + 100000".into(),
                 values: vec![(-10.0, 0.0), (-5.5, 99.9), (-5.5, -99.9), (420.0, 0.0)],
+                growing: Some(1),
                 normal_rank: 2,
             },
             invariant_factors: texts(&["s^16 + 1"]),
@@ -492,7 +493,7 @@ pub fn hostile(bad: &str) -> Analysis {
     structure.inputs[0] = bad();
     structure.outputs = vec![bad(), bad()];
     structure.kind = bad();
-    structure.zeros = Zeros { polynomial: bad(), values: vec![(f64::NAN, 0.0)], normal_rank: 1 };
+    structure.zeros = Zeros { polynomial: bad(), values: vec![(f64::NAN, 0.0)], growing: None, normal_rank: 1 };
     structure.factors[0].polynomial = bad();
     structure.factors[0].roots = vec![(f64::NAN, 1.0)];
     structure.uncontrollable[0].shafts = vec![(bad(), f64::NAN)];
@@ -624,6 +625,7 @@ pub fn decoupled_steering() -> Design {
         gains,
         canonical: None,
         channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
+        exact_poles: true,
         closed_loop_poles: [pair(-14.0, 14.282_856_857_085_7), pair(-14.0, 14.282_856_857_085_7), pair(zero.0, zero.1)]
             .concat(),
         zero_dynamics: ZeroDynamics {
@@ -755,6 +757,7 @@ pub fn observed_train() -> Design {
             transfer: "1000000/(s^4 + 21 s^3 + 12345/7 s^2 + 300000 s + 1000000)".into(),
             poles: vec![(-10.0, 0.0), (-10.0, 0.0)],
         }],
+        exact_poles: true,
         closed_loop_poles: vec![(0.0, 0.0), (-10.0, 0.0), (-10.0, 0.0), (-3.0, 4.0), (-3.0, -4.0), (420.0, 0.0)],
         zero_dynamics: ZeroDynamics {
             polynomial: "s^2 - 420 s".into(),

@@ -303,6 +303,8 @@ pub(super) fn designed(
         if laws.len() == 1 {
             // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
             design.closed_loop_poles = exact_poles(&exact, &design);
+            // The poles of a Kalman filter come from its Riccati equation.
+            design.exact_poles = design.observer.as_ref().is_none_or(|observer| observer.method != "kalman");
             check_rounding(&closed_loop_poles(&plant.linear, &laws).unwrap_or_default(), &mut design);
         }
     }

@@ -13,8 +13,9 @@ use crate::synthesis::decoupling::{
 use crate::synthesis::inversion::{dynamic_extension, finest_blocks, flat_parametrisation, structure_algorithm};
 use crate::synthesis::{ExactLoop, Law, Plant, Stability, named, roots, stability};
 
-/// Damping ratio below which a cancelled pole deserves a warning.
-const LIGHT: f64 = 0.2;
+/// Damping ratio below which a cancelled pole deserves a warning; less what its proven digits may be off, so that a pole that is
+/// called lightly damped is.
+const LIGHT: f64 = 0.2 * (1.0 - 1e-14);
 
 /// Longest fraction that is written out, in characters.
 const LONG: usize = 12;
@@ -182,17 +183,18 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
 
 /// Zero dynamics of a known polynomial; nothing is said about their motions.
 fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
-    let mode = |pole: &Pole| {
-        let natural_frequency = pole.0.hypot(pole.1);
-        let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
-        let warning = warning(*pole, natural_frequency, damping_ratio);
-        ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
-    };
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
-        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(mode).collect(),
+        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(zero_mode_alone).collect(),
         stable: stability(polynomial) == Stability::Stable,
     }
+}
+
+fn zero_mode_alone(pole: &Pole) -> ZeroMode {
+    let natural_frequency = pole.0.hypot(pole.1);
+    let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
+    let warning = warning(*pole, natural_frequency, damping_ratio);
+    ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
 }
 
 /// The motion behind a zero: which shafts move and where the energy is.

@@ -35,12 +35,7 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
 
 /// All roots of a polynomial, as often as they are, by size; conjugates beside each other.
 pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
-    if polynomial.degree() == 0 {
-        return Vec::new();
-    }
-    let parts = polynomial.square_free();
-    let mut out: Vec<Pole> =
-        parts.iter().flat_map(|(part, often)| part.roots().into_iter().flat_map(|root| vec![root; *often])).collect();
+    let mut out: Vec<Pole> = polynomial.roots();
     out.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.0.total_cmp(&b.0)).then(b.1.total_cmp(&a.1)));
     out
 }

@@ -24,9 +24,7 @@ pub fn verdict(design: &Design) -> (bool, String) {
         (None, _) if impossible => (false, "The outputs cannot be decoupled"),
         (None, _) => (true, "Designed; it is not claimed to decouple"),
     };
-    // Double roots at zero spread by rounding where other controllers are in the loop.
-    let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
-    let grows = design.closed_loop_poles.iter().any(|pole| pole.0 > 1e-6 * fastest);
+    let grows = design.closed_loop_poles.iter().any(|&pole| motion(pole, design) == Motion::Grows);
     let hidden = match zeros(&design.zero_dynamics) {
         _ if !design.cancels_zeros => "",
         Zeros::Unknown => "",
@@ -39,7 +37,8 @@ pub fn verdict(design: &Design) -> (bool, String) {
     let sampled = design.margins.as_ref().filter(|margins| margins.sample_time.is_some());
     let loop_ = match sampled {
         Some(margins) if margins.stable == Some(false) => "; at its sample time the loop is unstable",
-        _ if grows => "; the closed loop is unstable",
+        _ if grows && design.exact_poles => "; the closed loop is unstable",
+        _ if grows => "; the closed loop is unstable, as floating point tells",
         Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
         Some(Margins { hardly: true, .. }) => "; stable at its sample time, but hardly",
         Some(_) => "; stable at its sample time",
@@ -366,6 +365,40 @@ pub fn zero_dynamics(found: &ZeroDynamics) -> Vec<String> {
     }
 }
 
+/// What becomes of a motion of the closed loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// It dies out.
+    Decays,
+    /// It stays: exactly on the imaginary axis.
+    Stays,
+    /// It grows.
+    Grows,
+    /// Not decided: as near to the axis as floating point may be off.
+    Unknown,
+}
+
+/// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a
+/// millionth of the fastest one around the axis, where rounding puts multiple poles at zero.
+pub fn motion(pole: Pole, design: &Design) -> Motion {
+    let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+    let unsure = if design.exact_poles { 0.0 } else { 1e-6 * fastest };
+    match pole.0 {
+        re if re < -unsure => Motion::Decays,
+        re if re > unsure => Motion::Grows,
+        _ if design.exact_poles => Motion::Stays,
+        _ => Motion::Unknown,
+    }
+}
+
+/// Says where the poles of the closed loop are those of floating point.
+pub fn floating_poles(design: &Design) -> Option<&'static str> {
+    (!design.exact_poles && !design.closed_loop_poles.is_empty()).then_some(
+        "These poles are eigenvalues in floating point; whether a motion within a millionth of the fastest one around the axis \
+         decays is not decided.",
+    )
+}
+
 /// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
     let near = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1) <= 1e-9 * a.0.hypot(a.1);
@@ -375,7 +408,8 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
         if value.1 < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
             continue;
         }
-        match out.iter_mut().find(|(known, _)| near(*known, value)) {
+        // Equal ones are counted, not those that lie near each other.
+        match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
             Some((_, times)) => *times += 1,
             None => out.push((value, 1)),
         }

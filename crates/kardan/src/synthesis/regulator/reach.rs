@@ -113,19 +113,8 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
             in_words(&system.states, &factors)
         })
         .collect();
-    let modes = roots_with_multiplicity(&polynomial);
+    let modes = polynomial.roots();
     Some(Unreached { polynomial, modes, combinations, reached: pivots, a, b })
-}
-
-/// All roots, each as often as it is one, sorted by size, nearly to the last bit.
-pub(in crate::synthesis) fn roots_with_multiplicity(polynomial: &Polynomial) -> Vec<Pole> {
-    let mut out: Vec<Pole> = Vec::new();
-    for (part, times) in polynomial.square_free() {
-        let roots = part.roots();
-        (0..times).for_each(|_| out.extend(&roots));
-    }
-    out.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
-    out
 }
 
 /// `det(sI − A)`, exact.
