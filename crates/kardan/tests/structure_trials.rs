@@ -399,7 +399,7 @@ fn random_system(dice: &mut Dice, primes: &[u64]) -> System {
         2 => RBig::from(*dice.pick(primes)),
         _ => RBig::ZERO,
     };
-    let mut matrix = |rows: usize, columns: usize, dice: &mut Dice| -> Matrix {
+    let matrix = |rows: usize, columns: usize, dice: &mut Dice| -> Matrix {
         (0..rows).map(|_| (0..columns).map(|_| entry(dice)).collect()).collect()
     };
     let (mut b, mut c) = (matrix(n, m, dice), matrix(p, n, dice));
@@ -557,10 +557,15 @@ fn random_systems_agree_with_plain_elimination() {
     let mut dice = Dice(20_261_122);
     let mut kinds = [0; 5];
     for round in 0..360 {
-        let system = random_system(&mut dice, &primes);
-        let n = system.a.len();
-        let e = (round % 3 == 0).then(|| unimodular(n, &mut dice));
-        let text = system.json(e.as_ref()).to_string();
+        // Longer numbers are refused.
+        let (system, text) = loop {
+            let system = random_system(&mut dice, &primes);
+            let e = (round % 3 == 0).then(|| unimodular(system.a.len(), &mut dice));
+            let text = system.json(e.as_ref()).to_string();
+            if text.split('"').all(|number| number.len() <= 256) {
+                break (system, text);
+            }
+        };
         let at = format!("system {round}: {text}");
         let found = analyse(&text, round % 5 == 0);
         check(&system, &found, &at);
@@ -583,7 +588,7 @@ fn no_prime_can_be_relied_upon() {
     let primes = notorious();
     let product = primes.iter().fold(RBig::ONE, |all, &p| all * RBig::from(p));
     let mut multiples: Vec<RBig> = primes.iter().map(|&p| RBig::from(p)).collect();
-    multiples.extend([RBig::from(1_806_122_528_306_898_383u64), product.clone(), &product * &product]);
+    multiples.extend([RBig::from(1_806_122_528_306_898_383u64), product]);
     for (k, x) in multiples.into_iter().enumerate() {
         let whole = |rows: [[&RBig; 2]; 2]| -> Matrix { rows.map(|row| row.map(RBig::clone).to_vec()).to_vec() };
         let (none, one) = (RBig::ZERO, RBig::ONE);
@@ -611,7 +616,7 @@ fn results_are_the_same_each_time() {
     let primes = notorious();
     let mut dice = Dice(5);
     for _ in 0..20 {
-        let text = random_system(&mut dice, &primes).json(None).to_string();
+        let text = random_system(&mut dice, &primes[..4]).json(None).to_string();
         for certify in [false, true] {
             let told = || kardan::export::analysis_json(&analyse(&text, certify));
             assert_eq!(told(), told(), "{text}");

@@ -85,7 +85,8 @@ impl<'a> Images<'a> {
             let next = self.source.by_ref().take(8).find_map(|prime| Image::new(self.system, prime).map(Arc::new))?;
             self.primes.push(next.field.prime());
             let size = self.system.states.len().pow(2).max(1);
-            if self.images.len() < MOST_KEPT / (2 * size) {
+            // Those that are kept are the first ones.
+            if self.images.len() + 1 == self.primes.len() && self.images.len() < MOST_KEPT / (2 * size) {
                 self.images.push(next);
             } else if self.primes.len() > number {
                 return Some(next);

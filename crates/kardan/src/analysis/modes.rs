@@ -164,7 +164,18 @@ fn with_exact_values(
         }
     }
     if known.len() < count {
-        out.extend(others(floating()?, &known, count)?);
+        // What is left belongs to the factors that are not written out.
+        let open: Vec<&Factor> = factors.iter().filter(|factor| factor.roots.is_empty()).collect();
+        let of_open = |mode: Mode| Mode {
+            factor: match open[..] {
+                [one] => one.polynomial.clone(),
+                _ => "(not written out)".into(),
+            },
+            controllable: open.iter().all(|factor| factor.input_defect == 0),
+            observable: open.iter().all(|factor| factor.output_defect == 0),
+            ..mode
+        };
+        out.extend(others(floating()?, &known, count)?.into_iter().map(of_open));
     }
     Some(sorted(out))
 }
