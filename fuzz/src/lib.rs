@@ -339,3 +339,36 @@ pub fn bench(bytes: &[u8]) {
         Err(out) => told(source, &out),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// The stored corpus of every target, findings of the past among it, goes through the target.
+    #[test]
+    fn the_stored_corpus_holds() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let lines: Vec<Vec<&str>> =
+            include_str!("../targets").lines().map(|line| line.split_whitespace().collect()).collect();
+        let listed: Vec<&str> = lines.iter().map(|line| line[0]).collect();
+        assert_eq!(listed, TARGETS.map(|(name, _)| name), "fuzz/targets lists other targets than the code");
+        for (line, (name, target)) in lines.iter().zip(TARGETS) {
+            let longest: u64 = line[1].parse().expect("bytes");
+            let mut sent = 0;
+            for folder in &line[2..] {
+                for file in std::fs::read_dir(root.join(folder)).expect(folder) {
+                    let file = file.expect(folder);
+                    // Models twice the size would take longer than all others.
+                    if file.file_type().is_ok_and(|kind| kind.is_file())
+                        && file.metadata().is_ok_and(|data| data.len() <= longest)
+                    {
+                        target(&std::fs::read(file.path()).expect(name));
+                        sent += 1;
+                    }
+                }
+            }
+            assert!(sent > 1, "{name} has no corpus");
+        }
+    }
+}

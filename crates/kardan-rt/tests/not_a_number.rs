@@ -372,7 +372,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
             2,
             Box::new(move || {
                 let of = |x: f64| vec![T::of(x)];
-                let (a, b, c, m) = (of(0.9), of(0.1), of(1.0), of(0.6));
+                let (a, b, c, m) = (of(2.5), of(0.1), of(1.0), of(0.8));
                 let (am, bm, k) = (of(0.5), of(0.5), list::<T, 3>([0.5, -1.0, -0.5]));
                 let (rows, limits) = (list::<T, 3>([-0.5, 1.0, 0.5]), of(1e3));
                 // Estimate, reference model, reading, reference, and the command as the answer.

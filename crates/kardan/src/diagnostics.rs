@@ -193,9 +193,12 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     }
     let tolerance = if length < 2 { 0 } else { 1 + length / 3 };
     let lower = word.to_lowercase();
+    let wanted = letters(word);
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= 4 * LONGEST)
+        // The distance itself costs a hundred times as much, and thousands of names may stand against thousands.
+        .filter(|candidate| least_distance(wanted, letters(candidate)) <= tolerance)
         .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
         .filter(|(distance, _)| *distance <= tolerance && (*distance < length || *distance == 0))
         .min_by_key(|(distance, candidate)| {
@@ -203,6 +206,16 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
             (*distance, exact, candidate.chars().next() != word.chars().next(), candidate.len())
         })
         .map(|(_, candidate)| candidate)
+}
+
+/// Which letters stand in a word, in lower case and in 64 classes: one bit each.
+fn letters(word: &str) -> u64 {
+    word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))
+}
+
+/// Steps that lead from one word to another at least: each adds a letter, takes one away, or puts one in another's place.
+fn least_distance(one: u64, other: u64) -> usize {
+    (one & !other).count_ones().max((other & !one).count_ones()) as usize
 }
 
 /// Names in backquotes for a sentence, at most a dozen of them: `` `a`, `b` and 3 more ``.
@@ -233,6 +246,32 @@ mod tests {
         let before = &text[..text.floor_char_boundary(offset)];
         let line = before.rsplit('\n').next().unwrap_or_default();
         (before.split('\n').count(), line.chars().count() + 1)
+    }
+
+    /// No candidate is passed over that is near.
+    #[test]
+    fn what_is_left_out_is_never_near() {
+        let words = [
+            "inertia",
+            "inerta",
+            "damping",
+            "dampng",
+            "Δφ_1",
+            "Δω_2",
+            "abc",
+            "cba",
+            "",
+            "a",
+            "stiffness",
+            "Tiffness_",
+            "İ",
+        ];
+        for one in words {
+            for other in words {
+                let distance = strsim::damerau_levenshtein(&one.to_lowercase(), &other.to_lowercase());
+                assert!(least_distance(letters(one), letters(other)) <= distance, "{one} {other}");
+            }
+        }
     }
 
     #[test]

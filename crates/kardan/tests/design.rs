@@ -1351,10 +1351,10 @@ fn check_block(text: &str, variant: &str, control: &str) {
         };
         let signals: Vec<f64> = design.controller_data.reads.iter().map(|(name, _)| read(name)).collect();
         let mut out = vec![f64::NAN; commands.len()];
-        exported.block().outputs(&states[own..], &signals, &mut out);
+        assert!(exported.block().outputs(&states[own..], &signals, &mut out));
         assert_eq!(bits(&out), bits(&commands), "{control}: {out:?} against {commands:?}");
         let mut next = vec![f64::NAN; exported.states];
-        exported.block().rates(&states[own..], &signals, &mut next);
+        assert!(exported.block().rates(&states[own..], &signals, &mut next));
         assert_eq!(bits(&next), bits(&rates[own..]), "{control}: rates");
         if let Some((data, flat)) = &observer {
             let sensor = |name: &String| match law.inputs().iter().position(|input| format!("{input}.tau") == *name) {
@@ -1363,7 +1363,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
             };
             let signals: Vec<f64> = data.reads.iter().map(|(name, _)| sensor(name)).collect();
             let mut next = vec![f64::NAN; own];
-            flat.block().rates(&states[..own], &signals, &mut next);
+            assert!(flat.block().rates(&states[..own], &signals, &mut next));
             assert_eq!(bits(&next), bits(&rates[..own]), "{control}: observer");
         }
     }

@@ -96,6 +96,62 @@ fn unrelated_mistakes_are_told_together() {
     }
 }
 
+/// Parts that nothing connects run side by side, each as its own equation says, and a note tells of them.
+#[test]
+fn unconnected_parts_are_a_note() {
+    let source = r#"
+[shaft.a]
+inertia = "2 kg m^2"
+[motor.m]
+shaft = "a"
+[shaft.b]
+inertia = "1 kg m^2"
+[motor.n]
+shaft = "b"
+[scenario]
+duration = "1 s"
+[[scenario.event]]
+at = "0 s"
+signal = "m.tau"
+to = "1 N m"
+[[scenario.event]]
+at = "0 s"
+signal = "n.tau"
+to = "3 N m"
+"#;
+    let found = check(source);
+    let codes: Vec<_> = found.iter().map(|d| (d.code, d.severity)).collect();
+    assert_eq!(codes, [("model::disconnected", Severity::Warning)], "{found:?}");
+    let study = study::run(source, &study::Settings::default(), &study::Silent).unwrap();
+    assert!(
+        study.warnings.iter().any(|warning| warning.contains("2 parts that nothing connects")),
+        "{:?}",
+        study.warnings
+    );
+    // u t²/2J.
+    for (signal, angle) in [("a.phi", 0.25), ("b.phi", 1.5)] {
+        let end = *study.runs[0].series.signal(signal).unwrap().values.last().unwrap();
+        assert!((end - angle).abs() < 1e-12, "{signal}: {end}");
+    }
+    study::analyze(source, &study::AnalyzeSettings::default(), &study::Silent).unwrap();
+    // A motion without inertia is refused all the same.
+    let massless = source.replace("inertia = \"1 kg m^2\"", "damping = \"1 N m s/rad\"");
+    assert!(check(&massless).iter().any(|d| d.code == "model::massless" && d.severity == Severity::Error));
+}
+
+/// The work for a mistake does not grow with their number: thirty thousand of them within the bound of `check`.
+#[test]
+fn thirty_thousand_mistakes_are_told() {
+    let mut source = String::new();
+    for k in 0..30_000 {
+        source += &format!("[shaft.s{k}]\ninertia = \"1 kq m^2\"\n");
+    }
+    let found = check(&source);
+    assert_eq!(found.iter().filter(|d| d.code == "unit::unknown").count(), 30_000);
+    let text = plain(&source, &found);
+    assert!(text.contains("error[unit::unknown] 60000:"), "{}", &text[text.len() - 300..]);
+}
+
 #[test]
 fn the_models_of_the_program_are_right() {
     for builtin in model::BUILTIN {

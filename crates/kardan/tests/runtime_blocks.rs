@@ -497,8 +497,8 @@ fn sampled_law_with_observer_in_the_loop() {
             references: &[0.0, reference],
             loads: &[0.0, load],
         };
-        law.torques(measured, &mut accelerations, &mut torques);
-        plant.outputs(&x, &[0.0; 3], &mut readings);
+        assert!(law.torques(measured, &mut accelerations, &mut torques));
+        assert!(plant.outputs(&x, &[0.0; 3], &mut readings));
         let [wg, cs, bar] = readings;
         assert!(block.step(&mut estimate, &[torques[0], torques[1], wg, cs, bar], &mut next));
         assert!(plant.step(&mut x, &[torques[0], torques[1], road], &mut next[..6]));

@@ -182,6 +182,7 @@ fn bad_json_is_explained() {
         ("{\"A\": [[NaN]]}", "json::syntax", "no JSON"),
         ("{\"A\": [[01]]}", "json::syntax", "invalid number"),
         ("{\"A\": 1} x", "json::syntax", "trailing"),
+        ("{\"±a", "json::syntax", "line 1, column 4"),
         ("{\"A\": \"\u{1}\"}", "json::syntax", "control character"),
         ("[[1, 2], [3, 4]]", "state-space::type", "expected an object with the matrix `A`, found a list"),
         ("17", "state-space::type", "found a number"),

@@ -6,7 +6,7 @@ use std::ops::Range;
 use serde_json::value::RawValue;
 
 use crate::analysis::LinearSystem;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
 use crate::log::mat5::{Array, Broken, Content, MatFile};
 use crate::num::{Matrix, Rational, Scalar, exact_rank};
 use crate::units::parse_number;
@@ -619,13 +619,15 @@ fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
     let what = error.to_string();
     let what = what.split(" at line ").next().unwrap_or_default();
     // serde_json stops behind the first letter of a word that JSON does not know.
-    let word_start = text[..at].rfind(|c: char| !c.is_ascii_alphabetic()).map_or(0, |before| before + 1);
+    let word_start = text[..at].trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
     let help = if ["NaN", "nan", "Inf", "inf"].iter().any(|word| text[word_start..].starts_with(word)) {
         "NaN and Infinity are no numbers of JSON, and no coefficients of a system"
     } else {
         "write JSON such as {\"A\": [[0, 1], [-2, -3]], \"B\": [0, 1], \"C\": [1, 0]}, or give a MAT file"
     };
-    let message = format!("this is no JSON: {what} (line {}, column {})", error.line(), error.column());
+    // Columns of characters, as they are told everywhere; serde_json counts bytes.
+    let (line, column) = Lines::new(text).line_column(text, at);
+    let message = format!("this is no JSON: {what} (line {line}, column {column})");
     Diagnostic::error("json::syntax", message).at(at..end, "here").help(help)
 }
 

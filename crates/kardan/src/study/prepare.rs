@@ -20,7 +20,7 @@ use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
 use crate::synthesis::{Law, Plant, SynthesisError, design_law, running};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 /// A study that is ready to run, as far as the file is right.
 #[derive(Debug, Default)]
@@ -175,13 +175,14 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
 
 /// The same mistake of several variants is told once; one that the first variant does not have tells where it was found.
 fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
+    // A set instead of a look at all that is known for each: thousands of mistakes are told in the time of thousands.
+    let key = |d: &Diagnostic| {
+        let places: Vec<_> = d.labels.iter().map(|label| (label.span.clone(), label.text.clone())).collect();
+        (d.code, places, later_variant.is_none().then(|| d.message.clone()))
+    };
+    let mut told: HashSet<_> = out.iter().map(key).collect();
     for mut diagnostic in found {
-        let told = |d: &Diagnostic| {
-            d.code == diagnostic.code
-                && d.labels == diagnostic.labels
-                && (later_variant.is_some() || d.message == diagnostic.message)
-        };
-        if out.iter().any(told) {
+        if !told.insert(key(&diagnostic)) {
             continue;
         }
         if let Some(variant) = later_variant {

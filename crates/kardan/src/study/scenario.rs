@@ -289,13 +289,14 @@ fn check_rows(
     let shown = if rows.is_finite() { shown } else { "endlessly many".to_string() };
     let each = if runs > 1.0 { format!(" for each of {runs} variants") } else { String::new() };
     let key = if document.scenario.values.contains_key("output_step") { "output_step" } else { "duration" };
-    // Fine rows behind the events come with every step, until they overlap: the hint is a step that will do.
+    // Fine rows behind the events come with every step, until they overlap: the hint is a step that will do, rounded as it is
+    // printed.
     let mut coarser = step.to_f64().max(duration.to_f64() / (0.9 * most));
-    while most_rows(duration.to_f64(), coarser, &events) > most && coarser < duration.to_f64() {
+    while most_rows(duration.to_f64(), coarser, &events) > 0.99 * most && coarser < duration.to_f64() {
         coarser *= 1.1;
     }
     let help = if coarser < duration.to_f64() {
-        format!("choose an output_step of at least {:.3e} s", 1.001 * coarser)
+        format!("choose an output_step of at least {coarser:.3e} s")
     } else {
         format!("no output_step will do for {} steps and ends of ramps: take some of them out", events.len())
     };
