@@ -154,14 +154,17 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
                 _ => mistake.help("name the file itself, such as analysis.html"),
             });
         }
-        let Place::File(target) = place(path, own).map_err(|problem| problem.help("nothing was computed yet"))? else {
-            continue;
+        let early = |mut problem: Diagnostic| {
+            let help = problem.help.take().map_or(String::new(), |help| format!("; {help}"));
+            problem.help(format!("nothing was computed yet{help}"))
         };
+        let Place::File(target) = place(path, own).map_err(early)? else { continue };
         Folder::prepare(folder_of(&target)).map_err(|mut problem| {
             problem.code = "output::file";
             problem.help("nothing was computed yet; name a file in another folder")
         })?;
-        let place = fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
+        let place =
+            fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
         if places.contains(&place) {
             let message = format!("two results would go to the same file, `{}`", path.display());
             return Err(Diagnostic::error("file::same", message).help("give them different names"));
@@ -189,9 +192,8 @@ enum Place {
 fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
     let shown = path.display();
     let refused = |code, why: String| Diagnostic::error(code, format!("`{shown}` is not written: {why}"));
-    let unwritable = |error: io::Error| {
-        Diagnostic::error("file::unwritable", format!("cannot write `{shown}`: {}", reason(&error)))
-    };
+    let unwritable =
+        |error: io::Error| Diagnostic::error("file::unwritable", format!("cannot write `{shown}`: {}", reason(&error)));
     let mut target = path.to_owned();
     for links in 0.. {
         match target.to_str() {
@@ -232,7 +234,8 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 OpenOptions::new().write(true).open(&target).map_err(unwritable)?;
                 let names = names(&there);
                 if names > 1 {
-                    let why = format!("the file has {names} names (hard links), and the others would keep the old content");
+                    let why =
+                        format!("the file has {names} names (hard links), and the others would keep the old content");
                     let help = "write to another name and copy it over, or remove this one first";
                     return Err(refused("file::hard-links", why).help(help));
                 }
@@ -417,7 +420,8 @@ fn resemble(_: &File, _: &fs::Metadata) -> io::Result<()> {
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
-        let is_ours = entry.file_name().to_str().is_some_and(is_part) && entry.file_type().is_ok_and(|kind| kind.is_file());
+        let is_ours =
+            entry.file_name().to_str().is_some_and(is_part) && entry.file_type().is_ok_and(|kind| kind.is_file());
         if is_ours && OpenOptions::new().write(true).open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
             let _ = fs::remove_file(entry.path());
         }
@@ -450,7 +454,14 @@ mod tests {
     #[test]
     fn leftovers_are_known_by_their_names() {
         assert!(is_part(".kardan-1-0.part") && is_part(".kardan-4711-12.part"));
-        for name in [".kardan--0.part", ".kardan-1.part", ".kardan-1-0-0.part", "kardan-1-0.part", ".kardan-1-0.partial", ".a.1-0.part"] {
+        for name in [
+            ".kardan--0.part",
+            ".kardan-1.part",
+            ".kardan-1-0-0.part",
+            "kardan-1-0.part",
+            ".kardan-1-0.partial",
+            ".a.1-0.part",
+        ] {
             assert!(!is_part(name), "{name}");
         }
     }

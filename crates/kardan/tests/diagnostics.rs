@@ -481,3 +481,20 @@ fn names_of_shafts_do_not_matter() {
         assert!(compared > 20);
     }
 }
+
+/// A copy that was stopped: whatever is left of a model file is judged without a panic, and every place told lies inside it.
+#[test]
+fn models_cut_at_every_byte_are_judged() {
+    for name in ["two-bodies", "two-motor-drive"] {
+        let source = model::builtin(name).unwrap().source;
+        for length in (0..source.len()).filter(|&length| source.is_char_boundary(length)) {
+            let cut = &source[..length];
+            let found = check(cut);
+            for label in found.iter().flat_map(|one| &one.labels) {
+                assert!(cut.get(label.span.clone()).is_some(), "{name} cut at {length}: {label:?}");
+            }
+            assert!(found.iter().all(|one| !one.message.is_empty()));
+            plain(cut, &found);
+        }
+    }
+}

@@ -731,3 +731,75 @@ fn many_at_once() {
         (0..16).into_par_iter().map(|_| one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value).collect();
     assert!(all.iter().all(|value| *value == alone), "{alone} {all:?}");
 }
+
+/// A recording that was stopped: logs of a few windows, sound and cut in the middle of a row, end with an interval or with a word.
+#[test]
+fn logs_cut_at_every_length() {
+    let (source, settings) = (builtin("harmonic-drive-bench").unwrap().source, study::BenchSettings::default());
+    let bench = study::prepare_bench(source, &settings).unwrap();
+    let whole = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| {}))).unwrap();
+    let lines: Vec<&str> = whole.split_inclusive('\n').take(1000).collect();
+    let (mut told, mut without) = (0, 0);
+    for parameters in [&["wg.damping"][..], &[]] {
+        for window in [0.4, 0.05] {
+            let asked = IdentifySettings { window: Some(window), variant: None, ..self::settings(parameters, "") };
+            for count in (1..lines.len()).step_by(7).chain([500]) {
+                let mut log = lines[..count].concat();
+                // Every other one ends in the middle of a number.
+                log.truncate(log.len() - if count % 2 == 0 { 0 } else { 9 });
+                let Ok(found) = identify(source, vec![file("log.csv", log)], &asked, &Silent) else { continue };
+                for one in &found.parameters {
+                    let [low, high] = [one.interval.0, one.interval.1];
+                    assert_eq!(low.is_finite(), high.is_finite(), "{count}: {one:?}");
+                    assert!(!low.is_finite() || low <= one.value && one.value <= high, "{count}: {one:?}");
+                    assert!(low.is_finite() || !one.remark.is_empty(), "{count}: {one:?}");
+                    told += usize::from(low.is_finite());
+                    without += usize::from(!low.is_finite());
+                }
+                let (sound, verdict) = found.verdict();
+                assert!(!sound || found.parameters.iter().all(|one| one.interval.0.is_finite()), "{verdict}");
+            }
+        }
+    }
+    assert!(told > 20 && without > 20, "{told} intervals, {without} parameters without");
+}
+
+/// What stands against a result stands in its first sentence.
+#[test]
+fn the_verdict_names_damage_and_doubts() {
+    let source = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
+    let rows = |count: u32| -> Vec<String> {
+        let row = |k: u32| {
+            let speed = f64::from(1 + k / 500);
+            format!("{},{speed},{}\n", 0.001 * f64::from(k), 2.0 * speed + 1e-3 * f64::from(k * 7919 % 101))
+        };
+        std::iter::once("time,a.w,m.tau\ns,rad/s,N m\n".into()).chain((0..count).map(row)).collect()
+    };
+    let verdict = |rows: Vec<String>| {
+        let found = found(source, vec![rows.concat()], &IdentifySettings::default());
+        let (sound, verdict) = found.verdict();
+        let json = kardan::export::identification_json(&found);
+        assert!(json.contains(&format!("\"sound\":{sound}")), "{json}");
+        assert!(kardan::report::identification_html(&found).contains("The parameter is determined"));
+        (sound, verdict)
+    };
+    assert!(verdict(rows(4000)).0);
+    let mut cut = rows(4000);
+    cut.last_mut().unwrap().truncate(7);
+    let mut odd = rows(4000);
+    odd[2000] = "~~~ restarted ~~~\n".into();
+    let mut back = rows(4000);
+    back.extend(rows(1000).into_iter().skip(1));
+    let mut still = rows(4000);
+    let again = still[1000].clone();
+    still.insert(1000, again);
+    for (rows, said) in [
+        (cut, "from a log that is damaged (log-0.csv"),
+        (odd, "1 row is left out"),
+        (back, "the clock of log-0.csv jumps back once"),
+        (still, "stands still or is missing in 1 rows"),
+    ] {
+        let (sound, verdict) = verdict(rows);
+        assert!(!sound && verdict.contains(said), "{said}: {verdict}");
+    }
+}

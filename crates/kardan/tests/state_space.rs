@@ -408,6 +408,21 @@ fn damaged_mat_files_do_no_harm() {
     }
 }
 
+/// A copy that was stopped is never taken for the whole.
+#[test]
+fn json_cut_at_every_byte_is_refused() {
+    let text = "\u{feff}{\"A\": [[0, 1], [\"-1/3\", -2.5e-1]], \"B\": [[0], [1]], \"C\": [[1, 0]],\n \"states\": [\"φ\", \"w\"]}";
+    assert_eq!(json(text).states.len(), 2);
+    for length in 0..text.len() {
+        // In the middle of a letter it is no text.
+        let cut = &text.as_bytes()[..length];
+        match std::str::from_utf8(cut) {
+            Ok(_) => drop(bad(cut)),
+            Err(_) => assert!(read_state_space(cut).is_err_and(|mistakes| !mistakes.is_empty())),
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn random_bytes_do_no_harm(bytes in prop::collection::vec(any::<u8>(), 0..300)) {

@@ -1,11 +1,14 @@
 //! Quantiles and tails of the distributions that intervals and tests need: defined for every argument, in bounded time.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
-use statrs::function::erf::erfc_inv;
+use statrs::function::erf::{erfc, erfc_inv};
 
 /// Degrees of freedom from which Student's quantile is taken from its expansion about the normal one. What the expansion leaves
 /// out is below `(5z⁵ + 16z³ + 3z)/96ν²`, 1e-7 for a confidence of 99.9 %.
 const MANY: f64 = 1e4;
+
+/// More degrees of freedom than that change no digit of a probability that is told.
+const MOST: f64 = 1e9;
 
 /// t with `P(|T| < t) = confidence` for Student's distribution; the normal one for infinitely many degrees of freedom. NaN, which
 /// stands for "no interval", unless there are degrees of freedom and the confidence lies between 0 and 1.
@@ -30,10 +33,9 @@ pub(super) fn student_quantile(freedom: f64, confidence: f64) -> f64 {
 pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     match ChiSquared::new(freedom) {
         // The median lies below the mean.
-        Ok(chi) if freedom < MANY => upper_point(freedom, |x| chi.cdf(x) < 0.5) / freedom,
-        // Wilson and Hilferty.
-        Ok(_) => (1.0 - 2.0 / (9.0 * freedom)).powi(3),
-        Err(_) => 0.4549,
+        Ok(chi) if (1.0..MANY).contains(&freedom) => upper_point(freedom, |x| chi.cdf(x) < 0.5) / freedom,
+        Ok(_) if freedom >= MANY => (1.0 - 2.0 / (9.0 * freedom)).powi(3), // Wilson and Hilferty
+        _ => 0.4549,
     }
 }
 
@@ -52,20 +54,35 @@ fn upper_point(high: f64, below: impl Fn(f64) -> bool) -> f64 {
 
 /// `P(|T| > ratio)` for Student's distribution; `None` without degrees of freedom, or where the ratio is no number.
 pub(super) fn student_tails(freedom: f64, ratio: f64) -> Option<f64> {
-    let student = StudentsT::new(0.0, 1.0, freedom).ok().filter(|_| freedom > 0.0 && freedom.is_finite())?;
-    ratio.is_finite().then(|| (2.0 * student.sf(ratio.abs())).clamp(0.0, 1.0))
+    let student = StudentsT::new(0.0, 1.0, freedom.min(MOST)).ok().filter(|_| freedom >= 1.0)?;
+    ratio.is_finite().then(|| (2.0 * student.sf(ratio.abs())).clamp(0.0, 1.0)).filter(|p| p.is_finite())
 }
 
 /// `P(χ² > sum)`; `None` as before.
 pub(super) fn chi_squared_tail(freedom: f64, sum: f64) -> Option<f64> {
-    let chi = ChiSquared::new(freedom).ok().filter(|_| freedom.is_finite())?;
-    sum.is_finite().then(|| (1.0 - chi.cdf(sum)).clamp(0.0, 1.0))
+    if !(freedom >= 1.0 && freedom.is_finite() && sum.is_finite()) {
+        return None;
+    }
+    if sum < f64::MIN_POSITIVE {
+        return Some(1.0);
+    }
+    if freedom >= MANY {
+        // Wilson and Hilferty: the cube root is normal.
+        let variance = 2.0 / 9.0 / freedom;
+        let z = ((sum / freedom).cbrt() - (1.0 - variance)) / variance.sqrt();
+        return Some(0.5 * erfc(z * std::f64::consts::FRAC_1_SQRT_2));
+    }
+    // Beyond that the probability is zero in floating point.
+    let chi = ChiSquared::new(freedom).ok()?;
+    Some(if sum > 100.0 * (freedom + 100.0) { 0.0 } else { (1.0 - chi.cdf(sum)).clamp(0.0, 1.0) })
 }
 
 /// `P(F > ratio)`; `None` as before.
 pub(super) fn fisher_tail(freedoms: (f64, f64), ratio: f64) -> Option<f64> {
-    let fisher = FisherSnedecor::new(freedoms.0, freedoms.1).ok()?;
-    ratio.is_finite().then(|| (1.0 - fisher.cdf(ratio)).clamp(0.0, 1.0))
+    let sound = |freedom: f64| freedom >= 1.0 && freedom.is_finite();
+    let (a, b) = (freedoms.0.min(MOST), freedoms.1.min(MOST));
+    let fisher = FisherSnedecor::new(a, b).ok().filter(|_| sound(freedoms.0) && sound(freedoms.1))?;
+    ratio.is_finite().then(|| (1.0 - fisher.cdf(ratio)).clamp(0.0, 1.0)).filter(|p| p.is_finite())
 }
 
 #[cfg(test)]
@@ -92,7 +109,8 @@ mod tests {
         }
         // From the distribution to its expansion without a step.
         for confidence in [0.5, 0.95, 0.999] {
-            let (below, above) = (student_quantile(MANY, confidence), student_quantile(MANY * (1.0 + 1e-12), confidence));
+            let (below, above) =
+                (student_quantile(MANY, confidence), student_quantile(MANY * (1.0 + 1e-12), confidence));
             assert!((below / above - 1.0).abs() < 1e-6, "{below} {above}");
         }
     }
@@ -102,7 +120,8 @@ mod tests {
     fn nothing_hangs() {
         let normal = student_quantile(f64::INFINITY, 0.95);
         assert!((normal - 1.959_963_984_540_054).abs() < 1e-12);
-        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 5e-324, 0.0, -1.0, 1.0, 1e17];
+        let odd =
+            [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 5e-324, 0.0, -1.0, 1.0, 1e17];
         for freedom in odd {
             for confidence in [0.95, f64::EPSILON, 1.0 - f64::EPSILON / 2.0, 0.0, 1.0, f64::NAN, f64::INFINITY] {
                 let found = student_quantile(freedom, confidence);
@@ -111,7 +130,9 @@ mod tests {
             }
             assert!(chi_squared_median_ratio(freedom).is_finite() || !(freedom > 0.0), "{freedom}");
             for x in odd {
-                for probability in [student_tails(freedom, x), chi_squared_tail(freedom, x), fisher_tail((freedom, x), 1.0)] {
+                for probability in
+                    [student_tails(freedom, x), chi_squared_tail(freedom, x), fisher_tail((freedom, x), 1.0)]
+                {
                     assert!(probability.is_none_or(|p| (0.0..=1.0).contains(&p)), "{freedom} {x}: {probability:?}");
                 }
             }

@@ -3,8 +3,9 @@
 mod pages;
 mod units;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex};
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::{Arc, Mutex, Once};
 
 use ::parquet::basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
@@ -62,9 +63,33 @@ struct Cursor {
     levels: Vec<i16>,
 }
 
-/// Runs what may panic on bytes that lie: the crate `parquet` checks much, but asserts some.
+thread_local! {
+    /// Whether this thread runs the crate `parquet`.
+    static DECODING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Keeps panics of the crate `parquet`, which are caught, from being printed; all others are reported as before.
+fn keep_quiet() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let usual = take_hook();
+        set_hook(Box::new(move |panic| {
+            // Nothing is caught in a build that aborts: then it is the only word.
+            if !DECODING.get() || cfg!(not(panic = "unwind")) {
+                usual(panic);
+            }
+        }));
+    });
+}
+
+/// Runs the crate `parquet` on bytes that may lie. What it is known to assert is checked before, so that it works in builds that
+/// abort on a panic too; that it asserts nothing else is caught here, without a word on the terminal.
 fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
-    match catch_unwind(AssertUnwindSafe(work)) {
+    keep_quiet();
+    DECODING.set(true);
+    let done = catch_unwind(AssertUnwindSafe(work));
+    DECODING.set(false);
+    match done {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => Err(LogError::damaged(PARQUET, place, error.to_string())),
         Err(_) => Err(LogError::damaged(PARQUET, place, "its numbers contradict each other")),
@@ -182,12 +207,19 @@ impl Cursor {
         let place = place(&log.groups[0], row_group, self.column);
         let chunk = log.metadata.row_group(row_group).columns().get(leaf);
         let chunk = chunk.ok_or_else(|| LogError::damaged(PARQUET, &place, "the column is missing there"))?;
+        let begin = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+        if begin < 0 || chunk.data_page_offset() < 0 || chunk.compressed_size() < 0 {
+            let what = format!("it is said to have {} bytes from byte {begin} on", chunk.compressed_size());
+            return Err(LogError::damaged(PARQUET, &place, what));
+        }
         self.reader = Some(guarded(&place, || {
             let compression = chunk.compression();
             let plain = chunk.clone().into_builder().set_compression(Compression::UNCOMPRESSED).build()?;
             let rows = usize::try_from(log.metadata.row_group(row_group).num_rows())?;
             let pages = SerializedPageReader::new(Arc::new(log.file.clone()), &plain, rows, None)?;
-            Ok(get_column_reader(chunk.column_descr_ptr(), Box::new(Inflated { pages, compression })))
+            let column = chunk.column_descr_ptr();
+            let pages = Inflated::new(pages, compression, &column);
+            Ok(get_column_reader(column, Box::new(pages)))
         })?);
         Ok(())
     }

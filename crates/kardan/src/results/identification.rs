@@ -92,7 +92,8 @@ impl Identification {
     /// ```
     pub fn verdict(&self) -> (bool, String) {
         let all = self.parameters.len();
-        let told = self.parameters.iter().filter(|one| one.interval.0.is_finite() && one.combination.is_empty()).count();
+        let told =
+            self.parameters.iter().filter(|one| one.interval.0.is_finite() && one.combination.is_empty()).count();
         let parameters = match (told, all) {
             (1, 1) => "The parameter is determined".into(),
             (0, 1) => "The parameter is not determined".into(),

@@ -1,16 +1,18 @@
 //! Pages of a column chunk from a file that is not trusted.
 //!
 //! The pages come from the crate `parquet` as if they were not compressed and are inflated here: with a bound, and for
-//! gzip and Zstandard without the C libraries that the crate would bring.
+//! gzip and Zstandard without the C libraries that the crate would bring. Before the crate decodes a page, what it takes for
+//! granted there is checked: it would panic.
 
 use std::io::Read;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ::bytes::Bytes;
-use ::parquet::basic::Compression;
+use ::parquet::basic::{Compression, Encoding, Type};
 use ::parquet::column::page::{Page, PageMetadata, PageReader};
 use ::parquet::errors::{ParquetError, Result};
 use ::parquet::file::reader::{ChunkReader, Length, SerializedPageReader};
+use ::parquet::schema::types::ColumnDescriptor;
 
 use super::super::source::Source;
 
@@ -77,13 +79,124 @@ pub(super) fn is_read(compression: Compression) -> bool {
     matches!(compression, Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_) | Compression::ZSTD(_))
 }
 
-/// Inflates the pages of a column chunk.
+/// Inflates and checks the pages of a column chunk.
 pub(super) struct Inflated {
-    pub pages: SerializedPageReader<Shared>,
-    pub compression: Compression,
+    pages: SerializedPageReader<Shared>,
+    compression: Compression,
+    /// Whether values may be missing, told by levels before them.
+    optional: bool,
+    /// Bytes of a value.
+    width: usize,
+    /// Whether a dictionary came.
+    dictionary: bool,
+}
+
+fn lies(what: impl Into<String>) -> ParquetError {
+    ParquetError::General(what.into())
+}
+
+/// Reads a number of 7 bits a byte, at most ten of them.
+fn variable_length(bytes: &[u8], at: &mut usize) -> Option<u64> {
+    let mut out = 0u64;
+    for shift in (0..70).step_by(7) {
+        let byte = *bytes.get(*at)?;
+        *at += 1;
+        out |= u64::from(byte & 0x7f).checked_shl(shift).unwrap_or(0);
+        if byte & 0x80 == 0 {
+            return Some(out);
+        }
+    }
+    None
+}
+
+/// How many values packed as differences in blocks there are, at most so many; `None` if they do not hold what their heads announce.
+fn differences(bytes: &[u8], wanted: u64) -> Option<u64> {
+    let mut at = 0;
+    let mut number = || variable_length(bytes, &mut at);
+    let (block, parts, count) = (number()?, number()?, number()?);
+    number()?;
+    if block > 1 << 24 || parts == 0 || parts > block || !(block / parts).is_multiple_of(32) || count > wanted {
+        return None;
+    }
+    let each = block / parts;
+    let mut left = count.saturating_sub(1);
+    while left > 0 {
+        variable_length(bytes, &mut at)?;
+        let widths = bytes.get(at..at + parts as usize)?;
+        at += parts as usize;
+        for width in widths {
+            if left == 0 {
+                break;
+            }
+            // The last part may end early.
+            let values = left.min(each);
+            bytes.get(..at + (u64::from(*width) * values).div_ceil(8) as usize).filter(|_| *width <= 64)?;
+            at += (u64::from(*width) * each / 8) as usize;
+            left -= values;
+        }
+    }
+    Some(count)
 }
 
 impl Inflated {
+    pub fn new(pages: SerializedPageReader<Shared>, compression: Compression, column: &ColumnDescriptor) -> Self {
+        let width = if matches!(column.physical_type(), Type::INT64 | Type::DOUBLE) { 8 } else { 4 };
+        Self { pages, compression, optional: column.max_def_level() > 0, width, dictionary: false }
+    }
+
+    /// Checks what the decoders take for granted of a page that is inflated.
+    fn check(&mut self, page: &mut Page) -> Result<()> {
+        match page {
+            Page::DictionaryPage { .. } => {
+                self.dictionary = true;
+                Ok(())
+            }
+            Page::DataPage { buf, num_values, encoding, def_level_encoding, .. } => {
+                let levels = match def_level_encoding {
+                    _ if !self.optional => 0,
+                    Encoding::RLE => {
+                        let length = buf.first_chunk::<4>().map(|bytes| u32::from_le_bytes(*bytes));
+                        length.and_then(|length| (length as usize).checked_add(4)).unwrap_or(usize::MAX)
+                    }
+                    #[expect(deprecated)]
+                    Encoding::BIT_PACKED => num_values.div_ceil(8) as usize,
+                    _ => return Err(lies(format!("levels cannot be written as {def_level_encoding}"))),
+                };
+                self.values(encoding, buf, levels, *num_values)
+            }
+            Page::DataPageV2 { buf, num_values, encoding, def_levels_byte_len, rep_levels_byte_len, .. } => {
+                let levels = u64::from(*def_levels_byte_len) + u64::from(*rep_levels_byte_len);
+                let levels = u32::try_from(levels).map_err(|_| lies("the levels of a page are too long"))?;
+                self.values(encoding, buf, levels as usize, *num_values)
+            }
+        }
+    }
+
+    /// The same of the values behind the levels; values in streams of bytes are put together here.
+    fn values(&self, encoding: &mut Encoding, page: &mut Bytes, levels: usize, count: u32) -> Result<()> {
+        let values = page.get(levels..).ok_or_else(|| lies("a page is shorter than its levels"))?;
+        match encoding {
+            Encoding::PLAIN_DICTIONARY | Encoding::RLE_DICTIONARY if !self.dictionary => {
+                return Err(lies("a page refers to a dictionary that is not there"));
+            }
+            Encoding::DELTA_BINARY_PACKED => {
+                let there = differences(values, u64::from(count))
+                    .ok_or_else(|| lies("the differences of a page are not as long as announced"))?;
+                if there == 0 {
+                    (*encoding, *page) = (Encoding::PLAIN, page.slice(..levels));
+                }
+            }
+            Encoding::BYTE_STREAM_SPLIT => {
+                let each = values.len() / self.width;
+                let joined = (0..each * self.width).map(|k| values[k / self.width + k % self.width * each]);
+                let whole: Vec<u8> = page[..levels].iter().copied().chain(joined).collect();
+                (*encoding, *page) = (Encoding::PLAIN, whole.into());
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
     fn inflate(&self, bytes: &[u8]) -> Result<Vec<u8>> {
         let broken = |what: &str| ParquetError::General(format!("a page cannot be inflated: {what}"));
         match self.compression {
@@ -141,13 +254,12 @@ impl Iterator for Inflated {
 impl PageReader for Inflated {
     fn get_next_page(&mut self) -> Result<Option<Page>> {
         let Some(mut page) = self.pages.get_next_page()? else { return Ok(None) };
-        if matches!(self.compression, Compression::UNCOMPRESSED) {
-            return Ok(Some(page));
-        }
+        let packed = !matches!(self.compression, Compression::UNCOMPRESSED);
         match &mut page {
+            _ if !packed => {}
             Page::DataPage { buf, .. } | Page::DictionaryPage { buf, .. } => *buf = self.inflate(buf)?.into(),
             Page::DataPageV2 { buf, def_levels_byte_len, rep_levels_byte_len, is_compressed, .. } if *is_compressed => {
-                let levels = *def_levels_byte_len as usize + *rep_levels_byte_len as usize;
+                let levels = (*def_levels_byte_len as usize).saturating_add(*rep_levels_byte_len as usize);
                 let Some((levels, values)) = buf.split_at_checked(levels) else {
                     return Err(ParquetError::General("a page is shorter than its levels".into()));
                 };
@@ -159,6 +271,7 @@ impl PageReader for Inflated {
             }
             Page::DataPageV2 { .. } => {}
         }
+        self.check(&mut page)?;
         Ok(Some(page))
     }
 

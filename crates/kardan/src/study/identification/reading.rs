@@ -431,7 +431,10 @@ impl Ticking {
             remarks.push(format!("{} jumps of the clock in all", self.jumps));
         }
         if self.jumps > 0 {
-            doubts.push(format!("jumps back {}", if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }));
+            doubts.push(format!(
+                "jumps back {}",
+                if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }
+            ));
         }
         // Milliseconds or nanoseconds that nobody called so.
         if self.first.abs() > LATE || self.step >= SLOW {
