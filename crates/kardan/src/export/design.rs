@@ -399,7 +399,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 36] = [
+    const KEYS: [&str; 37] = [
         "model",
         "description",
         "variant",
