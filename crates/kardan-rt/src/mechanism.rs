@@ -261,6 +261,27 @@ impl<T: Real> Mechanism<'_, T> {
     }
 }
 
+/// Generalised forces of springs, dampers, inertias and, if there is a width w₀, of the Coulomb friction `c·w/√(w²+w₀²)`, cuts
+/// included; `direction` is memory.
+pub fn known_forces<T: Real>(
+    mechanism: &Mechanism<'_, T>,
+    evaluated: &Evaluation<'_, T>,
+    friction_width: Option<T>,
+    direction: &mut [T],
+    out: &mut [T],
+) {
+    copy(evaluated.passive, out);
+    let Some(width) = friction_width else { return };
+    for friction in mechanism.frictions {
+        let w = mechanism.along(friction.row, evaluated.speeds);
+        mechanism.project(friction.row, evaluated.basis, direction);
+        let size = (w * w + width * width).sqrt();
+        if size > T::ZERO {
+            add_scaled(-(friction.coefficient * w / size), direction, out);
+        }
+    }
+}
+
 struct Kinematics<'m, T> {
     angles: &'m mut [T],
     speeds: &'m mut [T],

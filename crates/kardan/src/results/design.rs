@@ -1,6 +1,6 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{Exploration, LawSummary, Margins, NamedMatrix, Pole, Robustness};
+use super::{Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,6 +81,8 @@ pub struct Design {
     pub cross_coupling: Vec<CrossCoupling>,
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
+    /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
+    pub passage: Option<Passage>,
     /// Designs beside this one; `None` if nobody asked.
     pub exploration: Option<Exploration>,
     /// The loop over a box of plants; `None` if nobody asked.

@@ -14,6 +14,7 @@ mod faults;
 mod identification;
 mod margins;
 mod massless;
+mod passage;
 mod prepare;
 mod proof;
 mod read;

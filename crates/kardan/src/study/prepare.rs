@@ -9,6 +9,7 @@ use super::checks::{
 };
 use super::circuit::check_circuit;
 use super::margins::check_sampled;
+use super::passage::check_passage;
 use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -343,6 +344,7 @@ fn prepare_variant(
     let variant = PreparedVariant { name, model, reduced, design_models: designed, scenario, analysis, massless };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
+        check_passage(&variant, out);
     }
     complete.then_some(variant)
 }
