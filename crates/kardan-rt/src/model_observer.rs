@@ -122,7 +122,8 @@ impl<T: Real> ModelObserver<'_, T> {
         let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
         let change = |i: usize| dot(row(self.held, i, n), found);
         let Some(state) = state.get_mut(..n) else { return false };
-        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| (*x + change(i)).is_finite()) {
+        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| (*x + change(i)).is_finite())
+        {
             return false;
         }
         for (i, x) in state.iter_mut().enumerate() {

@@ -6,7 +6,7 @@ use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
-use crate::results::{PassedInteraction, Passage};
+use crate::results::{Passage, PassedInteraction};
 use crate::synthesis::{Law, Plant, SampledPart, VariedPlant};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
@@ -125,18 +125,14 @@ fn paths(reduced: &Reduced, own: &LinearModel) -> Vec<Path> {
     };
     let springs: Vec<Vec<Rational>> = reduced.equations.springs.iter().map(|spring| along(&spring.row)).collect();
     let twists = Matrix::from_fn(springs.len(), r, |i, j| springs[i][j].clone());
-    let free = if springs.is_empty() {
-        Matrix::identity(r)
-    } else {
-        echelon(&twists, &(0..r).collect::<Vec<_>>()).kernel()
-    };
+    let free =
+        if springs.is_empty() { Matrix::identity(r) } else { echelon(&twists, &(0..r).collect::<Vec<_>>()).kernel() };
     let free = free.to_f64();
     let joints = reduced.steps.iter().filter_map(|step| match step {
         Step::Curve { argument, .. } => Some(along(&argument.terms)),
         Step::Linear { .. } => None,
     });
-    let joints: Vec<Vec<f64>> =
-        joints.map(|row| row.iter().map(crate::num::rational_to_f64).collect()).collect();
+    let joints: Vec<Vec<f64>> = joints.map(|row| row.iter().map(crate::num::rational_to_f64).collect()).collect();
     let names = reduced.coordinate_names();
     let mut out = Vec::new();
     for column in 0..free.columns() {
@@ -217,7 +213,8 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
                     place(&found.turned, found.growth_at),
                     found.growth
                 );
-                let help = "design with the values of the variant, or choose slower poles; `kardan design` shows the loop";
+                let help =
+                    "design with the values of the variant, or choose slower poles; `kardan design` shows the loop";
                 out.push(
                     Diagnostic::warning("control::unstable-there", message)
                         .at(control.span.clone(), "this controller")
@@ -243,7 +240,9 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         let help = "let law and observer know the values of the variant, with `plant = \"nonlinear\"` in both; a faster observer \
                     helps where they do not";
         out.push(
-            Diagnostic::warning("control::coupled-there", message).at(control.span.clone(), "this controller").help(help),
+            Diagnostic::warning("control::coupled-there", message)
+                .at(control.span.clone(), "this controller")
+                .help(help),
         );
     }
 }

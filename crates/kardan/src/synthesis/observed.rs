@@ -248,7 +248,8 @@ impl Copied<f64> {
         let sensors: Vec<Sensor<f64>> = sensors.collect();
         let states = gain.rows();
         let mut out = Self {
-            data: MechanismData::new(&plant.reduced).map_err(|why| SynthesisError::NoBlock { reason: why.to_string() })?,
+            data: MechanismData::new(&plant.reduced)
+                .map_err(|why| SynthesisError::NoBlock { reason: why.to_string() })?,
             inputs: law.inputs().iter().map(number).collect(),
             torques: vec![0.0; law.inputs().len()],
             readings: vec![0.0; sensors.len()],

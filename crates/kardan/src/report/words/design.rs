@@ -70,7 +70,8 @@ fn proven(design: &Design) -> &'static str {
 
 /// What the loop with the parameters of the variant does, as a part of a sentence.
 fn there(found: &Passage, claimed: bool) -> String {
-    let how = if found.turned.is_empty() { "with the parameters of the variant" } else { "where the variant's joints stand" };
+    let how =
+        if found.turned.is_empty() { "with the parameters of the variant" } else { "where the variant's joints stand" };
     match found.worst() {
         _ if !found.stable => format!("; {how} the loop is unstable"),
         Some(worst) if claimed && worst.largest > worst.acceptable => format!("; {how} it is coupled"),
@@ -104,7 +105,11 @@ pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
     out.push(match (found.stable, found.growth < -1e30) {
         (true, true) => "Nothing grows.".into(),
         (true, false) => {
-            format!("Nothing grows; the slowest motion decays with {} 1/s{}.", number(-found.growth), at(found.growth_at))
+            format!(
+                "Nothing grows; the slowest motion decays with {} 1/s{}.",
+                number(-found.growth),
+                at(found.growth_at)
+            )
         }
         (false, _) => format!("UNSTABLE: a motion grows with {} 1/s{}.", number(found.growth), at(found.growth_at)),
     });
