@@ -653,6 +653,7 @@ pub fn decoupled_steering() -> Design {
         ],
         margins: None,
         exploration: None,
+        passage: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
@@ -805,6 +806,7 @@ pub fn observed_train() -> Design {
         ],
         margins: None,
         exploration: None,
+        passage: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
