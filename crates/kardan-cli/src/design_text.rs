@@ -55,6 +55,10 @@ pub fn text(design: &Design, origin: &str) -> String {
     }
     proof(&mut out, design);
     cross_coupling(&mut out, &design.cross_coupling);
+    if let Some(found) = &design.passage {
+        heading(&mut out, "With the parameters of the variant");
+        sentences(&mut out, &said::passage(found, number));
+    }
     if let Some(found) = &design.exploration {
         exploration(&mut out, found);
     }

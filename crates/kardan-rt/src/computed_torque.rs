@@ -1,5 +1,5 @@
 use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored};
-use crate::mechanism::take;
+use crate::mechanism::{known_forces, take};
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
 
 /// What one channel of a [`ComputedTorque`] law controls.
@@ -115,7 +115,10 @@ impl<T: Real> ComputedTorque<'_, T> {
         let inputs = take(&mut rest, m * columns)?;
         let equations = take(&mut rest, m * (m + 1))?;
 
-        self.known_forces(&evaluated, now.disturbances, y, force);
+        known_forces(mechanism, &evaluated, self.friction_width, y, force);
+        for (torque, basis_row) in now.disturbances.iter().zip(evaluated.basis.chunks_exact(columns)) {
+            add_scaled(*torque, basis_row, force);
+        }
         for (number, input) in self.inputs.iter().zip(inputs.chunks_exact_mut(columns)) {
             mechanism.sum_of_rows(*mechanism.inputs.get(*number)?, evaluated.basis, input);
         }
@@ -155,27 +158,6 @@ impl<T: Real> ComputedTorque<'_, T> {
             *torque = value;
         }
         Some(())
-    }
-
-    /// Generalised forces that act whatever the law commands, cuts included; `direction` is memory.
-    fn known_forces(&self, evaluated: &Evaluation<'_, T>, disturbances: &[T], direction: &mut [T], out: &mut [T]) {
-        let mechanism = &self.mechanism;
-        copy(evaluated.passive, out);
-        for (torque, basis_row) in disturbances.iter().zip(evaluated.basis.chunks_exact(out.len().max(1))) {
-            add_scaled(*torque, basis_row, out);
-        }
-        if let Some(width) = self.friction_width {
-            for friction in mechanism.frictions {
-                let w = mechanism.sum_along(friction.row, evaluated.speeds);
-                mechanism.sum_of_rows(friction.row, evaluated.basis, direction);
-                let size = (w * w + width * width).sqrt();
-                // A speed whose square overflows is far beyond any width.
-                let size = if size.is_finite() { size } else { w.abs() };
-                if size > T::ZERO {
-                    add_scaled(-(friction.coefficient * w / size), direction, out);
-                }
-            }
-        }
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`Noninteracting`] | decoupling by constant gains on the linear model |
 //! | [`ComputedTorque`] | decoupling on the nonlinear model, constraint torques as outputs |
 //! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
+//! | [`ModelObserver`] | observer on the nonlinear model |
 //! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
 //! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
@@ -32,6 +33,7 @@ mod dense;
 mod feedback;
 mod governor;
 mod mechanism;
+mod model_observer;
 mod noninteracting;
 mod position_loop;
 mod real;
@@ -45,6 +47,7 @@ pub use computed_torque::{ComputedTorque, Situation, Task};
 pub use feedback::Gain;
 pub use governor::Governor;
 pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
+pub use model_observer::{ModelObserver, Sensor};
 pub use noninteracting::{Measurement, Noninteracting};
 pub use position_loop::PositionLoop;
 pub use real::Real;

@@ -287,6 +287,29 @@ impl<T: Real> Mechanism<'_, T> {
     }
 }
 
+/// Generalised forces of springs, dampers, inertias and, if there is a width w₀, of the Coulomb friction `c·w/√(w²+w₀²)`, cuts
+/// included; `direction` is memory.
+pub fn known_forces<T: Real>(
+    mechanism: &Mechanism<'_, T>,
+    evaluated: &Evaluation<'_, T>,
+    friction_width: Option<T>,
+    direction: &mut [T],
+    out: &mut [T],
+) {
+    copy(evaluated.passive, out);
+    let Some(width) = friction_width else { return };
+    for friction in mechanism.frictions {
+        let w = mechanism.sum_along(friction.row, evaluated.speeds);
+        mechanism.sum_of_rows(friction.row, evaluated.basis, direction);
+        let size = (w * w + width * width).sqrt();
+        // A speed whose square overflows is far beyond any width.
+        let size = if size.is_finite() { size } else { w.abs() };
+        if size > T::ZERO {
+            add_scaled(-(friction.coefficient * w / size), direction, out);
+        }
+    }
+}
+
 struct Kinematics<'m, T> {
     angles: &'m mut [T],
     speeds: &'m mut [T],

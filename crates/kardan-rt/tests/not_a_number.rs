@@ -3,8 +3,8 @@
 //! One harness walks all blocks in both precisions: each input in turn is NaN, infinite or huge, at each of some samples.
 
 use kardan_rt::{
-    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, Noninteracting, Operation,
-    PositionLoop, Real, Regulator, RegulatorMemory, Row, Situation, StateSpace, Task, UniversalJoint, hold,
+    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
+    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task, UniversalJoint, hold,
 };
 use std::fmt::Debug;
 
@@ -353,6 +353,40 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                 })
             }),
         );
+    }
+    for friction_width in [None, Some(T::of(0.1))] {
+        for what in ["ModelObserver::rates", "ModelObserver::step"] {
+            case(
+                what,
+                Keeps::Answer,
+                if what == "ModelObserver::step" { 4 } else { 9 },
+                Box::new(move || {
+                    let machine = Machine::new();
+                    let sensor = |first, speed| Sensor { row: Row { first, count: 1 }, speed, rest: T::of(0.1) };
+                    let sensors = [sensor(2, false), sensor(1, true)];
+                    let gain: Vec<T> = list([3.0, 0.5, 0.25, 2.0, 9.0, 1.0, 0.5, 4.0, 1.0, -2.0]);
+                    let held: Vec<T> = (0..25).map(|k| T::of(if k % 6 == 0 { 0.01 } else { 0.001 })).collect();
+                    Box::new(move |x, out| {
+                        out.resize(5, T::ZERO);
+                        let observer = ModelObserver {
+                            mechanism: machine.block(),
+                            inputs: &[0, 1],
+                            sensors: &sensors,
+                            entries: &machine.entries,
+                            disturbances: &[2],
+                            gain: &gain,
+                            held: &held,
+                            friction_width,
+                        };
+                        let mut memory = vec![T::ZERO; observer.memory()];
+                        match what {
+                            "ModelObserver::rates" => observer.rates(&x[..5], &x[5..7], &x[7..], &mut memory, out),
+                            _ => observer.step(out, &x[..2], &x[2..], &mut memory),
+                        }
+                    })
+                }),
+            );
+        }
     }
     case(
         "hold",

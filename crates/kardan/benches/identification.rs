@@ -28,7 +28,7 @@ fn coverage(repetitions: u64) {
     let found: Vec<_> = (0..repetitions)
         .into_par_iter()
         .map(|k| {
-            let log = bench.log(k, &mut |_| {});
+            let log = bench.log(k, &mut |_| None);
             let bytes = export::mdf(&[("bench", &log.series)]);
             let files = vec![LogFile { name: format!("{k}.mf4"), bytes: in_memory(bytes) }];
             identify(source, files, &IdentifySettings::default(), &Silent).expect("an identification").parameters

@@ -36,7 +36,7 @@ fn prepared(source: &str, settings: &BenchSettings) -> PreparedBench {
 
 fn log(source: &str) -> (PreparedBench, Run) {
     let bench = prepared(source, &BenchSettings::default());
-    let log = bench.log(0, &mut |_| {});
+    let log = bench.log(0, &mut |_| None);
     assert_eq!(log.outcome, Outcome::Completed, "{:?}", log.notes);
     (bench, log)
 }
@@ -57,7 +57,7 @@ fn the_seed_makes_the_log() {
     let settings = BenchSettings { repetitions: 3, ..Default::default() };
     let (one, again) = (bench(&source, &settings, &Silent).unwrap(), bench(&source, &settings, &Silent).unwrap());
     assert_eq!(one.logs.len(), 3);
-    let alone = prepared(&source, &settings).log(2, &mut |_| {});
+    let alone = prepared(&source, &settings).log(2, &mut |_| None);
     assert_eq!(one.logs[2].series, alone.series, "on any thread");
     for k in 0..3 {
         assert_eq!(one.logs[k].series, again.logs[k].series);
@@ -186,7 +186,7 @@ fn nobody_looks_into_the_plant() {
     let settings = BenchSettings { truth: Some(other.into()), ..Default::default() };
     let (one, other) = (prepared(&short(), &BenchSettings::default()), prepared(&short(), &settings));
     assert_eq!(one.plan(), other.plan());
-    let (one, other) = (one.log(0, &mut |_| {}), other.log(0, &mut |_| {}));
+    let (one, other) = (one.log(0, &mut |_| None), other.log(0, &mut |_| None));
     for motor in ["wg_motor.tau", "cs_motor.tau", "fs_motor.tau"] {
         // The lag of the drives is integrated with other steps.
         let first = signal(&one, motor)[..3].iter().zip(&signal(&other, motor)[..3]);
@@ -300,7 +300,7 @@ fn sines_and_steps_keep_the_limits() {
         let designed = bench.plan().unwrap();
         assert_eq!((designed.kind.as_str(), designed.parameters.len()), (plan, 9));
         assert!(designed.gain > 1.0 && designed.points.len() == 3);
-        let log = bench.log(0, &mut |_| {});
+        let log = bench.log(0, &mut |_| None);
         assert_eq!(log.outcome, Outcome::Completed);
         assert!(signal(&log, "wg_motor.tau").iter().all(|torque| torque.abs() < 1.3 + 0.06));
         // It moves, and what the encoders tell keeps to the plan: 20 ms at a time.
@@ -351,7 +351,7 @@ fn controllers_of_the_file_run_on_the_plant() {
             truth: Some(format!("[bench.truth]\n{truth}")),
             ..Default::default()
         };
-        let log = prepared(source(), &settings).log(0, &mut |_| {});
+        let log = prepared(source(), &settings).log(0, &mut |_| None);
         assert_eq!(log.outcome, Outcome::Completed, "{:?}", log.notes);
         log
     };

@@ -5,8 +5,8 @@ use serde_json::{Map, Value, json as object};
 use super::json::motor_strain;
 use crate::results::{
     Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Pole, Robustness, Spread,
-    TransferEntry, ZeroDynamics, ZeroMode,
+    Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Passage, PassedInteraction, Pole,
+    Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -46,6 +46,7 @@ const VERSION: u32 = 1;
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `free` (shafts that move in motions at zero which nobody holds), `free_poles`, `channels` (`name`, `reading` or motor, `gain` below and above one, `gain_rad_s`, `phase_rad`, `phase_rad_s`, `delay_s`, `delay_rad_s`, `disk`, `disk_rad_s`, `disk_gain`, `disk_phase_rad`; `null`: not limited), `together` (`disk` from below and above, `rad_s`, `worst`: `motor`, `factor`, `turn_rad`) or `null`, `hardly` (stable, but not with 10 % more or less torque of a motor), `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `passage` | the loop with the parameters of the variant where its joints stand, linear, in floating point: `turned` (what turns, in words; empty if no joint is bent), `positions` (how many), `range_rad`, `stable`, `growth_per_s` (of the motion that grows most; negative: it decays), `growth_at_rad`, `interactions` (`reference`, `step`, `step_unit`, `signal`, `unit`, `largest` or `null` if unstable, `at_rad`, `acceptable`); `null` where it is the linear loop of the design |
 /// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `not_judged` (whose sample times have no short common period), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
 /// | `strains` | what the scenario of the file asks of its motors, where it was run: `variant`, `duration_s`, `motor` (`name`, `controller`, `torque_limit_n_m`, `rate_limit_n_m_per_s`, `asked_n_m`, `time_at_torque_limit_s`, `time_at_rate_limit_s`, `first_at_torque_limit_s`) |
 /// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners), each `null` if the loop is unstable there, `at` (factors there); `null` if it was not asked for |
@@ -87,6 +88,7 @@ pub fn design_json(design: &Design) -> String {
         "strains": list(&design.strains, |found| object!({
             "variant": found.variant, "duration_s": found.duration, "motor": motor_strain(&found.strain, found.duration),
         })),
+        "passage": design.passage.as_ref().map(passage),
         "exploration": design.exploration.as_ref().map(exploration),
         "robustness": design.robustness.as_ref().map(robustness),
         "flatness": design.flatness.as_ref().map(flatness),
@@ -96,6 +98,24 @@ pub fn design_json(design: &Design) -> String {
         "notes": design.notes,
     })
     .to_string()
+}
+
+fn passage(found: &Passage) -> Value {
+    let interaction = |one: &PassedInteraction| {
+        object!({
+            "reference": one.reference, "step": one.step, "step_unit": one.step_unit, "signal": one.signal,
+            "unit": one.unit, "largest": one.largest, "at_rad": one.at, "acceptable": one.acceptable,
+        })
+    };
+    object!({
+        "turned": found.turned,
+        "positions": found.positions,
+        "range_rad": [found.range.0, found.range.1],
+        "stable": found.stable,
+        "growth_per_s": found.growth,
+        "growth_at_rad": found.growth_at,
+        "interactions": list(&found.interactions, interaction),
+    })
 }
 
 fn exploration(found: &Exploration) -> Value {

@@ -38,6 +38,11 @@ pub const BUILTIN: &[Builtin] = &[
         source: include_str!("../../../../models/sia-steering.toml"),
     },
     Builtin {
+        name: "sia-joint-angle",
+        summary: "the same over the joint angle: force feedback of the linear and the nonlinear law, and a wrong angle",
+        source: include_str!("../../../../models/sia-joint-angle.toml"),
+    },
+    Builtin {
         name: "sia-steering-ecu",
         summary: "the same on a real control unit: 1 kHz, delay, motor lag, torque limits, encoders, Coulomb friction",
         source: include_str!("../../../../models/sia-steering-ecu.toml"),

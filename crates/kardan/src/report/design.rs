@@ -34,6 +34,11 @@ fn parts(design: &Design) -> Vec<(&'static str, &'static str, String)> {
         ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
         ("proof", "Transfer matrix", proof(design)),
         ("coupling", "Cross coupling", cross_coupling(design)),
+        (
+            "passage",
+            "With the parameters of the variant",
+            design.passage.as_ref().map(|found| items(&said::passage(found, number))).unwrap_or_default(),
+        ),
         ("exploration", "Other designs", design.exploration.as_ref().map(exploration).unwrap_or_default()),
         ("box", "Box of plants", design.robustness.as_ref().map(robustness).unwrap_or_default()),
         ("flatness", "Flatness", flatness(design)),

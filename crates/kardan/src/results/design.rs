@@ -1,6 +1,6 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{Exploration, LawSummary, Margins, NamedMatrix, Pole, Robustness, ScenarioStrain};
+use super::{Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness, ScenarioStrain};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -85,6 +85,8 @@ pub struct Design {
     pub margins: Option<Margins>,
     /// What the scenario of the file asks of its motors, where it was run.
     pub strains: Vec<ScenarioStrain>,
+    /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
+    pub passage: Option<Passage>,
     /// Designs beside this one; `None` if nobody asked.
     pub exploration: Option<Exploration>,
     /// The loop over a box of plants; `None` if nobody asked.

@@ -658,6 +658,7 @@ pub fn decoupled_steering() -> Design {
         margins: None,
         strains: Vec::new(),
         exploration: None,
+        passage: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),
@@ -811,6 +812,7 @@ pub fn observed_train() -> Design {
         ],
         margins: None,
         exploration: None,
+        passage: None,
         robustness: None,
         flatness: Some(Flatness {
             outputs: texts(&outputs),

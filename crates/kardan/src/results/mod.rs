@@ -8,6 +8,7 @@ pub(crate) mod example;
 mod exploration;
 mod identification;
 mod margins;
+mod passage;
 mod robustness;
 
 pub use analysis::*;
@@ -16,6 +17,7 @@ pub use design::*;
 pub use exploration::*;
 pub use identification::*;
 pub use margins::*;
+pub use passage::*;
 pub use robustness::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.

@@ -4,6 +4,7 @@ use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::margins::{decay, survey, verdict, warnings as margin_warnings};
+use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
@@ -331,6 +332,16 @@ pub(super) fn designed(
     }
     design.warnings.extend(margin_warnings(&margins));
     design.margins = Some(margins);
+    match passage(variant, number, &variant.running_laws(), true) {
+        Some(Ok(found)) => {
+            design.warnings.extend(passage_warnings(&found));
+            design.passage = Some(found);
+        }
+        Some(Err(why)) => {
+            design.notes.push(format!("the loop with the parameters of the variant is not looked at: {why}"));
+        }
+        None => {}
+    }
     if settings.explore {
         match explore(variant, number, progress) {
             Ok(found) => design.exploration = Some(found),
@@ -355,6 +366,15 @@ pub(super) fn designed(
 fn sample(data: &mut ControllerData, time: f64) -> bool {
     let place = |name: &str| data.matrices.iter().position(|(other, _)| other == name);
     let (a, b) = (place("A"), place("B"));
+    if let Some(error) = place("error") {
+        // Γ of the block `ModelObserver`.
+        let n = data.matrices[error].1.len();
+        let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].1[i][j]);
+        let Some(held) = discretise(&a, &Matrix::identity(n), time) else { return false };
+        data.matrices.push(("held".into(), held.b.to_rows()));
+        data.sample_time = Some(time);
+        return true;
+    }
     let (Some(a), Some(b)) = (a, b) else {
         data.sample_time = Some(time);
         return true;

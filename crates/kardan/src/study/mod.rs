@@ -15,6 +15,7 @@ mod faults;
 mod identification;
 mod margins;
 mod massless;
+mod passage;
 mod prepare;
 mod proof;
 mod read;

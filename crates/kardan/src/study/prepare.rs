@@ -10,6 +10,7 @@ use super::checks::{
 use super::circuit::check_circuit;
 use super::effort::check_effort;
 use super::margins::check_sampled;
+use super::passage::check_passage;
 use super::scenario::scenario;
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -348,6 +349,7 @@ fn prepare_variant(
         if !out.iter().any(is_error) {
             check_effort(document, &variant, out);
         }
+        check_passage(&variant, out);
     }
     complete.then_some(variant)
 }

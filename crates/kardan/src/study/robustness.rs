@@ -97,7 +97,7 @@ pub(super) struct Shown {
 /// The loop of a variant, ready to be looked at with any plant.
 pub(super) struct Subject {
     pub plant: VariedPlant,
-    parts: Vec<SampledPart>,
+    pub parts: Vec<SampledPart>,
     /// Number of the law among the parts.
     number: usize,
     pub watched: Vec<Watched>,
@@ -269,13 +269,27 @@ fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (
     }
 }
 
-/// The loop of a controller with these laws, as they run.
+/// The loop of a controller with these laws, as they run, if it has channels that act on each other.
 pub(super) fn subject(
     variant: &PreparedVariant,
     number: usize,
     laws: &[Box<dyn Law>],
     plant: VariedPlant,
 ) -> Result<Subject, String> {
+    let subject = any_subject(variant, number, laws, plant);
+    if subject.watched.len() < 2 {
+        return Err("interaction needs two channels whose outputs are angles of shafts or torques of springs".into());
+    }
+    Ok(subject)
+}
+
+/// The loop of a controller with these laws, as they run.
+pub(super) fn any_subject(
+    variant: &PreparedVariant,
+    number: usize,
+    laws: &[Box<dyn Law>],
+    plant: VariedPlant,
+) -> Subject {
     let control: &ControlSpec = &variant.model.controls[number];
     let model = &variant.design_models[number];
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant.nominal())).collect();
@@ -330,9 +344,6 @@ pub(super) fn subject(
         };
         watched.push(Watched { name, unit, reference: reference.into(), acceptable, watch });
     }
-    if watched.len() < 2 {
-        return Err("interaction needs two channels whose outputs are angles of shafts or torques of springs".into());
-    }
     let largest = |name: &str| {
         let source = variant.scenario.sources.iter().position(|source| source.name == name);
         let of = variant.scenario.events.iter().filter(|event| Some(event.source) == source);
@@ -346,7 +357,7 @@ pub(super) fn subject(
     });
     let steps = steps.collect();
     let inputs = parts[number].inputs.clone();
-    Ok(Subject { plant, parts, number, watched, steps, inputs, window: 0.0 })
+    Subject { plant, parts, number, watched, steps, inputs, window: 0.0 }
 }
 
 impl Subject {

@@ -489,7 +489,8 @@ impl SynthesisError {
             Self::CancelledTwice => advice(
                 &[],
                 "this controller",
-                "set `disturbances = []` or `compensation = 0` in the observer, or design on the linear model",
+                "set `plant = \"nonlinear\"`, `disturbances = []` or `compensation = 0` in the observer, or design the law on the linear \
+                 model",
             ),
             Self::IdleKey { key, .. } => Advice {
                 named: Vec::new(),

@@ -155,12 +155,28 @@ pub trait Law: Send {
     }
     /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
     fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
-    /// Whether it cancels forces that the linear design model does not know; an observer would report them once more.
-    fn cancels_more(&self) -> bool {
+    /// Whether it cancels all forces of the full model, which the linear one does not know.
+    fn on_full_model(&self) -> bool {
         false
     }
-    /// The linear part.
+    /// The speed (rad/s) over which the Coulomb friction that it feeds forward is smoothed, if it does.
+    fn friction_width(&self) -> Option<f64> {
+        None
+    }
+    /// The linear part: of a law that bends that at the design point.
     fn linear(&self) -> LinearLaw;
+    /// Whether its linear part is another one at another position.
+    fn bends(&self) -> bool {
+        false
+    }
+    /// The linear part at rest at a reduced position (rad), each position reference being where its output is; with a clock that
+    /// of [`Firmware`], in double precision. `None` if a number overflows.
+    fn linear_at(&self, _position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        match clock {
+            Some(clock) => Some(self.firmware(clock)?.linear),
+            None => Some(self.linear()),
+        }
+    }
     /// The signals that it measures, if it does not see the true angles and speeds.
     fn sensors(&self) -> &[OutputSignal] {
         &[]

@@ -231,6 +231,9 @@ impl Nonlinear {
     }
 }
 
+/// Step of central differences, rad, rad/s or N m.
+const SLOPE_STEP: f64 = 1e-5;
+
 fn no_block(error: MechanismError) -> SynthesisError {
     SynthesisError::NoBlock { reason: error.to_string() }
 }
@@ -259,8 +262,61 @@ impl Law for Nonlinear {
         })
     }
 
-    fn cancels_more(&self) -> bool {
+    fn on_full_model(&self) -> bool {
+        true
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.runner.friction_width
+    }
+
+    fn bends(&self) -> bool {
         self.runner.friction_width.is_some() || !self.like_linear
+    }
+
+    fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
+        let mut out = self.linear();
+        if !self.bends() {
+            return Some(out);
+        }
+        let (shafts, m) = (out.on_angles.columns(), self.runner.inputs.len());
+        let mut runner = self.runner.cast::<f64>();
+        let (mut memory, rest) = (vec![0.0; runner.data.block().memory()], vec![0.0; position.len()]);
+        let now = runner.data.block().evaluate(position, &rest, &mut memory)?;
+        let mut angles: Vec<f64> = now.angles.iter().copied().take(shafts).collect();
+        let mut speeds = vec![0.0; shafts];
+        let mut disturbances = vec![0.0; out.on_disturbances.columns()];
+        let mut references = vec![0.0; self.references().len()];
+        for (task, told) in runner.tasks.iter().zip(&runner.told) {
+            if let Task::Position { shaft, .. } = task {
+                references[*told] = angles[*shaft];
+            }
+        }
+        let width = self.runner.friction_width.map_or(1.0, |width| width.min(1.0));
+        let mut ends = |seen: [&mut Vec<f64>; 4], which: usize, k: usize, step: f64| -> Option<Vec<f64>> {
+            let middle = seen[which][k];
+            let mut at = |value: f64| {
+                seen[which][k] = value;
+                let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
+                let mut torques = vec![0.0; m];
+                let now = Seen { angles, speeds, disturbances, references, readings: &[], states: &[] };
+                runner.command(now, &mut torques);
+                torques
+            };
+            let (above, below) = (at(middle + step), at(middle - step));
+            seen[which][k] = middle;
+            let slope: Vec<f64> = above.iter().zip(&below).map(|(x, y)| (x - y) / (2.0 * step)).collect();
+            slope.iter().all(|x| x.is_finite()).then_some(slope)
+        };
+        let parts = [&mut out.on_angles, &mut out.on_speeds, &mut out.on_disturbances, &mut out.on_references];
+        for (which, part) in parts.into_iter().enumerate() {
+            let step = if which == 1 { SLOPE_STEP * width } else { SLOPE_STEP };
+            for k in 0..part.columns() {
+                let slope = ends([&mut angles, &mut speeds, &mut disturbances, &mut references], which, k, step)?;
+                slope.iter().enumerate().for_each(|(i, x)| part[(i, k)] = *x);
+            }
+        }
+        Some(out)
     }
 
     fn linear(&self) -> LinearLaw {

@@ -1,4 +1,4 @@
-use kardan_rt::{Health, StateSpace, hold};
+use kardan_rt::{Health, ModelObserver, Row, Sensor, StateSpace, hold};
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
 use super::sampled::{Block, Clock, Firmware, entries};
@@ -7,7 +7,7 @@ use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Float, Matrix, discretise, rational_to_f64};
-use crate::reduce::Kinematics;
+use crate::reduce::{Kinematics, MechanismData};
 use crate::results::{ControllerData, Design, ExactMatrix, ObserverResult, Pole};
 use crate::schema::{Field, Kind, Sign};
 
@@ -22,6 +22,12 @@ pub const OBSERVER: &[Field] = &[
         "disturbances",
         Kind::Words,
         "Shafts on which an unknown constant torque acts, which is estimated too; left out: all reduced coordinates.",
+    ),
+    Field::optional(
+        "plant",
+        Kind::Choice(&["linear", "nonlinear"]),
+        "The model that it runs: `linear`: that at zero angles; `nonlinear`: the full one, joints and friction fed forward by the \
+         law included. Its gain is that at zero angles either way. Left out: nonlinear where the design model of the law is.",
     ),
     Field::optional("method", Kind::Choice(&["poles", "kalman"]), "How its gain is found; left out: poles."),
     Field::optional(
@@ -85,7 +91,8 @@ impl Reading {
 /// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
 ///
 /// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
-/// by the block [`StateSpace`] with the signals `[u; y]`.
+/// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
+/// [`ModelObserver`].
 pub(super) struct Observed {
     law: Box<dyn Law>,
     result: ObserverResult,
@@ -98,7 +105,7 @@ pub(super) struct Observed {
     basis: Matrix<f64>,
     disturbances: usize,
     seer: Seer,
-    runner: Runner<f64>,
+    model: Model<f64>,
 }
 
 /// From readings and estimates to what the law sees.
@@ -164,6 +171,224 @@ impl Seer {
     }
 }
 
+/// What an observer runs.
+enum Model<T> {
+    /// The linear model at zero angles.
+    Linear(Runner<T>),
+    Nonlinear(Box<Copied<T>>),
+}
+
+impl<T: Float> Model<T> {
+    /// Returns whether there is a finite answer; if not, nothing is written.
+    fn rates(&mut self, states: &[f64], torques: &[f64], seer: &Seer, out: &mut [f64]) -> bool {
+        match self {
+            Self::Linear(runner) => runner.rates(states, torques, seer, out),
+            Self::Nonlinear(copied) => copied.rates(states, torques, &seer.values, out),
+        }
+    }
+
+    /// The state at the next sample, of matrices or tables for that. Returns whether there is a finite one; if not, nothing is
+    /// written.
+    fn next(&mut self, states: &[f64], torques: &[f64], seer: &Seer, out: &mut [f64]) -> bool {
+        match self {
+            Self::Linear(runner) => runner.rates(states, torques, seer, out),
+            Self::Nonlinear(copied) => copied.next(states, torques, &seer.values, out),
+        }
+    }
+}
+
+/// The observer's block [`ModelObserver`] with the memory of one evaluation.
+#[derive(Clone)]
+struct Copied<T> {
+    data: MechanismData<T>,
+    inputs: Vec<usize>,
+    sensors: Vec<Sensor<T>>,
+    entries: Vec<(usize, T)>,
+    disturbances: Vec<usize>,
+    gain: Vec<T>,
+    /// Γ of a sample time; none in continuous time.
+    held: Vec<T>,
+    friction_width: Option<T>,
+    memory: Vec<T>,
+    torques: Vec<T>,
+    readings: Vec<T>,
+    state: Vec<T>,
+    result: Vec<T>,
+}
+
+impl Copied<f64> {
+    fn new(
+        law: &dyn Law,
+        plant: &Plant,
+        readings: &[Reading],
+        disturbances: &[usize],
+        gain: &Matrix<f64>,
+    ) -> Result<Self, SynthesisError> {
+        let equations = &plant.reduced.equations;
+        let number = |name: &String| {
+            equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
+        };
+        let mut terms = Vec::new();
+        let sensors = readings.iter().map(|reading| {
+            let first = terms.len();
+            let (speed, rest) = match reading {
+                Reading::Angle(shaft) => {
+                    terms.push((*shaft, 1.0));
+                    (false, 0.0)
+                }
+                Reading::Speed(shaft) => {
+                    terms.push((*shaft, 1.0));
+                    (true, 0.0)
+                }
+                Reading::Twist(row, rest) => {
+                    terms.extend_from_slice(row);
+                    (false, *rest)
+                }
+            };
+            Sensor { row: Row { first, count: terms.len() - first }, speed, rest }
+        });
+        let sensors: Vec<Sensor<f64>> = sensors.collect();
+        let states = gain.rows();
+        let mut out = Self {
+            data: MechanismData::new(&plant.reduced)
+                .map_err(|why| SynthesisError::NoBlock { reason: why.to_string() })?,
+            inputs: law.inputs().iter().map(number).collect(),
+            torques: vec![0.0; law.inputs().len()],
+            readings: vec![0.0; sensors.len()],
+            sensors,
+            entries: terms,
+            disturbances: disturbances.to_vec(),
+            gain: entries(gain),
+            held: Vec::new(),
+            friction_width: law.friction_width(),
+            memory: Vec::new(),
+            state: vec![0.0; states],
+            result: vec![0.0; states],
+        };
+        out.memory = vec![0.0; out.block().memory()];
+        Ok(out)
+    }
+
+    /// How the rates change with the state and with `[u; y]`, at rest at a position: central differences.
+    fn slopes(&self, position: &[f64], readings: &[f64]) -> [Matrix<f64>; 2] {
+        let mut copied = self.clone();
+        let (n, m, r) = (self.state.len(), self.inputs.len(), position.len());
+        let mut at: Vec<f64> = position.to_vec();
+        at.resize(n + m, 0.0);
+        at.extend_from_slice(readings);
+        let mut rates = |at: &[f64]| {
+            let mut out = vec![0.0; n];
+            copied.rates(&at[..n], &at[n..n + m], &at[n + m..], &mut out);
+            out
+        };
+        let mut slopes = Matrix::zeros(n, at.len());
+        for j in 0..at.len() {
+            // Angles bend the model, and friction bends over its width; all else is linear.
+            let step = match (j, self.friction_width) {
+                (j, Some(width)) if j >= r => (SLOPE_STEP * width).min(SLOPE_STEP),
+                _ => SLOPE_STEP,
+            };
+            let middle = at[j];
+            at[j] = middle + step;
+            let above = rates(&at);
+            at[j] = middle - step;
+            let below = rates(&at);
+            at[j] = middle;
+            (0..n).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * step));
+        }
+        let columns = |first: usize, count: usize| Matrix::from_fn(n, count, |i, j| slopes[(i, first + j)]);
+        [columns(0, n), columns(n, m + readings.len())]
+    }
+
+    /// The tables and lists of the block for a file, beside those of the mechanism.
+    fn tables(&self) -> Vec<(String, Vec<Vec<f64>>)> {
+        let numbers = |list: &[usize]| list.iter().map(|k| vec![*k as f64]).collect::<Vec<_>>();
+        let sensor = |sensor: &Sensor<f64>| {
+            let Row { first, count } = sensor.row;
+            vec![first as f64, count as f64, f64::from(u8::from(sensor.speed)), sensor.rest]
+        };
+        let gain = self.gain.chunks(self.sensors.len().max(1)).map(<[f64]>::to_vec).collect();
+        let own = [
+            ("commanded", numbers(&self.inputs)),
+            ("sensors", self.sensors.iter().map(sensor).collect()),
+            ("sensor_entries", self.entries.iter().map(|(shaft, x)| vec![*shaft as f64, *x]).collect()),
+            ("disturbances", numbers(&self.disturbances)),
+            ("gain", gain),
+        ];
+        let own = own.into_iter().map(|(name, rows)| (name.to_string(), rows));
+        self.data.tables(|x| x).into_iter().chain(own).collect()
+    }
+}
+
+/// Step of central differences, rad, rad/s or N m.
+const SLOPE_STEP: f64 = 1e-5;
+
+impl<T: Float> Copied<T> {
+    fn block(&self) -> ModelObserver<'_, T> {
+        ModelObserver {
+            mechanism: self.data.block(),
+            inputs: &self.inputs,
+            sensors: &self.sensors,
+            entries: &self.entries,
+            disturbances: &self.disturbances,
+            gain: &self.gain,
+            held: &self.held,
+            friction_width: self.friction_width,
+        }
+    }
+
+    /// The same in another precision, for a sample time with that Γ.
+    fn cast<U: Float>(&self, held: &Matrix<f64>) -> Copied<U> {
+        let to = |x: T| U::from_f64(x.to_f64());
+        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
+        let sensor = |sensor: &Sensor<T>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
+        Copied {
+            data: self.data.cast(to),
+            inputs: self.inputs.clone(),
+            sensors: self.sensors.iter().map(sensor).collect(),
+            entries: self.entries.iter().map(|(shaft, x)| (*shaft, to(*x))).collect(),
+            disturbances: self.disturbances.clone(),
+            gain: list(&self.gain),
+            held: entries(held),
+            friction_width: self.friction_width.map(to),
+            memory: list(&self.memory),
+            torques: list(&self.torques),
+            readings: list(&self.readings),
+            state: list(&self.state),
+            result: list(&self.result),
+        }
+    }
+
+    fn take(&mut self, states: &[f64], torques: &[f64], readings: &[f64]) -> Vec<T> {
+        T::narrow(states, &mut self.state);
+        T::narrow(torques, &mut self.torques);
+        T::narrow(readings, &mut self.readings);
+        std::mem::take(&mut self.memory)
+    }
+
+    fn rates(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
+        let mut memory = self.take(states, torques, readings);
+        let mut result = std::mem::take(&mut self.result);
+        let found = self.block().rates(&self.state, &self.torques, &self.readings, &mut memory, &mut result);
+        if found {
+            T::widen(&result, out);
+        }
+        (self.memory, self.result) = (memory, result);
+        found
+    }
+
+    fn next(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
+        let mut memory = self.take(states, torques, readings);
+        let mut state = std::mem::take(&mut self.state);
+        let found = self.block().step(&mut state, &self.torques, &self.readings, &mut memory);
+        if found {
+            T::widen(&state, out);
+        }
+        (self.memory, self.state) = (memory, state);
+        found
+    }
+}
+
 /// The observer's block [`StateSpace`] with the memory of one evaluation.
 struct Runner<T> {
     a: Vec<T>,
@@ -209,7 +434,9 @@ impl<T: Float> Runner<T> {
 struct Sampled<T> {
     law: Box<dyn Block>,
     seer: Seer,
-    runner: Runner<T>,
+    /// States of the observer.
+    own: usize,
+    model: Model<T>,
     /// Whether the estimate was kept as it was at the last sample, because it overflowed.
     kept: bool,
 }
@@ -220,11 +447,11 @@ impl<T: Float> Block for Sampled<T> {
     }
 
     fn next(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        let (own, rest) = out.split_at_mut(self.runner.state.len());
+        let (own, rest) = out.split_at_mut(self.own);
         self.seer.read(&seen);
-        self.kept = !self.runner.rates(seen.states, torques, &self.seer, own);
+        self.kept = !self.model.next(&seen.states[..self.own], torques, &self.seer, own);
         if self.kept {
-            own.copy_from_slice(&seen.states[..own.len()]);
+            own.copy_from_slice(&seen.states[..self.own]);
         }
         self.law.next(self.seer.estimate(&seen), torques, rest);
     }
@@ -249,7 +476,13 @@ impl Observed {
             return Err(SynthesisError::NotAShare { share });
         }
         let compensation = values.number("compensation").unwrap_or(1.0);
-        if law.cancels_more() && compensation > 0.0 && !disturbed.is_empty() {
+        let friction = law.friction_width().is_some();
+        let nonlinear = match values.word("plant") {
+            Some(word) => word == "nonlinear",
+            None => friction || !plant.is_linear(),
+        };
+        let more = friction || (law.on_full_model() && !plant.is_linear());
+        if more && !nonlinear && compensation > 0.0 && !disturbed.is_empty() {
             return Err(SynthesisError::CancelledTwice);
         }
         let sensors: Vec<OutputSignal> = values
@@ -300,13 +533,18 @@ impl Observed {
             speed: vec![0.0; r],
             told: vec![0.0; disturbed.len()],
         };
+        let model = if nonlinear {
+            Model::Nonlinear(Box::new(Copied::new(&*law, plant, &seer.readings, disturbed, &floating)?))
+        } else {
+            Model::Linear(Runner::new(&a, &b))
+        };
         let mut out = Self {
             data: ControllerData::default(),
             rows,
             sensors,
             basis: plant.linear.basis.to_f64(),
             disturbances: disturbed.len(),
-            runner: Runner::new(&a, &b),
+            model,
             seer,
             a,
             b,
@@ -332,6 +570,25 @@ impl Observed {
             ("C", Matrix::identity(n)),
             ("D", Matrix::zeros(n, signals)),
         ];
+        if let Model::Nonlinear(copied) = &self.model {
+            let error = ("error".to_string(), self.a.to_rows());
+            let width = copied.friction_width.map(|width| ("friction_width".to_string(), width));
+            return ControllerData {
+                block: "ModelObserver".into(),
+                reads: torques.chain(sensors).collect(),
+                writes: self.result.states.clone(),
+                sample_time: None,
+                single: false,
+                matrices: copied.tables().into_iter().chain([error]).collect(),
+                numbers: [
+                    ("shafts".to_string(), copied.data.shafts.len() as f64),
+                    ("compensation".to_string(), self.seer.compensation),
+                ]
+                .into_iter()
+                .chain(width)
+                .collect(),
+            };
+        }
         ControllerData {
             block: "StateSpace".into(),
             reads: torques.chain(sensors).collect(),
@@ -351,9 +608,15 @@ impl Observed {
         self.a.rows()
     }
 
+    /// Γ = ∫ exp((A − L C) t) dt over a sample time.
+    fn held(&self, clock: Clock) -> Option<Matrix<f64>> {
+        Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
+    }
+
     /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
-    fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw) -> LinearLaw {
-        let (n, k, shafts) = (a.rows(), law.states.rows(), self.basis.rows());
+    /// `basis`: K of the model where it is linear.
+    fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
+        let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
         let (r, m) = (self.seer.coordinates.len(), law.on_angles.rows());
         // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
         let measured = |speed: bool| -> Vec<bool> {
@@ -371,7 +634,7 @@ impl Observed {
         let [true_angles, true_speeds] = [measured(false), measured(true)];
         let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
             let rows = on_angles.rows();
-            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
             let mut states = Matrix::zeros(rows, n);
             let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
             for i in 0..rows {
@@ -400,7 +663,7 @@ impl Observed {
         };
         // Measured coordinates pass to the law with their errors.
         let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
-            let (over_q, over_w) = (on_angles.multiply(&self.basis), on_speeds.multiply(&self.basis));
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
             let place = |shaft: &usize| self.seer.coordinates.iter().position(|coordinate| coordinate == shaft);
             Matrix::from_fn(on_angles.rows(), self.seer.readings.len(), |i, j| match &self.seer.readings[j] {
                 Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
@@ -545,7 +808,8 @@ impl Law for Observed {
     fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
         let (own, rest) = out.split_at_mut(self.a.rows());
         self.seer.read(&seen);
-        if !self.runner.rates(seen.states, torques, &self.seer, own) {
+        if !self.model.rates(&seen.states[..own.len()], torques, &self.seer, own) {
+            // Where there is no finite answer the rates are not numbers, and the run ends.
             own.fill(f64::NAN);
         }
         if !rest.is_empty() {
@@ -560,19 +824,62 @@ impl Law for Observed {
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         let law = self.law.firmware(clock)?;
         let held = discretise(&self.a, &self.b, clock.period)?;
-        let seer = self.seer.clone();
-        Some(Firmware {
-            linear: self.around(&held.a, &held.b, &law.linear),
-            block: if clock.single {
-                Box::new(Sampled { law: law.block, seer, runner: Runner::<f32>::new(&held.a, &held.b), kept: false })
-            } else {
-                Box::new(Sampled { law: law.block, seer, runner: Runner::<f64>::new(&held.a, &held.b), kept: false })
-            },
-        })
+        let (seer, own) = (self.seer.clone(), self.own());
+        let linear = self.around(&held.a, &held.b, &law.linear, &self.basis);
+        let law = law.block;
+        let block: Box<dyn Block> = match (&self.model, clock.single) {
+            (Model::Linear(_), true) => {
+                Box::new(Sampled { law, seer, own, kept: false, model: Model::Linear(Runner::<f32>::new(&held.a, &held.b)) })
+            }
+            (Model::Linear(_), false) => {
+                Box::new(Sampled { law, seer, own, kept: false, model: Model::Linear(Runner::<f64>::new(&held.a, &held.b)) })
+            }
+            (Model::Nonlinear(copied), single) => {
+                let held = self.held(clock)?;
+                if single {
+                    Box::new(Sampled { law, seer, own, kept: false, model: Model::Nonlinear(Box::new(copied.cast::<f32>(&held))) })
+                } else {
+                    Box::new(Sampled { law, seer, own, kept: false, model: Model::Nonlinear(Box::new(copied.cast::<f64>(&held))) })
+                }
+            }
+        };
+        Some(Firmware { linear, block })
     }
 
     fn linear(&self) -> LinearLaw {
-        self.around(&self.a, &self.b, &self.law.linear())
+        self.around(&self.a, &self.b, &self.law.linear(), &self.basis)
+    }
+
+    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        let law = self.law.linear_at(position, clock)?;
+        let (mut kinematics, r) = (self.seer.kinematics.clone(), position.len());
+        kinematics.update(position, &vec![0.0; r]);
+        let basis = Matrix::from_fn(kinematics.angles.len(), r, |i, j| kinematics.basis[i * r + j]);
+        let Model::Nonlinear(copied) = &self.model else {
+            let Some(clock) = clock else { return Some(self.around(&self.a, &self.b, &law, &basis)) };
+            let held = discretise(&self.a, &self.b, clock.period)?;
+            return Some(self.around(&held.a, &held.b, &law, &basis));
+        };
+        let read = |reading: &Reading| reading.read(&kinematics.angles, &kinematics.speeds);
+        let readings: Vec<f64> = self.seer.readings.iter().map(read).collect();
+        let [a, b] = copied.slopes(position, &readings);
+        let Some(clock) = clock else { return Some(self.around(&a, &b, &law, &basis)) };
+        // x̂⁺ = x̂ + Γ x̂′
+        let held = self.held(clock)?;
+        let next = Matrix::identity(a.rows()).plus(&held.multiply(&a));
+        Some(self.around(&next, &held.multiply(&b), &law, &basis))
+    }
+
+    fn bends(&self) -> bool {
+        matches!(self.model, Model::Nonlinear(_)) || self.law.bends()
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.law.friction_width()
+    }
+
+    fn on_full_model(&self) -> bool {
+        self.law.on_full_model()
     }
 
     fn exact(&self) -> Option<ExactLoop> {
@@ -583,6 +890,12 @@ impl Law for Observed {
         let mut design = self.law.describe();
         design.observer = Some(self.result.clone());
         design.observer_data = Some(self.data.clone());
+        if matches!(self.model, Model::Nonlinear(_)) {
+            design.notes.push(
+                "the observer runs the full nonlinear model, with the gain for zero angles; the poles of its error are those there"
+                    .into(),
+            );
+        }
         design.notes.push(
             "what is proven of the loop holds for the true state; while the observer's error dies out, the outputs feel it".into(),
         );

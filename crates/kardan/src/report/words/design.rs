@@ -3,7 +3,7 @@
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
     Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Pole, Robustness, Spread, TorquePeak,
+    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak,
     TransferEntry, ZeroDynamics,
 };
 
@@ -15,15 +15,19 @@ pub fn verdict(design: &Design) -> (bool, String) {
     let impossible = design.decouplability.possible == Feedback::Impossible;
     let in_blocks = design.blocks_decoupled == Some(true) && design.decouplability.blocks.len() > 1;
     let (decoupled, first) = match (design.decoupled, design.feedback) {
-        (Some(false), _) if in_blocks => (true, "Decoupled in blocks by static state feedback, proven exactly"),
-        (Some(true), Some(Feedback::Static)) => (true, "Decoupled by static state feedback, proven exactly"),
-        (Some(true), Some(Feedback::Block)) => (true, "Decoupled in blocks by static state feedback, proven exactly"),
-        (Some(true), Some(Feedback::Dynamic)) => (true, "Decoupled by dynamic state feedback, proven exactly"),
-        (Some(true), _) => (true, "Decoupled, proven exactly"),
+        (Some(false), _) if in_blocks => (true, "Decoupled in blocks by static state feedback"),
+        (Some(true), Some(Feedback::Static)) => (true, "Decoupled by static state feedback"),
+        (Some(true), Some(Feedback::Block)) => (true, "Decoupled in blocks by static state feedback"),
+        (Some(true), Some(Feedback::Dynamic)) => (true, "Decoupled by dynamic state feedback"),
+        (Some(true), _) => (true, "Decoupled"),
         (Some(false), _) => (false, "Not decoupled"),
         (None, _) if impossible => (false, "The outputs cannot be decoupled"),
         (None, _) => (true, "Designed; it is not claimed to decouple"),
     };
+    let claimed = first.starts_with("Decoupled");
+    let first = if claimed { format!("{first}, {}", proven(design)) } else { first.to_string() };
+    let own = design.passage.as_ref().map(|found| there(found, claimed)).unwrap_or_default();
+    let decoupled = decoupled && design.passage.as_ref().is_none_or(|found| !claimed || found.acceptable());
     let grows = design.closed_loop_poles.iter().any(|&pole| motion(pole, design) == Motion::Grows);
     let hidden = match zeros(&design.zero_dynamics) {
         _ if !design.cancels_zeros => "",
@@ -53,7 +57,80 @@ pub fn verdict(design: &Design) -> (bool, String) {
         1 => "; 1 warning".into(),
         many => format!("; {many} warnings"),
     };
-    (decoupled && stable && !grows, format!("{first}{loop_}{hidden}{strained}{warnings}."))
+    let grows = grows || design.passage.as_ref().is_some_and(|found| !found.stable);
+    (decoupled && stable && !grows, format!("{first}{own}{loop_}{hidden}{strained}{warnings}."))
+}
+
+/// How far the proof reaches: `proven exactly`, with its conditions.
+fn proven(design: &Design) -> &'static str {
+    match (&design.passage, &design.observer) {
+        (None, None) => "proven exactly",
+        (None, Some(_)) => "proven exactly for the true state",
+        (Some(_), None) => "proven exactly for the linear design model",
+        (Some(_), Some(_)) => "proven exactly for the linear design model and the true state",
+    }
+}
+
+/// What the loop with the parameters of the variant does, as a part of a sentence.
+fn there(found: &Passage, claimed: bool) -> String {
+    let how =
+        if found.turned.is_empty() { "with the parameters of the variant" } else { "where the variant's joints stand" };
+    match found.worst() {
+        _ if !found.stable => format!("; {how} the loop is unstable"),
+        Some(worst) if claimed && worst.largest > worst.acceptable => format!("; {how} it is coupled"),
+        Some(_) if claimed => format!("; {how} the coupling is acceptable"),
+        _ => String::new(),
+    }
+}
+
+/// The loop with the parameters of the variant, one sentence each.
+pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
+    let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
+    let at = |angle: f64| if found.turned.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
+    let mut out = vec![
+        if found.turned.is_empty() {
+            "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
+                .into()
+        } else {
+            format!(
+                "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
+                 {} to {}.",
+                found.positions,
+                found.turned,
+                degrees(found.range.0),
+                degrees(found.range.1)
+            )
+        },
+        "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
+         controllers are in the loop."
+            .into(),
+    ];
+    out.push(match (found.stable, found.growth < -1e30) {
+        (true, true) => "Nothing grows.".into(),
+        (true, false) => {
+            format!(
+                "Nothing grows; the slowest motion decays with {} 1/s{}.",
+                number(-found.growth),
+                at(found.growth_at)
+            )
+        }
+        (false, _) => format!("UNSTABLE: a motion grows with {} 1/s{}.", number(found.growth), at(found.growth_at)),
+    });
+    out.extend(found.interactions.iter().filter(|_| found.stable).map(|one| {
+        format!(
+            "{} by {} {} moves {} by at most {} {}{}; {} {} are acceptable.",
+            one.reference,
+            number(one.step),
+            one.step_unit,
+            one.signal,
+            number(one.largest),
+            one.unit,
+            at(one.at),
+            number(one.acceptable),
+            one.unit
+        )
+    }));
+    out
 }
 
 /// Limits of the sampled loop as rows: what, limit, the motion that grows beyond it.

@@ -95,6 +95,14 @@ impl Law for Sampled {
         self.linear.clone()
     }
 
+    fn bends(&self) -> bool {
+        self.law.bends()
+    }
+
+    fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
+        self.law.linear_at(position, Some(self.clock))
+    }
+
     fn exact(&self) -> Option<ExactLoop> {
         self.law.exact()
     }

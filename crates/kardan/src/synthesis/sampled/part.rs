@@ -25,6 +25,14 @@ impl SampledPart {
         Self::with(law, plant, law.clock(), law.linear())
     }
 
+    /// The same with its linear part at rest at a reduced position, rad; `None` if a number overflows.
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn standing(law: &dyn Law, plant: &LoopPlant, position: &[f64]) -> Option<Self> {
+        Some(Self::with(law, plant, law.clock(), law.linear_at(position, law.clock())?))
+    }
+
     /// The same with another clock; `None` if the law cannot have that one.
     ///
     /// # Panics

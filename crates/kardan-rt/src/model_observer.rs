@@ -1,0 +1,169 @@
+use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored};
+use crate::mechanism::{known_forces, take};
+use crate::{Mechanism, Real, Row};
+
+/// What a sensor reads of a mechanism: `Σ c q − rest` over the shafts, or `Σ c q̇ − rest`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor<T> {
+    /// Shafts and coefficients: one shaft with coefficient 1 for an encoder; stiffness times direction for the torque of a spring.
+    pub row: Row,
+    /// Whether it reads speeds.
+    pub speed: bool,
+    /// What it reads less.
+    pub rest: T,
+}
+
+impl<T: Real> Sensor<T> {
+    /// The reading at these angles (rad) and speeds (rad/s) of all shafts, from the list that its row is a part of.
+    ///
+    /// ```
+    /// use kardan_rt::{Row, Sensor};
+    /// // A torsion bar of 100 N m/rad between shafts 0 and 1.
+    /// let torque = Sensor { row: Row { first: 0, count: 2 }, speed: false, rest: 0.5 };
+    /// assert_eq!(torque.reading(&[(0, 100.0), (1, -100.0)], &[0.25, 0.125], &[]), 12.0);
+    /// ```
+    #[inline]
+    pub fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
+        let of = if self.speed { speeds } else { angles };
+        let terms = entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count)).unwrap_or(&[]);
+        terms.iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(of, *shaft)) - self.rest
+    }
+}
+
+/// An observer that runs the nonlinear model: a copy of the mechanism, driven by the commanded torques u and corrected by what
+/// the sensors read beyond what it expects of them.
+///
+/// ```text
+/// q̂′ = ŵ + L_q e
+/// ŵ′ = H(q̂)⁻¹ (passive(q̂, ŵ) + F(q̂) u + K(q̂)ᵀ d̂) + L_w e
+/// d̂′ = L_d e                         e = y − (readings expected at q̂, ŵ)
+/// ```
+///
+/// d̂ are unknown constant torques on shafts. The gain L belongs to the linear model at one position; where the copy is the plant
+/// and the start is right, the estimate is the state at every position, whatever L is. On a linear model it is the observer of
+/// [`StateSpace`](crate::StateSpace).
+///
+/// ```
+/// use kardan_rt::{Mechanism, ModelObserver, Row, Sensor};
+/// // A body of 2 kg m² with an encoder; the observer finds an unknown torque of 3 N m on it.
+/// let body = Mechanism {
+///     shafts: 1, held: 0, coordinates: &[0], entries: &[(0, 1.0)], operations: &[], basis: &[1.0],
+///     inertia: &[2.0], damping: &[0.0], stiffness: &[0.0], force: &[0.0],
+///     inertias: &[], dampers: &[], springs: &[], frictions: &[], inputs: &[Row { first: 0, count: 1 }],
+/// };
+/// let sensors = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.0 }];
+/// // Poles of the error at −10, three times: (s + 10)³ = s³ + L_q s² + L_w s + L_d/2.
+/// let gain = [30.0, 300.0, 2000.0];
+/// let held = [0.0; 9];
+/// let observer = ModelObserver {
+///     mechanism: body, inputs: &[0], sensors: &sensors, entries: &[(0, 1.0)], disturbances: &[0],
+///     gain: &gain, held: &held, friction_width: None,
+/// };
+/// let mut memory = [0.0; 13];
+/// assert_eq!(memory.len(), observer.memory());
+/// // q = w = 1, d̂ = 3, u = −1; the encoder reads 1.5: e = 0.5.
+/// let mut rates = [0.0; 3];
+/// assert!(observer.rates(&[1.0, 1.0, 3.0], &[-1.0], &[1.5], &mut memory, &mut rates));
+/// assert_eq!(rates, [1.0 + 15.0, 1.0 + 150.0, 1000.0]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelObserver<'a, T> {
+    /// The model.
+    pub mechanism: Mechanism<'a, T>,
+    /// Numbers of the inputs whose torques it is told.
+    pub inputs: &'a [usize],
+    /// What is measured.
+    pub sensors: &'a [Sensor<T>],
+    /// Shaft and coefficient; the rows of the sensors are parts of this list.
+    pub entries: &'a [(usize, T)],
+    /// Shafts on which an unknown torque acts.
+    pub disturbances: &'a [usize],
+    /// L, row by row: states (angles, speeds, torques) × sensors.
+    pub gain: &'a [T],
+    /// Γ = ∫ exp((A − L C) t) dt over a sample time, of the linear model that L belongs to, states × states; for
+    /// [`step`](Self::step) only.
+    pub held: &'a [T],
+    /// Speed w₀ (rad/s) of the Coulomb friction `c·w/√(w²+w₀²)` that the model has; none: it has no Coulomb friction.
+    pub friction_width: Option<T>,
+}
+
+impl<T: Real> ModelObserver<'_, T> {
+    /// Number of states: angles and speeds of the r coordinates, then the torques.
+    pub const fn states(&self) -> usize {
+        2 * self.mechanism.coordinates.len() + self.disturbances.len()
+    }
+
+    /// Entries of memory that an evaluation needs: those of the mechanism, r² + 2r, and one for each state.
+    pub const fn memory(&self) -> usize {
+        let r = self.mechanism.coordinates.len();
+        self.mechanism.memory() + r * r + 2 * r + self.states()
+    }
+
+    /// The derivative of the state, per second, while the inputs apply `torques` (N m) and the sensors read `readings`.
+    ///
+    /// Returns false and leaves `out` as it is if there is no finite answer (a reading is NaN, say) or a list is too short.
+    #[must_use = "false tells that there is no answer"]
+    pub fn rates(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut [T], out: &mut [T]) -> bool {
+        let mut rest = memory;
+        let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
+        let Some(out) = out.get_mut(..found.len()) else { return false };
+        copy(found, out);
+        true
+    }
+
+    /// One sample: `x̂ ← x̂ + Γ x̂′`, with torques and readings held over it. Exact for the linear model that Γ belongs to; where
+    /// the model is another one, what it differs by is held over the sample too.
+    ///
+    /// Returns false and keeps the state if the new one is not finite: one bad sample does not stay in the block.
+    #[must_use = "false tells that the sample was dropped"]
+    pub fn step(&self, state: &mut [T], torques: &[T], readings: &[T], memory: &mut [T]) -> bool {
+        let n = self.states();
+        let mut rest = memory;
+        let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
+        let change = |i: usize| dot(row(self.held, i, n), found);
+        let Some(state) = state.get_mut(..n) else { return false };
+        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| (*x + change(i)).is_finite())
+        {
+            return false;
+        }
+        for (i, x) in state.iter_mut().enumerate() {
+            *x = *x + change(i);
+        }
+        true
+    }
+
+    /// x̂′ in the memory, if it is finite.
+    fn found<'m>(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut &'m mut [T]) -> Option<&'m [T]> {
+        let (r, p) = (self.mechanism.coordinates.len(), self.sensors.len());
+        let (position, rest) = state.split_at_checked(r)?;
+        let (speed, told) = rest.split_at_checked(r)?;
+        let told = told.get(..self.disturbances.len())?;
+        let evaluated = self.mechanism.evaluate_within(position, speed, memory)?;
+        let force = take(memory, r)?;
+        let direction = take(memory, r)?;
+        let lower = take(memory, r.checked_mul(r)?)?;
+        let out = take(memory, self.states())?;
+        known_forces(&self.mechanism, &evaluated, self.friction_width, direction, force);
+        for (shaft, torque) in self.disturbances.iter().zip(told) {
+            add_scaled(*torque, row(evaluated.basis, *shaft, r), force);
+        }
+        for (number, torque) in self.inputs.iter().zip(torques) {
+            self.mechanism.sum_of_rows(*self.mechanism.inputs.get(*number)?, evaluated.basis, direction);
+            add_scaled(*torque, direction, force);
+        }
+        factor(evaluated.inertia, r, r, lower)?;
+        solve_factored(lower, r, force)?;
+        let (angles, others) = out.split_at_mut_checked(r)?;
+        let (speeds, wander) = others.split_at_mut_checked(r)?;
+        copy(speed, angles);
+        copy(force, speeds);
+        wander.fill(T::ZERO);
+        for (k, sensor) in self.sensors.iter().enumerate() {
+            let error = *readings.get(k)? - sensor.reading(self.entries, evaluated.angles, evaluated.speeds);
+            for (gain, rate) in self.gain.chunks_exact(p).zip(out.iter_mut()) {
+                *rate = *rate + at(gain, k) * error;
+            }
+        }
+        out.iter().all(|x| x.is_finite()).then_some(&*out)
+    }
+}

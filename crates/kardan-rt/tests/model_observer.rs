@@ -1,0 +1,166 @@
+//! The observer on the nonlinear model: the same as the linear one on a linear model, exact through a bent joint, and safe with
+//! whatever is read.
+
+use kardan_rt::{Along, Mechanism, ModelObserver, Operation, Row, Sensor, StateSpace, UniversalJoint};
+
+/// A body of 2 kg m² with a motor, a damper of 0.5 N m s/rad and a spring of 8 N m/rad to the ground.
+const BODY: Mechanism<'static, f64> = Mechanism {
+    shafts: 1,
+    held: 0,
+    coordinates: &[0],
+    entries: &[(0, 1.0)],
+    operations: &[],
+    basis: &[1.0],
+    inertia: &[2.0],
+    damping: &[0.5],
+    stiffness: &[8.0],
+    force: &[0.0],
+    inertias: &[],
+    dampers: &[],
+    springs: &[],
+    frictions: &[],
+    inputs: &[Row { first: 0, count: 1 }],
+};
+
+const ENCODER: [Sensor<f64>; 1] = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.0 }];
+const GAIN: [f64; 3] = [30.0, 300.0, 2000.0];
+
+fn observer<'a>(mechanism: Mechanism<'a, f64>, held: &'a [f64]) -> ModelObserver<'a, f64> {
+    ModelObserver {
+        mechanism,
+        inputs: &[0],
+        sensors: &ENCODER,
+        entries: &[(0, 1.0)],
+        disturbances: &[0],
+        gain: &GAIN,
+        held,
+        friction_width: None,
+    }
+}
+
+#[test]
+fn on_a_linear_model_it_is_the_linear_observer() {
+    // A − L C and [B L] of x = (q, w, d).
+    let a = [-30.0, 1.0, 0.0, -4.0 - 300.0, -0.25, 0.5, -2000.0, 0.0, 0.0];
+    let b = [0.0, 30.0, 0.5, 300.0, 0.0, 2000.0];
+    let linear = StateSpace::new(&a, &b, &[], &[], 3, 2).expect("shapes");
+    // Any Γ: a step adds Γ times the rates.
+    let held = [1e-3, 2e-4, -3e-4, 4e-5, 5e-4, 6e-4, 0.0, 7e-4, 8e-4];
+    let copied = observer(BODY, &held);
+    let (mut memory, mut rates, mut expected) = (vec![0.0; copied.memory()], [0.0; 3], [0.0; 3]);
+    for k in 0..50 {
+        let x = |s: f64| (s * (1.0 + f64::from(k))).sin();
+        let (state, torque, reading) = ([x(0.3), 5.0 * x(0.7), 10.0 * x(1.1)], 3.0 * x(0.2), x(0.5));
+        assert!(copied.rates(&state, &[torque], &[reading], &mut memory, &mut rates));
+        assert!(linear.rates(&state, &[torque, reading], &mut expected));
+        for i in 0..3 {
+            assert!((rates[i] - expected[i]).abs() < 1e-10 * (1.0 + expected[i].abs()), "{rates:?} {expected:?}");
+        }
+        let mut next = state;
+        assert!(copied.step(&mut next, &[torque], &[reading], &mut memory));
+        for i in 0..3 {
+            let change: f64 = (0..3).map(|j| held[3 * i + j] * rates[j]).sum();
+            assert!((next[i] - state[i] - change).abs() < 1e-12 * (1.0 + change.abs()));
+        }
+    }
+}
+
+/// A body that drives another through a joint bent by 60°: where the readings are as expected, the rates are those of the
+/// mechanism, whatever the gain is.
+#[test]
+fn through_a_bent_joint_the_copy_is_exact() {
+    let joint = UniversalJoint { ratio: 0.5, phase_in: 0.0, phase_out: 0.0 };
+    let mechanism = Mechanism {
+        shafts: 2,
+        entries: &[(0, 1.0), (1, 1.0)],
+        operations: &[Operation {
+            shaft: 1,
+            argument: Row { first: 0, count: 1 },
+            constant: 0.0,
+            curve: Some(joint),
+            varying: true,
+        }],
+        basis: &[1.0, 0.0],
+        inertias: &[Along { row: Row { first: 1, count: 1 }, coefficient: 3.0, rest: 0.0 }],
+        ..BODY
+    };
+    // The encoder is on the driven body.
+    let sensors = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.25 }];
+    let copied = ModelObserver { sensors: &sensors, entries: &[(1, 1.0)], ..observer(mechanism, &[]) };
+    let (mut memory, mut rates) = (vec![0.0; copied.memory()], [0.0; 3]);
+    for k in 0..20 {
+        let (q, w, d, u) = (0.4 * f64::from(k), 2.0, -1.5, 0.75);
+        let point = joint.at(q).unwrap();
+        assert!(copied.rates(&[q, w, d], &[u], &[point.value - 0.25], &mut memory, &mut rates));
+        // (2 + 3 γ′²) q̈ = u + d − 0.5 w − 8 q − 3 γ′ γ″ w²
+        let inertia = 2.0 + 3.0 * point.slope * point.slope;
+        let force = u + d - 0.5 * w - 8.0 * q - 3.0 * point.slope * point.curvature * w * w;
+        assert_eq!((rates[0], rates[2]), (w, 0.0));
+        assert!((rates[1] - force / inertia).abs() < 1e-12 * (1.0 + rates[1].abs()), "{q}: {rates:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_computed_is_told_and_the_estimate_kept() {
+    let held = [1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0, 1e-3];
+    let copied = observer(BODY, &held);
+    let mut memory = vec![0.0; copied.memory()];
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for (torque, reading) in [(bad, 0.0), (0.0, bad)] {
+            let (mut state, mut rates) = ([0.1, 0.2, 0.3], [7.0; 3]);
+            assert!(!copied.step(&mut state, &[torque], &[reading], &mut memory));
+            assert!(!copied.rates(&state, &[torque], &[reading], &mut memory, &mut rates));
+            assert_eq!((state, rates), ([0.1, 0.2, 0.3], [7.0; 3]));
+            // The next good sample goes on from there.
+            assert!(copied.step(&mut state, &[0.0], &[0.1], &mut memory));
+            assert!(state.iter().all(|x| x.is_finite()));
+        }
+        assert!(!copied.step(&mut [bad, 0.0, 0.0], &[0.0], &[0.0], &mut memory));
+    }
+    let mut state = [0.1, 0.2, 0.3];
+    // Lists that are too short, a singular inertia.
+    assert!(!copied.step(&mut state[..2], &[0.0], &[0.0], &mut memory));
+    assert!(!copied.step(&mut state, &[0.0], &[], &mut memory));
+    assert!(!copied.step(&mut state, &[0.0], &[0.0], &mut []));
+    assert!(!observer(BODY, &held[..8]).step(&mut state, &[0.0], &[0.0], &mut memory));
+    let massless = Mechanism { inertia: &[0.0], ..BODY };
+    assert!(!observer(massless, &held).step(&mut state, &[0.0], &[0.0], &mut memory));
+    assert_eq!(state, [0.1, 0.2, 0.3]);
+}
+
+/// Single precision runs the same.
+#[test]
+fn in_single_precision() {
+    let body: Mechanism<'_, f32> = Mechanism {
+        shafts: 1,
+        held: 0,
+        coordinates: &[0],
+        entries: &[(0, 1.0)],
+        operations: &[],
+        basis: &[1.0],
+        inertia: &[2.0],
+        damping: &[0.5],
+        stiffness: &[0.0],
+        force: &[0.0],
+        inertias: &[],
+        dampers: &[],
+        springs: &[],
+        frictions: &[Along { row: Row { first: 0, count: 1 }, coefficient: 1.0, rest: 0.0 }],
+        inputs: &[Row { first: 0, count: 1 }],
+    };
+    let sensors = [Sensor { row: Row { first: 0, count: 1 }, speed: true, rest: 0.0 }];
+    let copied = ModelObserver {
+        mechanism: body,
+        inputs: &[0],
+        sensors: &sensors,
+        entries: &[(0, 1.0)],
+        disturbances: &[],
+        gain: &[0.0, 10.0],
+        held: &[],
+        friction_width: Some(3.0),
+    };
+    let (mut memory, mut rates) = (vec![0.0; copied.memory()], [0.0; 2]);
+    assert!(copied.rates(&[0.0, 4.0], &[5.0], &[4.5], &mut memory, &mut rates));
+    // Friction 1·4/√(16 + 9) = 0.8 N m.
+    assert_eq!(rates, [4.0, (5.0 - 2.0 - 0.8) / 2.0 + 5.0]);
+}
