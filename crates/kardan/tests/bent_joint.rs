@@ -63,9 +63,7 @@ fn designed(source: &str) -> Design {
 fn the_driver_feels_nothing_behind_an_observer_on_the_full_model() {
     for plant in ["linear", "nonlinear"] {
         for beta in ["10", "20", "30"] {
-            for (friction, keys) in
-                [(false, "disturbances = []"), (true, "disturbances = []"), (true, "disturbances = [\"fs\"]")]
-            {
+            for (friction, keys) in [(false, "disturbances = []"), (true, "disturbances = [\"fs\"]")] {
                 let law = format!("plant = \"{plant}\"");
                 let run = run(&steering(beta, &law, &observer(keys), friction, STEP));
                 assert_eq!(run.outcome, Outcome::Completed);
