@@ -281,6 +281,9 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
     let disturbances = observed::disturbances(values, plant)?;
     let law = (kind.design)(&Request { name, values, plant, disturbances: &disturbances })?;
     match values.table("observer") {
+        Some(observer) if kind.samples && observer.has("plant") => {
+            Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })
+        }
         Some(_) if kind.samples => Ok(law),
         Some(observer) => Ok(Box::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
         None => Ok(law),
