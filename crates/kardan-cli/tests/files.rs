@@ -172,7 +172,7 @@ mod unix {
         assert_eq!(fs::metadata(at.join("new.html")).unwrap().mode() & 0o777, 0o600);
         symlink("b", at.join("a")).unwrap();
         symlink("a", at.join("b")).unwrap();
-        refused(&at, &["analyze", "axle.toml", "--report", "a"], &["cannot write"]);
+        refused(&at, &["analyze", "axle.toml", "--report", "a"], &["symbolic links"]);
     }
 
     #[test]
@@ -269,6 +269,8 @@ fn a_log_of_endless_rows_takes_no_memory() {
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
     let huge = 1_000_000_000_000_000_000u64.to_le_bytes();
     let mdf = fs::read(at.join("logs/axle-1.mf4")).unwrap();
+    // All rows that were written are there, whatever the block says of its length.
+    let whole = "\"rows\":2201,";
     let group = mdf.windows(4).position(|four| four == b"##CG").unwrap();
     let data = mdf.windows(4).position(|four| four == b"##DT").unwrap();
     let links = u64::from_le_bytes(*mdf[group + 16..].first_chunk().unwrap()) as usize;
@@ -298,7 +300,7 @@ fn a_log_of_endless_rows_takes_no_memory() {
             "{name}: {said}"
         );
         let all = format!("{said} {}", words(&got.stdout));
-        assert!(all.contains("damaged") || all.contains("truncated") || all.contains("left out"), "{name}: {all}");
+        assert!(["damaged", "truncated", "left out", whole].iter().any(|part| all.contains(part)), "{name}: {all}");
     }
 }
 

@@ -697,7 +697,7 @@ fn syntax(text: &str, error: &serde_json::Error) -> Diagnostic {
     let what = error.to_string();
     let what = what.split(" at line ").next().unwrap_or_default();
     // serde_json stops behind the first letter of a word that JSON does not know.
-    let word_start = text[..at].rfind(|c: char| !c.is_ascii_alphabetic()).map_or(0, |before| before + 1);
+    let word_start = text[..at].trim_end_matches(|c: char| c.is_ascii_alphabetic()).len();
     let help = if ["NaN", "nan", "Inf", "inf"].iter().any(|word| text[word_start..].starts_with(word)) {
         "NaN and Infinity are no numbers of JSON, and no coefficients of a system"
     } else {
