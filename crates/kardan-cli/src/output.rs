@@ -159,10 +159,8 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
             problem.help(format!("nothing was computed yet{help}"))
         };
         let Place::File(target) = place(path, own).map_err(early)? else { continue };
-        Folder::prepare(folder_of(&target)).map_err(|mut problem| {
-            problem.code = "output::file";
-            problem.help("nothing was computed yet; name a file in another folder")
-        })?;
+        Folder::prepare(folder_of(&target))
+            .map_err(|problem| problem.help("nothing was computed yet; name a file in another folder"))?;
         let place =
             fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
         if places.contains(&place) {
@@ -241,7 +239,10 @@ fn place(path: &Path, own: Option<&Path>) -> Result<Place, Diagnostic> {
                 }
                 return Ok(Place::File(target));
             }
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Place::File(target)),
+            // Where the folder is none, its preparation says so.
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                return Ok(Place::File(target));
+            }
             Err(error) => return Err(unwritable(error)),
         }
     }

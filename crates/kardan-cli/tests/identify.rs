@@ -164,3 +164,27 @@ fn what_cannot_be_is_told() {
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
     assert!(words(&got.stdout).contains("may be cut"), "{}", words(&got.stdout));
 }
+
+/// A log that is cut stands in the first sentence of text, page and JSON, and `--strict` gives its exit code.
+#[test]
+fn damage_stands_in_the_headline() {
+    let at = folder("damage");
+    let line = ["identify", "axle.toml", "bench.csv", "--strict"];
+    let sound = kardan(&at, &["identify", "axle.toml", "bench.csv", "--strict", "--json", "-q"]);
+    assert_eq!(sound.status.code(), Some(0), "{}", words(&sound.stderr));
+    let object: Value = serde_json::from_slice(&sound.stdout).unwrap();
+    assert_eq!((&object["sound"], &object["logs"][0]["damage"]), (&Value::from(true), &Value::Null));
+    let log = fs::read(at.join("bench.csv")).unwrap();
+    fs::write(at.join("bench.csv"), &log[..log.len() - 7]).unwrap();
+    let got = kardan(&at, &line);
+    assert_eq!(got.status.code(), Some(1), "{}", words(&got.stderr));
+    let headline = "All 2 parameters are determined, from a log that is damaged (bench.csv: ";
+    let said = words(&got.stdout);
+    assert!(said.contains(headline), "{said}");
+    let line = ["identify", "axle.toml", "bench.csv", "--json", "-q", "--report", "fit.html"];
+    let got = kardan(&at, &line);
+    assert_eq!(got.status.code(), Some(0), "without --strict: {}", words(&got.stderr));
+    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    assert!(object["verdict"].as_str().unwrap().contains(headline) && object["sound"] == false, "{object}");
+    assert!(fs::read_to_string(at.join("fit.html")).unwrap().contains(headline));
+}

@@ -16,6 +16,12 @@ pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics });
     }
     render::show(Some(&source), &diagnostics);
-    print(&visible(&format!("{source}: no mistakes\n")))?;
+    // What is shown above must not be contradicted below.
+    let warnings = match diagnostics.iter().filter(|d| d.severity == Severity::Warning).count() {
+        0 => String::new(),
+        1 => ", 1 warning".into(),
+        many => format!(", {many} warnings"),
+    };
+    print(&visible(&format!("{source}: no mistakes{warnings}\n")))?;
     Ok(DONE)
 }
