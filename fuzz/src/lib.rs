@@ -276,8 +276,8 @@ pub fn run(bytes: &[u8]) {
 /// `kardan analyze`, of a model or of plain matrices.
 pub fn analyze(bytes: &[u8]) {
     let settings = study::AnalyzeSettings {
-        certify: bytes.len() % 2 == 1,
-        eliminate_massless: bytes.len() % 3 == 0,
+        certify: !bytes.len().is_multiple_of(2),
+        eliminate_massless: bytes.len().is_multiple_of(3),
         ..study::AnalyzeSettings::default()
     };
     let found = if bytes.starts_with(b"{") {
@@ -299,7 +299,7 @@ pub fn analyze(bytes: &[u8]) {
 /// `kardan design`, without its runs.
 pub fn design(bytes: &[u8]) {
     let Some(source) = small(bytes) else { return };
-    let settings = study::DesignSettings { force: bytes.len() % 2 == 1, ..study::DesignSettings::default() };
+    let settings = study::DesignSettings { force: !bytes.len().is_multiple_of(2), ..study::DesignSettings::default() };
     match study::design(source, &settings, &Silent) {
         Ok(design) => {
             drop((export::design_json(&design), export::controller_json(&design), report::design_html(&design)));
@@ -313,7 +313,7 @@ pub fn identify(bytes: &[u8]) {
     let at = bytes.windows(BETWEEN.len()).position(|window| window == BETWEEN.as_bytes());
     let Some((source, log)) = at.map(|at| (&bytes[..at], &bytes[at + BETWEEN.len()..])) else { return };
     let Some(source) = small(source) else { return };
-    let compare = log.len() % 5 == 0;
+    let compare = log.len().is_multiple_of(5);
     let method = ["steady", "dynamic"].get(log.len() % 3).map(ToString::to_string);
     let settings = study::IdentifySettings { compare, method, ..study::IdentifySettings::default() };
     let files = vec![study::LogFile { name: "log".into(), bytes: in_memory(log) }];

@@ -241,6 +241,40 @@ mod tests {
         }
     }
 
+    /// The window around a place shows what miette shows of the whole text.
+    #[test]
+    fn a_window_is_the_whole_text_around_a_place() {
+        for text in ["", "a", "a\n", "\n\nβ = 1\r\nb\n\n\nc = 2\nd\ne\nf", &"[t]\nx = 1\n\n".repeat(9)] {
+            let shown = Shown::new("gear.toml", text);
+            for (start, length) in (0..=text.len()).flat_map(|start| [(start, 0), (start, 1), (start, 7), (start, 30)])
+            {
+                let end = text.floor_char_boundary(start + length);
+                let span = SourceSpan::from((start, end.saturating_sub(start)));
+                for (before, after) in [(0, 0), (1, 1), (2, 0)] {
+                    let window = shown.read_span(&span, before, after).expect("inside");
+                    let whole = text.read_span(&span, before, after).expect("inside");
+                    let parts = |found: &dyn SpanContents<'_>| {
+                        (found.data().to_vec(), *found.span(), found.line(), found.column())
+                    };
+                    assert_eq!(parts(&*window), parts(&*whole), "{span:?} of {text:?}");
+                }
+            }
+        }
+    }
+
+    /// Two places of one mistake are shown each with its lines, not with all that stands between.
+    #[test]
+    fn places_far_apart_are_shown_apart() {
+        let text: String = (0..1000).map(|k| format!("key_{k} = 1\n")).collect();
+        let place = |key: &str| text.find(key).map(|at| at..at + key.len()).expect(key);
+        let mistake = Diagnostic::error("a::b", "twice").at(place("key_100 "), "first").at(place("key_900 "), "again");
+        let out = rendered(&text, mistake);
+        for part in ["key_100 ", "first", "key_900 ", "again"] {
+            assert!(out.contains(part), "{part} missing in\n{out}");
+        }
+        assert!(!out.contains("key_500 ") && out.lines().count() < 30, "{out}");
+    }
+
     #[test]
     fn long_lines_give_a_place_and_no_text() {
         let text = format!("a = 1\nb = \"{}\"\n", "x".repeat(100_000));

@@ -83,9 +83,9 @@ fn sia_law_with_observer<T: Real + 'static>(bencher: Bencher, to: impl Fn(f64) -
             references: &references,
             loads: &[driver, road],
         };
-        law.torques(measured, &mut accelerations, &mut torques);
+        let found = law.torques(measured, &mut accelerations, &mut torques);
         let kept = observer.step(&mut state, &signals, &mut next);
-        black_box((torques, kept))
+        black_box((torques, found, kept))
     });
 }
 

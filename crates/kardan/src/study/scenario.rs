@@ -479,7 +479,7 @@ mod tests {
         // Eight thousand ends of ramps in a second fill it with twentieths once.
         let events: Vec<Exact> = (0..8000).map(|k| exact(k, 8000)).collect();
         let (rows, bound) = both(&duration, &step, &events);
-        // 2001 twentieths, of which every 5th of 10000 … an eighth of a millisecond meets half a millisecond at every fourth event.
+        // 2001 twentieths of half a millisecond; every fourth event falls on one, and so does every multiple of the step.
         assert_eq!(rows, 2001 + 8000 - 2000);
         assert!(bound >= rows as f64 && bound < rows as f64 + 2000.0 + 102.0 + 10.0, "{bound} for {rows}");
     }
