@@ -88,12 +88,11 @@ fn verdicts_are_those_of_the_exact_polynomial() {
     let mut random = Random::new(11);
     let (mut stable, mut unstable) = (0, 0);
     for _ in 0..8 {
-        let inertias: Vec<String> =
-            (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
+        let inertias: Vec<String> = (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
         let variant = common::first(&driveline([&inertias[0], &inertias[1], &inertias[2]], "", ""));
         let (laws, plant) = (variant.design_laws(), plant(&variant));
         let survey = Survey { plant: &plant, laws: &laws, clocks: &[None], number: 0 };
-        for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.02, 0.1, 0.3] {
+        for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.1, 0.3, 0.9] {
             let change = Change { lag: Some(lag), ..survey.unchanged() };
             let found = survey.slowest(change).expect("eigenvalues");
             let expected = exactly_stable(&variant, lag);
