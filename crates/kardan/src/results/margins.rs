@@ -29,6 +29,8 @@ pub struct Margins {
     pub free: Vec<String>,
     /// How many poles at zero (multipliers at one) these motions are.
     pub free_poles: usize,
+    /// How fast they grow at the sample time, 1/s; 0 if they stay.
+    pub drift: f64,
     /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable or has several
     /// clocks.
     pub channels: Vec<ChannelMargin>,

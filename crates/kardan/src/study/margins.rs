@@ -22,7 +22,7 @@ const DISK_TOGETHER: f64 = 0.2;
 /// Part of the largest movement below which a shaft stands still.
 const STILL: f64 = 1e-9;
 
-fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
+pub(super) fn clocks(controls: &[ControlSpec]) -> Vec<Option<Clock>> {
     controls.iter().map(|control| clock(&control.values).ok().flatten()).collect()
 }
 
@@ -62,9 +62,10 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let (laws, plant) = (variant.running_laws(), linear(variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let all = together(variant, &parts);
+    let free = left_out(variant, place, &plant);
     let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
     let judged = judged.and_then(|found| {
-        let slowest = found.slowest().ok_or("the eigenvalue iteration failed")?;
+        let slowest = found.slowest_without(free).ok_or("the eigenvalue iteration failed")?;
         Ok((slowest, found.sample_time))
     });
     let (slowest, sample_time) = match judged {
@@ -103,6 +104,13 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
     out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(help));
+}
+
+/// How many motions of the loop of the file's controllers nobody holds.
+pub(super) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
+    let (laws, clocks) = (variant.design_laws(), clocks(&variant.model.controls));
+    let survey = Survey { plant, laws: &laws, clocks: &clocks, number };
+    survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
 }
 
 /// Codes of mistakes that `--force` overrules.
@@ -214,7 +222,7 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
     let hardly = channels.iter().any(|one| !one.reading && hard(one.gain))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
-    let free = as_it_is.as_ref().map(|found| found.free.clone());
+    let free = survey.free_motions(survey.unchanged()).or(as_it_is.as_ref().map(|found| found.free.clone()));
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
@@ -229,7 +237,8 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
         longest_lag: survey.longest_lag().map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
         free: free.as_ref().map(|free| moving(free, &plant, &variant.reduced.equations.shafts)).unwrap_or_default(),
-        free_poles: free.map_or(0, |free| free.columns()),
+        free_poles: as_it_is.as_ref().map_or(0, |found| found.left_out),
+        drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
         together,
         hardly,
@@ -427,6 +436,12 @@ pub(super) fn verdict(margins: &Margins) -> String {
             "Nobody holds a motion of {of}: {} {poles} at zero, to the rounding of the loop, left out of all that is said here.",
             margins.free_poles
         ));
+        if margins.drift > 0.0 {
+            out.push(format!(
+                "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
+                margins.drift
+            ));
+        }
     }
     let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
     if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::margins::left_out;
 use super::{PreparedVariant, Progress};
 use crate::assemble::CoefficientKind;
 use crate::equations::Measured;
@@ -106,6 +107,8 @@ pub(super) struct Subject {
     pub inputs: Vec<usize>,
     /// Time after a step that is looked at, s.
     pub window: f64,
+    /// How many motions nobody holds, whatever the plant.
+    free: usize,
 }
 
 /// The design of a controller over a box of plants; the reason if there is nothing to vary or nothing to watch.
@@ -208,7 +211,7 @@ pub(super) fn robustness(
             format!("the tolerances of the file{left}")
         }
     };
-    let worst_stable = radius.worst < 1.0 + 1e-9;
+    let worst_stable = radius.worst.is_finite() && subject.look(&radius.at).is_ok_and(|shown| shown.stable);
     Ok(Robustness {
         range,
         parameters,
@@ -357,7 +360,8 @@ pub(super) fn any_subject(
     });
     let steps = steps.collect();
     let inputs = parts[number].inputs.clone();
-    Subject { plant, parts, number, watched, steps, inputs, window: 0.0 }
+    let free = left_out(variant, number, plant.nominal());
+    Subject { plant, parts, number, watched, steps, inputs, window: 0.0, free }
 }
 
 impl Subject {
@@ -365,7 +369,7 @@ impl Subject {
     pub fn look(&self, factors: &[f64]) -> Result<Shown, NotJudged> {
         let plant = self.plant.at(factors);
         let found = SampledLoop::driven(&plant, &self.parts, LOOK).map_err(|_| NotJudged)?;
-        let slowest = found.slowest().ok_or(NotJudged)?;
+        let slowest = found.slowest_without(self.free).ok_or(NotJudged)?;
         let stable = slowest.stable;
         let rows = self.rows(&plant, &found, factors);
         let periods = if stable { (self.window / found.period).ceil() as usize } else { 0 };

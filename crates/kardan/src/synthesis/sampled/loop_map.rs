@@ -119,6 +119,10 @@ pub struct Slowest {
     /// Motions that nobody holds, exactly at zero (at one of a map) to the rounding of the loop, which are left out: columns over
     /// z without constants. As many as such eigenvalues; angles that stay, and speeds that stay.
     pub free: Matrix<f64>,
+    /// How many motions are left out: those, and more if that was asked for.
+    pub left_out: usize,
+    /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
+    pub drift: f64,
 }
 
 impl Slowest {
@@ -128,7 +132,9 @@ impl Slowest {
         let (re, im) =
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= error(&found.split.rest, (re, im));
-        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions })
+        let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
+        let left_out = found.left_out();
+        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions, left_out, drift })
     }
 }
 
@@ -136,6 +142,8 @@ impl Slowest {
 struct Held {
     split: AtZero,
     held: Vec<(f64, f64)>,
+    /// Those that are left out beside the ones at zero.
+    dropped: Vec<(f64, f64)>,
 }
 
 impl Held {
@@ -144,8 +152,12 @@ impl Held {
         // Sorted by size: the next to zero come first.
         let mut held = eigenvalues(&split.rest)?;
         let more = left_out.saturating_sub(split.motions.columns()).min(held.len());
-        held.drain(..more);
-        Some(Self { split, held })
+        let dropped = held.drain(..more).collect();
+        Some(Self { split, held, dropped })
+    }
+
+    fn left_out(&self) -> usize {
+        self.split.motions.columns() + self.dropped.len()
     }
 }
 
@@ -400,7 +412,7 @@ impl SampledLoop {
     }
 
     /// The same without at least so many motions, those that change least.
-    pub(super) fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
+    pub fn slowest_without(&self, left_out: usize) -> Option<Slowest> {
         let n = self.constants;
         // What stays is an eigenvalue at zero of Φ − 1.
         let change = Matrix::from_fn(n, n, |i, j| self.map[(i, j)] - f64::from(u8::from(i == j)));
@@ -408,8 +420,18 @@ impl SampledLoop {
         let rest = found.split.rest.plus(&Matrix::identity(found.split.rest.rows()));
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
+        let per_second = |change: (f64, f64)| 0.5 * grows(change).ln_1p() / self.period;
+        let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
+        let left_out = found.left_out();
         let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
-            return Some(Slowest { growth: 0.0, frequency: 0.0, stable: true, free: found.split.motions });
+            return Some(Slowest {
+                growth: 0.0,
+                frequency: 0.0,
+                stable: true,
+                free: found.split.motions,
+                left_out,
+                drift,
+            });
         };
         let own = (1.0 + change.0, change.1);
         let beyond = 0.5 * grows(change);
@@ -420,7 +442,7 @@ impl SampledLoop {
         };
         let growth = (1.0 + grows(change)).max(0.0).powf(0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        Some(Slowest { growth, frequency, stable, free: found.split.motions })
+        Some(Slowest { growth, frequency, stable, free: found.split.motions, left_out, drift })
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more

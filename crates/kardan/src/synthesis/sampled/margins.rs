@@ -95,7 +95,21 @@ impl Survey<'_> {
         if parts.iter().all(|part| part.clock.is_none()) {
             return Slowest::continuous(&SampledLoop::flow_of(&plant, &parts), left_out);
         }
-        SampledLoop::new(&plant, &parts).ok()?.slowest_without(left_out)
+        // What nobody holds in continuous time, sampling may move a little: that makes no held motion of it.
+        let free = self.free_motions(change).map_or(0, |free| free.columns());
+        SampledLoop::new(&plant, &parts).ok()?.slowest_without(left_out.max(free))
+    }
+
+    /// The motions of the changed loop in continuous time that nobody holds, columns whose first entries are `[q_r; q̇_r]`; `None`
+    /// if a law has no such form.
+    pub fn free_motions(&self, change: Change) -> Option<Matrix<f64>> {
+        if self.laws.iter().any(|law| law.clock().is_some()) {
+            return None;
+        }
+        let clocks = vec![None; self.clocks.len()];
+        let other = Survey { plant: self.plant, laws: self.laws, clocks: &clocks, number: self.number };
+        let (parts, plant) = other.changed(Change { clock: None, ..change })?;
+        Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions)
     }
 
     /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
@@ -247,7 +261,7 @@ impl Survey<'_> {
     /// are left out, those next to zero.
     pub fn gain_margin(&self) -> Option<[Limit; 2]> {
         let change = |gain: f64| Change { gain, ..self.unchanged() };
-        let free = self.slowest(self.unchanged())?.free.columns();
+        let free = self.slowest(self.unchanged())?.left_out;
         let up = self.first(path(1.0, GAINS), free, change)?;
         let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;
         Some([if down.value.is_infinite() { Limit { value: 0.0, ..down } } else { down }, up])
