@@ -1,7 +1,10 @@
 //! Roots of polynomials against an exact implementation of its own: the digits are right to the last place, the counts of
 //! real roots those of Sturm's chain, and the sides of the imaginary axis those of an exact count.
 
+use kardan::analysis::{LinearSystem, certified_structure, structure};
 use kardan::num::{Polynomial, Random, Rational, Scalar, rational_from_f64};
+use kardan::results::{Analysis, Design};
+use kardan::study::{self, AnalyzeSettings, DesignSettings, Silent};
 use proptest::prelude::*;
 
 type P = Vec<Rational>;
@@ -370,6 +373,85 @@ fn similarity_transforms() {
 
 fn times_into(a: P, b: &P) -> P {
     times(&a, b)
+}
+
+/// Two bodies of 1 kg m² with a spring and a damper between; a motor on the first.
+fn two_bodies(spring: &str, damper: &str) -> String {
+    format!(
+        "[model]\nname = \"two\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+         [spring_damper.bar]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"{spring} N m/rad\"\n\
+         damping = \"{damper} N m s/rad\"\n[motor.m]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n"
+    )
+}
+
+fn analysed(source: &str, certify: bool) -> Analysis {
+    let settings = AnalyzeSettings {
+        certify,
+        inputs: vec!["m".into()],
+        outputs: vec!["a.phi".into()],
+        ..AnalyzeSettings::default()
+    };
+    study::analyze(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+}
+
+fn decoupled(source: &str) -> Design {
+    let settings = DesignSettings {
+        law: Some("decoupling".into()),
+        inputs: vec!["m".into()],
+        outputs: vec!["a.phi".into()],
+        ..DesignSettings::default()
+    };
+    study::design(source, &settings, &Silent).unwrap_or_else(|told| panic!("{told:?}"))
+}
+
+/// Two bodies with a damper next to the critical one: with the motor and the sensor on one of them, the other swings in the
+/// spring, J s² + d s + k. The zeros are what the exact roots of that say, in every command, and never on the right.
+#[test]
+fn nearly_critical_damping_is_minimum_phase_everywhere() {
+    for (spring, damper) in
+        [("57", "15.0996688705415"), ("57", "15.0996688705414"), ("57", "15.09966887054"), ("4", "4")]
+    {
+        let source = two_bodies(spring, damper);
+        let number = |text: &str| {
+            let (whole, part) = text.split_once('.').unwrap_or((text, ""));
+            ratio(format!("{whole}{part}").parse().unwrap(), 10u64.pow(part.len() as u32))
+        };
+        let p: P = vec![number(spring), number(damper), Rational::ONE];
+        let expected = Polynomial::new(p.clone()).proven_roots().expect("isolated");
+        let mut sorted = expected.clone();
+        sorted.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        for certify in [false, true] {
+            let zeros = analysed(&source, certify).structure.zeros;
+            assert_eq!((zeros.values, zeros.growing), (expected.clone(), Some(0)), "{damper}");
+        }
+        let design = decoupled(&source);
+        let mut modes: Vec<(f64, f64)> = design.zero_dynamics.modes.iter().map(|mode| mode.pole).collect();
+        modes.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        let mut upper = sorted.clone();
+        upper.retain(|root| root.1 >= 0.0);
+        assert_eq!(modes, upper);
+        assert!(design.zero_dynamics.stable && design.exact_poles);
+        assert!(design.zero_dynamics.modes.iter().all(|mode| mode.warning.is_none()), "{:?}", design.zero_dynamics);
+        assert!(design.warnings.iter().all(|text| !text.contains("unstable")), "{:?}", design.warnings);
+        assert!(design.closed_loop_poles.iter().all(|pole| pole.0 < 0.0), "{:?}", design.closed_loop_poles);
+    }
+}
+
+/// A zero at +10⁻¹³ is on the right, one at −10⁻¹³ is not, and one at zero is at zero, whether proven or not.
+#[test]
+fn zeros_next_to_the_axis_are_on_their_side() {
+    for (at, growing) in [(1i64, 1), (0, 0), (-1, 0)] {
+        let zero = ratio(at, 10_000_000_000_000);
+        // (s − zero)/((s + 1)(s + 2)) in controllable form.
+        let a = kardan::num::Matrix::from_fn(2, 2, |i, j| Rational::from([[0, 1], [-2, -3]][i][j]));
+        let b = kardan::num::Matrix::from_fn(2, 1, |i, _| Rational::from(i as i64));
+        let c = kardan::num::Matrix::from_fn(1, 2, |_, j| if j == 0 { -zero.clone() } else { Rational::ONE });
+        let system = LinearSystem::state_space(a, b, c);
+        let found = [structure(&system).unwrap(), certified_structure(&system, &|_| ()).unwrap()];
+        for zeros in found.map(|found| found.zeros) {
+            assert_eq!((zeros.values, zeros.growing), (vec![(at as f64 * 1e-13, 0.0)], Some(growing)));
+        }
+    }
 }
 
 proptest! {

@@ -109,7 +109,7 @@ pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
     if design.closed_loop_poles.iter().all(|pole| pole.0 < 0.5 * re) {
         design.warnings.push(format!(
             "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the exact loop is as said, the \
-             one that runs is unstable",
+             one that runs is unstable as eigenvalues in floating point tell",
             digits(re),
             digits(im.abs())
         ));
