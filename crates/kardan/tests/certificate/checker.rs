@@ -64,7 +64,7 @@ fn minor([e, a, b]: [&Matrix; 3], stated: &Value) -> Option<usize> {
     let (rows, columns) = (stated["rows"].as_array()?, stated["columns"].as_array()?);
     let column = |column: &Value| {
         let (input, power) = (column[0].as_u64()? as usize, column[1].as_u64().filter(|k| *k < n as u64)?);
-        let mut v = solved.iter().map(|row| row.get(2 * n + input).copied()).collect::<Option<Vec<u128>>>()?;
+        let mut v = solved.iter().map(|row| row[2 * n..].get(input).copied()).collect::<Option<Vec<u128>>>()?;
         for _ in 0..power {
             v = solved.iter().map(|row| row[n..].iter().zip(&v).fold(0, |sum, (x, y)| (sum + x * y) % p)).collect();
         }
