@@ -99,8 +99,9 @@ pub const REQUIREMENT: &[Field] = &[
     Field::required("signal", Kind::Signal, "The signal to judge."),
     Field::required(
         "measure",
-        Kind::Choice(&["max", "min", "max_abs", "final"]),
-        "Largest, smallest, largest in size, or last value in the window.",
+        Kind::Choice(&["max", "min", "max_abs", "final", "rms", "ripple"]),
+        "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its squares; `ripple`: \
+         the same around its mean, what is left of a torque at rest without what it holds.",
     ),
     Field::optional("below", Kind::AnyQuantity, "The measure must be less than this."),
     Field::optional("above", Kind::AnyQuantity, "The measure must be more than this."),

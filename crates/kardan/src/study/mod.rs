@@ -241,7 +241,7 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
 pub struct Requirement {
     /// Signal.
     pub signal: String,
-    /// `max`, `min`, `max_abs` or `final`.
+    /// `max`, `min`, `max_abs`, `final`, `rms` or `ripple`.
     pub measure: String,
     /// Bound from above, SI.
     pub below: Option<f64>,
@@ -272,6 +272,8 @@ fn judge(requirement: &Requirement, series: &Series, completed: bool) -> Require
         "max" => window.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         "min" => window.iter().copied().fold(f64::INFINITY, f64::min),
         "max_abs" => window.iter().fold(0.0, |max: f64, x| max.max(x.abs())),
+        "rms" => root_mean_square(&window, 0.0),
+        "ripple" => root_mean_square(&window, window.iter().sum::<f64>() / window.len() as f64),
         _ => window.last().copied().unwrap_or(f64::NAN),
     };
     // A run that ended inside the window cannot pass: nobody knows what would have come.
@@ -291,6 +293,11 @@ fn judge(requirement: &Requirement, series: &Series, completed: bool) -> Require
         (None, None) => format!("{name}{window}"),
     };
     RequirementResult { text, measured, unit, passed }
+}
+
+/// `√(Σ (x − around)²/n)`; over rows that lie evenly, as those of a run do.
+fn root_mean_square(values: &[f64], around: f64) -> f64 {
+    (values.iter().map(|x| (x - around).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.
