@@ -10,8 +10,8 @@ use crate::num::{Random, multiply, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{Interaction, Robustness, Spread};
 use crate::synthesis::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart, VariedPlant,
-    effective_inertia,
+    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart,
+    VariedPlant, effective_inertia,
 };
 
 /// Which box of plants.
@@ -334,7 +334,9 @@ pub(super) fn subject(
         watched.push(Watched { name, unit, reference: reference.into(), acceptable, watch });
     }
     if watched.len() < 2 {
-        return Err("interaction needs two channels whose outputs are angles or speeds of shafts or torques of springs".into());
+        return Err(
+            "interaction needs two channels whose outputs are angles or speeds of shafts or torques of springs".into(),
+        );
     }
     let largest = |name: &str| {
         let source = variant.scenario.sources.iter().position(|source| source.name == name);
@@ -410,9 +412,7 @@ impl Subject {
         let command = |input: usize| found.commands.row(input).to_vec();
         let watched = self.watched.iter().map(|watched| match &watched.watch {
             Watch::Angle(shaft) => sparse(plant.basis.row(*shaft)),
-            Watch::Speed(shaft) => {
-                sparse(plant.basis.row(*shaft)).into_iter().map(|(j, x)| (r + j, x)).collect()
-            }
+            Watch::Speed(shaft) => sparse(plant.basis.row(*shaft)).into_iter().map(|(j, x)| (r + j, x)).collect(),
             Watch::Felt(inputs) => {
                 let mut sum = vec![0.0; size];
                 for &input in inputs {
