@@ -228,15 +228,18 @@ fn a_speed_channel_beside_a_position_channel() {
         }
         assert!((at(&run, "fs.w", 1.5) - 2.0).abs() < 0.02, "{control}: {}", at(&run, "fs.w", 1.5));
         assert!(largest(&run, "rk.phi") < 2e-3, "{control}: {}", largest(&run, "rk.phi"));
+        // The observer of the file is for a wheel in somebody's hands.
+        let part = if control == "column" { 0.1 } else { 0.2 };
         let settings = DesignSettings {
             control: Some(control.into()),
-            tolerance: Some(ToleranceBox::Part(0.2)),
+            tolerance: Some(ToleranceBox::Part(part)),
             ..DesignSettings::default()
         };
         let found = study::design(&text, &settings, &Silent).expect("a design");
         assert_eq!(found.channels[1].kind, "speed");
         let robust = found.robustness.expect("it was asked for");
-        assert!(robust.stable == robust.samples && robust.worst_stable);
+        let shown = (robust.stable, robust.samples, robust.worst_stable, &robust.spectral_radius);
+        assert!(robust.stable == robust.samples && robust.worst_stable, "{control}: {shown:?}");
         let crossed = robust.interactions.iter().find(|one| one.signal == "fs.w").expect("it is watched");
         assert_eq!((crossed.reference.as_str(), crossed.unit.as_str()), ("ref_rk", "rad/s"));
     }
