@@ -4,7 +4,8 @@
 
 use kardan_rt::{
     Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task, UniversalJoint, hold,
+    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task,
+    UniversalJoint, hold,
 };
 use std::fmt::Debug;
 

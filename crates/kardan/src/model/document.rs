@@ -99,9 +99,10 @@ pub const REQUIREMENT: &[Field] = &[
     Field::required("signal", Kind::Signal, "The signal to judge."),
     Field::required(
         "measure",
-        Kind::Choice(&["max", "min", "max_abs", "final", "time_at_limit"]),
-        "Largest, smallest, largest in size, or last value in the window. `time_at_limit`: how long in the window the motor of \
-         this torque is at its torque limit, s.",
+        Kind::Choice(&["max", "min", "max_abs", "final", "rms", "ripple", "time_at_limit"]),
+        "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its squares over the time; \
+         `ripple`: the same around its mean, what is left of a torque at rest without what it holds; `time_at_limit`: how long in \
+         the window the motor of this torque is at its torque limit, s.",
     ),
     Field::optional("below", Kind::AnyQuantity, "The measure must be less than this."),
     Field::optional("above", Kind::AnyQuantity, "The measure must be more than this."),

@@ -274,7 +274,7 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
 pub struct Requirement {
     /// Signal.
     pub signal: String,
-    /// `max`, `min`, `max_abs`, `final` or `time_at_limit`.
+    /// `max`, `min`, `max_abs`, `final`, `rms`, `ripple` or `time_at_limit`.
     pub measure: String,
     /// Bound from above, SI.
     pub below: Option<f64>,
@@ -299,13 +299,8 @@ fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], co
         _ => found.map_or("", |signal| signal.physical.unit()).to_string(),
     };
     let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
-    let window: Vec<f64> = series
-        .time
-        .iter()
-        .zip(values)
-        .filter(|(time, _)| (*from..=*until).contains(*time))
-        .map(|(_, value)| *value)
-        .collect();
+    let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
+    let (times, window): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
     let measured = match measure.as_str() {
         _ if window.is_empty() => f64::NAN,
         "max" => window.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -315,6 +310,8 @@ fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], co
             let strain = strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
             strain.map_or(f64::NAN, |strain| strain.seconds_at_limit(*from, *until))
         }
+        "rms" => root_mean_square(&times, &window, 0.0),
+        "ripple" => root_mean_square(&times, &window, mean(&times, &window)),
         _ => window.last().copied().unwrap_or(f64::NAN),
     };
     // A run that ended inside the window cannot pass: nobody knows what would have come.
@@ -343,6 +340,22 @@ fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], co
 /// The motor of which a signal is the torque.
 fn motor_of(signal: &str) -> Option<&str> {
     signal.strip_suffix(".tau").or_else(|| signal.strip_suffix(".command"))
+}
+
+/// The mean over the time of values that lie on straight lines between the rows; of one row its value.
+fn mean(times: &[f64], values: &[f64]) -> f64 {
+    let length = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    if length <= 0.0 {
+        return values.iter().sum::<f64>() / values.len() as f64;
+    }
+    let pieces = times.windows(2).zip(values.windows(2));
+    pieces.map(|(t, x)| 0.5 * (x[0] + x[1]) * (t[1] - t[0])).sum::<f64>() / length
+}
+
+/// The root of the mean over the time of `(x − around)²`; rows may lie closer to each other where something happens.
+fn root_mean_square(times: &[f64], values: &[f64], around: f64) -> f64 {
+    let squares: Vec<f64> = values.iter().map(|x| (x - around).powi(2)).collect();
+    mean(times, &squares).sqrt()
 }
 
 /// Name and unit of the reduced inertia, damping and stiffness matrix.

@@ -9,10 +9,10 @@ use crate::equations::Measured;
 use crate::model::ControlSpec;
 use crate::num::{Random, multiply, rational_to_f64};
 use crate::reduce::linearise;
-use crate::results::{Interaction, Physical, Robustness, Spread};
+use crate::results::{Interaction, Robustness, Spread};
 use crate::synthesis::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart, VariedPlant,
-    effective_inertia,
+    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart,
+    VariedPlant, effective_inertia,
 };
 
 /// Which box of plants.
@@ -48,6 +48,8 @@ const SWEEPS: usize = 6;
 enum Watch {
     /// The angle of a shaft, rad.
     Angle(usize),
+    /// The speed of a shaft, rad/s.
+    Speed(usize),
     /// The torque that other laws apply on a shaft, N m: inputs of the plant.
     Felt(Vec<usize>),
     /// Inertia (kg m²) times acceleration of a shaft. The inertia is a sum: of each part the number among the coefficients, if it
@@ -281,7 +283,9 @@ pub(super) fn subject(
 ) -> Result<Subject, String> {
     let subject = any_subject(variant, number, laws, plant);
     if subject.watched.len() < 2 {
-        return Err("interaction needs two channels whose outputs are angles of shafts or torques of springs".into());
+        return Err(
+            "interaction needs two channels whose outputs are angles or speeds of shafts or torques of springs".into(),
+        );
     }
     Ok(subject)
 }
@@ -301,9 +305,12 @@ pub(super) fn any_subject(
     for channel in control.values.tables("channels").unwrap_or_default() {
         let (Some(output), Some(reference)) = (channel.word("output"), channel.word("reference")) else { continue };
         let Ok(signal) = model.output(output) else { continue };
-        let torque = channel.word("kind") == Some("torque") || !matches!(signal.measured, Measured::Angle(_));
-        let key = if torque { "acceptable_torque" } else { "acceptable_angle" };
-        let otherwise = if torque { ACCEPTABLE_TORQUE } else { ACCEPTABLE_ANGLE };
+        let torque = channel.word("kind") == Some("torque");
+        let (key, otherwise) = match signal.measured {
+            Measured::Angle(_) if !torque => ("acceptable_angle", ACCEPTABLE_ANGLE),
+            Measured::Speed(_) => ("acceptable_speed", ACCEPTABLE_SPEED),
+            _ => ("acceptable_torque", ACCEPTABLE_TORQUE),
+        };
         let acceptable = channel.number(key).unwrap_or(otherwise);
         let (name, unit, watch) = match &signal.measured {
             Measured::Angle(name) if torque => {
@@ -325,6 +332,10 @@ pub(super) fn any_subject(
                 let Some(shaft) = variant.reduced.shaft(name) else { continue };
                 (output.to_string(), "rad", Watch::Angle(shaft))
             }
+            Measured::Speed(name) => {
+                let Some(shaft) = variant.reduced.shaft(name) else { continue };
+                (output.to_string(), "rad/s", Watch::Speed(shaft))
+            }
             Measured::NetTorque(name) => {
                 let Some(shaft) = variant.reduced.shaft(name) else { continue };
                 // As [`Equations::own_inertia`], part by part.
@@ -343,7 +354,7 @@ pub(super) fn any_subject(
                     .map(|(number, one)| (number, one.row.iter().map(|(shaft, x)| (*shaft, one.value * x)).collect()));
                 (signal.name.clone(), "N m", Watch::Springs(rows.collect()))
             }
-            Measured::Speed(_) | Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => continue,
+            Measured::ConstraintTorque(..) | Measured::ComplianceTorque(..) => continue,
         };
         watched.push(Watched { name, unit, reference: reference.into(), acceptable, watch });
     }
@@ -355,7 +366,7 @@ pub(super) fn any_subject(
     let steps = laws[number].references().iter().enumerate().filter_map(|(k, reference)| {
         watched.iter().find(|watched| watched.reference == reference.name)?;
         let size = largest(&reference.name);
-        let unit = if reference.physical == Physical::Angle { "rad" } else { "N m" };
+        let unit = reference.physical.unit();
         Some(Step { name: reference.name.clone(), reference: k, size: if size > 0.0 { size } else { 1.0 }, unit })
     });
     let steps = steps.collect();
@@ -422,6 +433,7 @@ impl Subject {
         let command = |input: usize| found.commands.row(input).to_vec();
         let watched = self.watched.iter().map(|watched| match &watched.watch {
             Watch::Angle(shaft) => sparse(plant.basis.row(*shaft)),
+            Watch::Speed(shaft) => sparse(plant.basis.row(*shaft)).into_iter().map(|(j, x)| (r + j, x)).collect(),
             Watch::Felt(inputs) => {
                 let mut sum = vec![0.0; size];
                 for &input in inputs {

@@ -27,7 +27,7 @@ pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLoop, named, rounded};
 pub use law::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_TORQUE, BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY,
+    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY,
     design_noninteracting, find,
 };
 pub use observed::OBSERVER;

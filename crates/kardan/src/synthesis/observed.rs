@@ -828,18 +828,38 @@ impl Law for Observed {
         let linear = self.around(&held.a, &held.b, &law.linear, &self.basis);
         let law = law.block;
         let block: Box<dyn Block> = match (&self.model, clock.single) {
-            (Model::Linear(_), true) => {
-                Box::new(Sampled { law, seer, own, kept: false, model: Model::Linear(Runner::<f32>::new(&held.a, &held.b)) })
-            }
-            (Model::Linear(_), false) => {
-                Box::new(Sampled { law, seer, own, kept: false, model: Model::Linear(Runner::<f64>::new(&held.a, &held.b)) })
-            }
+            (Model::Linear(_), true) => Box::new(Sampled {
+                law,
+                seer,
+                own,
+                kept: false,
+                model: Model::Linear(Runner::<f32>::new(&held.a, &held.b)),
+            }),
+            (Model::Linear(_), false) => Box::new(Sampled {
+                law,
+                seer,
+                own,
+                kept: false,
+                model: Model::Linear(Runner::<f64>::new(&held.a, &held.b)),
+            }),
             (Model::Nonlinear(copied), single) => {
                 let held = self.held(clock)?;
                 if single {
-                    Box::new(Sampled { law, seer, own, kept: false, model: Model::Nonlinear(Box::new(copied.cast::<f32>(&held))) })
+                    Box::new(Sampled {
+                        law,
+                        seer,
+                        own,
+                        kept: false,
+                        model: Model::Nonlinear(Box::new(copied.cast::<f32>(&held))),
+                    })
                 } else {
-                    Box::new(Sampled { law, seer, own, kept: false, model: Model::Nonlinear(Box::new(copied.cast::<f64>(&held))) })
+                    Box::new(Sampled {
+                        law,
+                        seer,
+                        own,
+                        kept: false,
+                        model: Model::Nonlinear(Box::new(copied.cast::<f64>(&held))),
+                    })
                 }
             }
         };

@@ -3,8 +3,8 @@
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
     Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak,
-    TransferEntry, ZeroDynamics,
+    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole, Robustness,
+    Spread, TorquePeak, TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.

@@ -11,7 +11,7 @@ mod sampled_noninteracting;
 
 pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
 
-pub use sampled_noninteracting::{ACCEPTABLE_ANGLE, ACCEPTABLE_TORQUE, BANDWIDTH};
+pub use sampled_noninteracting::{ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH};
 
 use super::LawKind;
 

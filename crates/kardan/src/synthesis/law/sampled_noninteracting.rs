@@ -7,7 +7,7 @@ use crate::num::{Matrix, rational_to_f64};
 use crate::reduce::Kinematics;
 use crate::results::{ChannelResult, ControllerData, Design, ObserverResult, Physical};
 use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::channels::once;
+use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
 use crate::synthesis::observed::{Reading, reading, rows, told_apart};
 use crate::synthesis::observer::{Noise, extend, kalman};
@@ -79,15 +79,15 @@ const CHANNEL: &[Field] = &[
     Field::required(
         "output",
         Kind::Output,
-        "The output: the angle of a shaft, `<shaft>.phi`, or a sensor of a torque.",
+        "The output: the angle of a shaft, `<shaft>.phi`, its speed, `<shaft>.w`, or a sensor of a torque.",
     ),
     Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
     Field::optional(
         "kind",
         Kind::Choice(&["position", "torque"]),
         "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along it, on top of \
-         what others apply there, as if the shaft carried its effective inertia alone. Left out: position. A sensor of a \
-         torque follows a reference.",
+         what others apply there, as if the shaft carried its effective inertia alone. Left out: position. A speed, and a sensor \
+         of a torque, follow a reference.",
     ),
     Field::optional(
         "bandwidth",
@@ -98,6 +98,11 @@ const CHANNEL: &[Field] = &[
         "acceptable_angle",
         Kind::Quantity(Dimension::ANGLE, Sign::Positive),
         "Error of an angle that is acceptable, against which changes of torques are weighed; left out: 0.01 rad.",
+    ),
+    Field::optional(
+        "acceptable_speed",
+        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+        "Error of a speed that is acceptable; left out: 0.3 rad/s.",
     ),
     Field::optional(
         "acceptable_torque",
@@ -123,6 +128,8 @@ const CHANNEL: &[Field] = &[
 pub const BANDWIDTH: f64 = 30.0;
 /// Acceptable error of an angle, rad.
 pub const ACCEPTABLE_ANGLE: f64 = 0.01;
+/// Acceptable error of a speed, rad/s.
+pub const ACCEPTABLE_SPEED: f64 = 0.3;
 /// Acceptable error of a torque, N m.
 pub const ACCEPTABLE_TORQUE: f64 = 0.02;
 /// Acceptable rate of a torque over its limit, 1/s.
@@ -142,6 +149,7 @@ const HORIZON: f64 = 4.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     Position,
+    Speed,
     /// A torque along a shaft, on top of what others apply there.
     Torque(usize),
     /// All that accelerates a shaft's own inertia.
@@ -150,21 +158,19 @@ enum Task {
     Sensor,
 }
 
-fn is_angle(output: &str) -> bool {
-    output.ends_with(".phi")
-}
-
+/// The references: of an angle under a torque channel it is a torque.
 fn references(values: &Values) -> Vec<Reference> {
-    let reference = |channel: &Values| {
+    let torque = |channel: &Values| {
         let (name, output) = (channel.word("reference")?, channel.word("output")?);
-        let position = is_angle(output) && channel.word("kind") != Some("torque");
-        Some(Reference {
-            name: name.into(),
-            physical: if position { Physical::Angle } else { Physical::Torque },
-            description: format!("{} {output}", if position { "reference of" } else { "torque reference along" }),
-        })
+        let description = format!("torque reference along {output}");
+        Some(Reference { name: name.into(), physical: Physical::Torque, description })
     };
-    channels(values).filter_map(reference).collect()
+    let one = |channel: &Values| {
+        let told = reference(channel)?;
+        let along = told.physical == Physical::Torque || channel.word("kind") == Some("torque");
+        if along { torque(channel) } else { Some(told) }
+    };
+    channels(values).filter_map(one).collect()
 }
 
 fn motor<'a>(plant: &'a Plant, name: &str) -> Option<&'a Motor> {
@@ -227,6 +233,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         let bandwidth = channel.number("bandwidth").unwrap_or(BANDWIDTH);
         let acceptable = match task {
             Task::Position => channel.number("acceptable_angle").unwrap_or(ACCEPTABLE_ANGLE),
+            Task::Speed => channel.number("acceptable_speed").unwrap_or(ACCEPTABLE_SPEED),
             _ => channel.number("acceptable_torque").unwrap_or(ACCEPTABLE_TORQUE),
         };
         let (mut on_state, mut on_torque, mut on_disturbance) =
@@ -318,10 +325,7 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
                 (Task::Torque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
             }
             Measured::Angle(_) => (Task::Position, output),
-            Measured::Speed(_) => {
-                let example = format!("{}.phi", output.name.trim_end_matches(".w"));
-                return Err(SynthesisError::NotAnAngle { signal: output.name, example });
-            }
+            Measured::Speed(_) => (Task::Speed, output),
             Measured::NetTorque(shaft) => {
                 let number = plant.reduced.shaft(shaft).expect("a sensor names a shaft");
                 (Task::NetTorque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
@@ -329,10 +333,13 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
             _ => (Task::Sensor, output),
         };
         let (idle, kind): (&[&'static str], _) = match task {
-            Task::Position => (&["acceptable_torque", "coasting_time"], "an angle"),
-            Task::Torque(_) => (&["acceptable_angle"], "a torque"),
-            Task::NetTorque(_) => (&["acceptable_angle", "kind"], "a net torque"),
-            Task::Sensor => (&["acceptable_angle", "coasting_time", "kind"], "the torque of a sensor"),
+            Task::Position => (&["acceptable_speed", "acceptable_torque", "coasting_time"], "an angle"),
+            Task::Speed => (&["acceptable_angle", "acceptable_torque", "coasting_time", "kind"], "a speed"),
+            Task::Torque(_) => (&["acceptable_angle", "acceptable_speed"], "a torque"),
+            Task::NetTorque(_) => (&["acceptable_angle", "acceptable_speed", "kind"], "a net torque"),
+            Task::Sensor => {
+                (&["acceptable_angle", "acceptable_speed", "coasting_time", "kind"], "the torque of a sensor")
+            }
         };
         if let Some(key) = idle.iter().copied().find(|key| channel.has(key)) {
             return Err(SynthesisError::IdleChannelKey { output: output.name, kind, key });
@@ -657,7 +664,12 @@ fn describe(
         ChannelResult {
             output: output.clone(),
             reference: told[k].clone(),
-            kind: if references[k].physical == Physical::Angle { "position" } else { "torque" }.into(),
+            kind: match references[k].physical {
+                Physical::Angle => "position",
+                Physical::Speed => "speed",
+                _ => "torque",
+            }
+            .into(),
             transfer: format!("ideally {}/(s^2 + {} s + {})", w * w, 2.0 * w, w * w),
             poles: vec![(-w, 0.0), (-w, 0.0)],
         }
