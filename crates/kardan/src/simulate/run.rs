@@ -397,7 +397,7 @@ impl Runner<'_> {
                     continue;
                 }
                 let (mut low, mut high) = (gap[0].0, gap[1].0);
-                let mut margin = |runner: &mut Self, time: f64| {
+                let margin = |runner: &mut Self, time: f64| {
                     runner.solver.interpolate(time, &mut runner.looked);
                     runner.machine.margins(time, &runner.looked)[watch]
                 };
