@@ -316,7 +316,8 @@ fn root(value: c64) -> Mode {
     Mode {
         eigenvalue: (value.re, value.im),
         natural_frequency: size,
-        damping_ratio: if size > 0.0 { -value.re / size } else { 1.0 },
+        // Not −0 where nothing is damped.
+        damping_ratio: if size > 0.0 { 0.0 - value.re / size } else { 1.0 },
         ..Mode::default()
     }
 }

@@ -19,8 +19,7 @@ fn side(all: &Value, n: usize, keys: [&str; 7], swap: usize, empty: std::ops::Ra
     let read = |name: &str, columns: usize| -> Option<Matrix> {
         let mut out = vec![vec![RBig::ZERO; columns]; n];
         for x in all["certificate"]["pencil"][name].as_array()? {
-            *out.get_mut(x[swap].as_u64()? as usize)?.get_mut(x[1 - swap].as_u64()? as usize)? =
-                x[2].as_str()?.parse().ok()?;
+            *out.get_mut(x[swap].as_u64()? as usize)?.get_mut(x[1 - swap].as_u64()? as usize)? = fraction(&x[2])?;
         }
         Some(out)
     };
@@ -63,11 +62,11 @@ fn minor([e, a, b]: [&Matrix; 3], stated: &Value) -> Option<usize> {
     (eliminate(&mut solved, n, p)?.0 == n).then_some(())?;
     let (rows, columns) = (stated["rows"].as_array()?, stated["columns"].as_array()?);
     let column = |column: &Value| {
-        let (input, power) = (column[0].as_u64()? as usize, column[1].as_u64().filter(|k| *k < n as u64)?);
-        let mut v = solved.iter().map(|row| row[2 * n..].get(input).copied()).collect::<Option<Vec<u128>>>()?;
-        for _ in 0..power {
-            v = solved.iter().map(|row| row[n..].iter().zip(&v).fold(0, |sum, (x, y)| (sum + x * y) % p)).collect();
-        }
+        let short = |k: &u64| *k < n as u64 && column.get(2).is_none();
+        let (input, power) = (column[0].as_u64()? as usize, column[1].as_u64().filter(short)?);
+        let v = solved.iter().map(|row| row[2 * n..].get(input).copied()).collect::<Option<Vec<u128>>>()?;
+        let product = |row: &[u128], v: &[u128]| row[n..].iter().zip(v).fold(0, |sum, (x, y)| (sum + x * y) % p);
+        let v = (0..power).fold(v, |v, _| solved.iter().map(|row| product(row, &v)).collect());
         rows.iter().map(|i| v.get(i.as_u64()? as usize).copied()).collect()
     };
     let mut square = columns.iter().map(column).collect::<Option<Vec<Vec<u128>>>>()?;
@@ -109,7 +108,11 @@ fn times(a: &Matrix, b: &Matrix) -> Matrix {
     a.iter().map(|row| (0..b[0].len()).map(|j| sum(row, j)).collect()).collect()
 }
 
+fn fraction(x: &Value) -> Option<RBig> {
+    x.to_string().trim_matches('"').parse().ok().filter(|x: &RBig| !x.denominator().is_zero())
+}
+
 fn matrix(rows: &[Value]) -> Option<Matrix> {
-    let row = |row: &Value| row.as_array()?.iter().map(|x| x.to_string().trim_matches('"').parse().ok()).collect();
+    let row = |row: &Value| row.as_array()?.iter().map(fraction).collect();
     rows.iter().map(row).collect()
 }
