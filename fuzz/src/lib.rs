@@ -240,7 +240,7 @@ pub fn run(bytes: &[u8]) {
             return;
         }
         let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
-        let result = simulate(setup, tolerance, &mut |_| {});
+        let result = simulate(setup, tolerance, &mut |_| None);
         let run = Run {
             name: variant.name.clone(),
             parameters: variant.model.parameters.clone(),
@@ -250,6 +250,7 @@ pub fn run(bytes: &[u8]) {
             outcome: result.outcome,
             requirements: Vec::new(),
             notes: result.notes,
+            strains: result.strains,
             effort: result.effort,
         };
         let rows = run.series.time.len();
