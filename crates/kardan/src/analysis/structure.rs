@@ -149,8 +149,8 @@ fn decide_modulo(
         while dual_images.get(0).is_none() {}
     }
     let mut next_own = || loop {
-        if let Some(found) = own.next().and_then(|prime| Some([system, &dual].map(|s| Image::new(s, prime)))) {
-            let [Some(image), Some(dual)] = found else { continue };
+        let prime = own.next().expect("primes are many");
+        if let [Some(image), Some(dual)] = [system, &dual].map(|s| Image::new(s, prime)) {
             return Look::of(Arc::new(image), Arc::new(dual));
         }
     };
