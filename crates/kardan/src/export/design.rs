@@ -46,9 +46,9 @@ const VERSION: u32 = 1;
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
 /// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `free` (shafts that move in motions at zero which nobody holds), `free_poles`, `drift_per_s` (how fast these grow at the sample time), `channels` (`name`, `reading` or motor, `gain` below and above one, `gain_rad_s`, `phase_rad`, `phase_rad_s`, `delay_s`, `delay_rad_s`, `disk`, `disk_rad_s`, `disk_gain`, `disk_phase_rad`; `null`: not limited), `together` (`disk` from below and above, `rad_s`, `worst`: `motor`, `factor`, `turn_rad`) or `null`, `hardly` (stable, but not with 10 % more or less torque of a motor), `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `strains` | what the scenario of the file asks of its motors, where it was run: `variant`, `duration_s`, `motor` (`name`, `controller`, `torque_limit_n_m`, `rate_limit_n_m_per_s`, `asked_n_m`, `time_at_torque_limit_s`, `time_at_rate_limit_s`, `first_at_torque_limit_s`) |
 /// | `passage` | the loop with the parameters of the variant where its joints stand, linear, in floating point: `turned` (what turns, in words; empty if no joint is bent), `positions` (how many), `range_rad`, `stable`, `growth_per_s` (of the motion that grows most; negative: it decays), `growth_at_rad`, `interactions` (`reference`, `step`, `step_unit`, `signal`, `unit`, `largest` or `null` if unstable, `at_rad`, `acceptable`); `null` where it is the linear loop of the design |
 /// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `not_judged` (whose sample times have no short common period), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
-/// | `strains` | what the scenario of the file asks of its motors, where it was run: `variant`, `duration_s`, `motor` (`name`, `controller`, `torque_limit_n_m`, `rate_limit_n_m_per_s`, `asked_n_m`, `time_at_torque_limit_s`, `time_at_rate_limit_s`, `first_at_torque_limit_s`) |
 /// | `robustness` | the loop over a box of plants: `range`, `parameters` (`name`, `factors`: smallest, largest), `samples`, `seed`, `stable` (how many samples are), `worst_stable` (whether the worst corner is), `spectral_radius`, `interactions` and `peaks` (`reference`, `step`, `step_unit`, `signal`, `unit`, `size`); a spread is `nominal`, `median`, `q90`, `q99`, `sampled` (largest), `worst` (of the corners), each `null` if the loop is unstable there, `at` (factors there); `null` if it was not asked for |
 /// | `flatness` | `outputs`, `flat`, `remainder`, `poles`, `derivatives`, `statement` |
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `precision` (`f64`, `f32`), `matrices`, `numbers` |
@@ -420,7 +420,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 37] = [
+    const KEYS: [&str; 38] = [
         "model",
         "description",
         "variant",
@@ -451,6 +451,7 @@ mod tests {
         "cross_coupling",
         "margins",
         "strains",
+        "passage",
         "exploration",
         "robustness",
         "flatness",
