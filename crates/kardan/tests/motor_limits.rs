@@ -51,7 +51,33 @@ measure = "time_at_limit"
 from = "1.5 s"
 until = "4.5 s"
 below = "1 s"
+
+[[requirement]]
+signal = "m.tau"
+measure = "rms"
+from = "3 s"
+until = "4 s"
+below = "2 N m"
+
+[[requirement]]
+signal = "m.tau"
+measure = "ripple"
+from = "3 s"
+until = "4 s"
+below = "2 N m"
 "#;
+
+/// Of a ramp from 0 to 2 N m the root of the mean square is 2/√3, around the mean of 1 N m it is 1/√3.
+#[test]
+fn means_are_those_over_the_time() {
+    let run = run_of(ASKED);
+    let [.., rms, ripple] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
+    assert_eq!(rms.text, "rms m.tau from 3 s to 4 s < 2 N m");
+    for (found, expected) in [(rms, 2.0 / 3f64.sqrt()), (ripple, 1.0 / 3f64.sqrt())] {
+        // Between rows of some milliseconds the squares are taken as straight lines.
+        assert!((found.measured - expected).abs() < 1e-4 && found.passed, "{found:?}");
+    }
+}
 
 #[test]
 fn time_at_a_limit_is_that_of_the_torque_asked() {
@@ -67,7 +93,7 @@ fn time_at_a_limit_is_that_of_the_torque_asked() {
     for (found, expected) in strain.at_torque_limit.iter().zip(expected) {
         assert!((found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9, "{found:?}");
     }
-    let [whole, window] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
+    let [whole, window, ..] = &run.requirements[..] else { panic!("{:?}", run.requirements) };
     assert!(whole.passed && (whole.measured - 3.0).abs() < 1e-9 && whole.unit == "s", "{whole:?}");
     assert_eq!(whole.text, "time of m at its torque limit < 3.0001 s");
     // From 1.5 s to 2 s and from 4 s to 4.5 s: 1 s, to rounding of the crossing.
