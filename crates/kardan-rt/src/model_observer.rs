@@ -25,7 +25,8 @@ impl<T: Real> Sensor<T> {
     #[inline]
     pub fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
         let of = if self.speed { speeds } else { angles };
-        let terms = entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count)).unwrap_or(&[]);
+        let terms =
+            entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count)).map_or(&[][..], |terms| terms);
         terms.iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(of, *shaft)) - self.rest
     }
 }

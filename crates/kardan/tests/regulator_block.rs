@@ -376,13 +376,13 @@ fn follow_wishes<T: Number>(bounds: Bounds<T>, start: T, wishes: &[T]) {
         let expected = match wish {
             wish if wish > high => high,
             wish if wish < low => low,
-            wish if wish <= high => wish,
+            // What is no number, and an infinite wish that nothing limits, leave the torque as it was.
+            wish if wish <= high && wish.is_finite() => wish,
             _ => torque,
         };
         assert!(next == expected, "{wish:?} from {torque:?} with {bounds:?}: {next:?}, not {expected:?}");
-        // The regulator keeps its command where neither limit makes an infinite wish finite.
-        torque = if next.is_finite() { next } else { torque };
-        assert!(next.is_finite() || bounds.torque.is_none(), "{next:?} with {bounds:?}");
+        assert!(next.is_finite(), "{next:?} with {bounds:?}");
+        torque = next;
     }
 }
 
