@@ -15,15 +15,8 @@ pub struct Sensor<T> {
 
 impl<T: Real> Sensor<T> {
     /// The reading at these angles (rad) and speeds (rad/s) of all shafts, from the list that its row is a part of.
-    ///
-    /// ```
-    /// use kardan_rt::{Row, Sensor};
-    /// // A torsion bar of 100 N m/rad between shafts 0 and 1.
-    /// let torque = Sensor { row: Row { first: 0, count: 2 }, speed: false, rest: 0.5 };
-    /// assert_eq!(torque.reading(&[(0, 100.0), (1, -100.0)], &[0.25, 0.125], &[]), 12.0);
-    /// ```
     #[inline]
-    pub fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
+    fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
         let of = if self.speed { speeds } else { angles };
         let terms =
             entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count)).map_or(&[][..], |terms| terms);
@@ -115,7 +108,8 @@ impl<T: Real> ModelObserver<'_, T> {
     /// One sample: `x̂ ← x̂ + Γ x̂′`, with torques and readings held over it. Exact for the linear model that Γ belongs to; where
     /// the model is another one, what it differs by is held over the sample too.
     ///
-    /// Returns false and keeps the state if the new one is not finite: one bad sample does not stay in the block.
+    /// Returns false and keeps the state if the new one is not finite, or so large that its fourth power is not: the equations,
+    /// which hold products of speeds and curves, would overflow from there on. So one bad sample does not stay in the block.
     #[must_use = "false tells that the sample was dropped"]
     pub fn step(&self, state: &mut [T], torques: &[T], readings: &[T], memory: &mut [T]) -> bool {
         let n = self.states();
@@ -123,8 +117,8 @@ impl<T: Real> ModelObserver<'_, T> {
         let Some(found) = self.found(state, torques, readings, &mut rest) else { return false };
         let change = |i: usize| dot(row(self.held, i, n), found);
         let Some(state) = state.get_mut(..n) else { return false };
-        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| (*x + change(i)).is_finite())
-        {
+        let usable = |x: T| (x * x * x * x).is_finite();
+        if self.held.len() < n.saturating_mul(n) || !state.iter().enumerate().all(|(i, x)| usable(*x + change(i))) {
             return false;
         }
         for (i, x) in state.iter_mut().enumerate() {
