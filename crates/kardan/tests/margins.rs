@@ -262,7 +262,7 @@ fn two_ways_to_the_same_factor() {
     let source = builtin("two-bodies").expect("built in").source;
     let head = source.split("[control.").next().expect("a head").split("[scenario]").next().expect("a head");
     let motor = head.lines().find_map(|line| line.strip_prefix("[motor.")).expect("a motor").replace(']', "");
-    let shaft = head.lines().filter_map(|line| line.strip_prefix("[shaft.")).last().expect("a shaft");
+    let shaft = head.lines().filter_map(|line| line.strip_prefix("[shaft.")).next_back().expect("a shaft");
     let shaft = shaft.split(']').next().expect("a name");
     let mut checked = 0;
     for lag in ["", "lag = \"1 ms\"\n"] {

@@ -320,7 +320,7 @@ fn errors(
 /// What of the margins must not be overlooked.
 pub(super) fn warnings(found: &Margins) -> Vec<String> {
     let mut out = Vec::new();
-    let at = |frequency: Option<f64>| frequency.map_or(String::new(), |frequency| at(frequency));
+    let at = |frequency: Option<f64>| frequency.map_or(String::new(), at);
     for one in &found.channels {
         let [low, high] = one.gain;
         let what =

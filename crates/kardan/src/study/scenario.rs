@@ -188,8 +188,13 @@ pub(super) fn scenario(
         let same =
             |(_, other, time, _): &&(usize, usize, Exact, bool)| *other == source && time.to_f64() == at.to_f64();
         let before: Vec<_> = given.iter().filter(same).collect();
-        // A step and then a ramp: a jump from which the ramp begins.
-        if !before.is_empty() && !(before.len() == 1 && !before[0].3 && ramp) {
+        let fine = match before[..] {
+            [] => true,
+            // A step and then a ramp: a jump from which the ramp begins.
+            [(.., ramped)] => !ramped && ramp,
+            _ => false,
+        };
+        if !fine {
             let others: Vec<String> = before.iter().map(|(number, ..)| number.to_string()).collect();
             let entries = if others.len() == 1 { "entry" } else { "entries" };
             let message = format!(

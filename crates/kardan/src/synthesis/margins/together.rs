@@ -61,9 +61,9 @@ pub fn together(response: &Response) -> Option<Together> {
             break;
         };
         let middle = match (low, high) {
-            (low, high) if low == 0.0 && high.is_infinite() => 1.0,
-            (low, high) if high.is_infinite() => 2.0 * low,
-            (low, high) if low == 0.0 => 0.5 * high,
+            (0.0, f64::INFINITY) => 1.0,
+            (low, f64::INFINITY) => 2.0 * low,
+            (0.0, high) => 0.5 * high,
             (low, high) => (low * high).sqrt(),
         };
         let place = next.take().unwrap_or(middle);
