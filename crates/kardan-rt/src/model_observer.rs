@@ -18,8 +18,8 @@ impl<T: Real> Sensor<T> {
     #[inline]
     fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
         let of = if self.speed { speeds } else { angles };
-        let terms =
-            entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count)).map_or(&[][..], |terms| terms);
+        let own = entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count));
+        let terms: &[(usize, T)] = own.map_or(&[], |terms| terms);
         terms.iter().fold(T::ZERO, |sum, (shaft, c)| sum + *c * at(of, *shaft)) - self.rest
     }
 }
