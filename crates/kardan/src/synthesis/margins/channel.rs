@@ -2,6 +2,9 @@ use std::f64::consts::TAU;
 
 use super::Response;
 
+/// A factor that rounding makes of zero, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
+const NOTHING: f64 = 1e-9;
+
 /// How wrong one channel of a loop may be, all others as designed. Frequencies in rad/s; `None` where nothing limits.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ChannelMargins {
@@ -73,7 +76,7 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
         let (factor, frequency) = (1.0 + 1.0 / m, Some(channel.frequency(place)));
         if m > 0.0 && factor < out.gain[1] {
             (out.gain[1], out.gain_frequency[1]) = (factor, frequency);
-        } else if m < 0.0 && factor > out.gain[0] {
+        } else if m < 0.0 && factor > out.gain[0].max(NOTHING) {
             (out.gain[0], out.gain_frequency[0]) = (factor, frequency);
         }
     }
