@@ -9,10 +9,10 @@
 use std::sync::Arc;
 
 use kardan::diagnostics::{Diagnostic, plain};
-use kardan::log::{Block, Bytes, CsvOptions, LogError, in_memory, open};
 use kardan::results::{Plot, Run, Study};
 use kardan::simulate::{Setup, Tolerance, simulate};
 use kardan::study::{self, EquationsForm, Silent};
+use kardan::tables::read::{Block, Bytes, CsvOptions, LogError, in_memory, open};
 use kardan::{export, model, report, units};
 
 /// A target: its name and what it does with bytes.
@@ -126,7 +126,7 @@ fn read_log(bytes: Arc<dyn Bytes>, options: &CsvOptions) -> Result<(), LogError>
     while rows < MOST_LOG_ROWS {
         match log.next(&mut block) {
             Ok(true) => {
-                assert!(block.rows > 0 && block.rows <= kardan::log::BLOCK_ROWS);
+                assert!(block.rows > 0 && block.rows <= kardan::tables::read::BLOCK_ROWS);
                 assert!(block.columns.iter().all(|column| column.len() == block.rows), "columns of two lengths");
                 rows += block.rows;
             }

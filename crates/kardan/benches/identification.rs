@@ -7,10 +7,10 @@
 use std::time::Instant;
 
 use kardan::export;
-use kardan::log::in_memory;
 use kardan::model::builtin;
 use kardan::results::{Physical, Series, Signal};
 use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, LogFile, Silent, identify};
+use kardan::tables::read::in_memory;
 use rayon::prelude::*;
 
 fn main() {

@@ -7,7 +7,6 @@ pub mod element;
 pub mod equations;
 pub mod export;
 pub mod identify;
-pub mod log;
 pub mod model;
 pub mod num;
 pub mod reduce;
@@ -18,3 +17,5 @@ pub mod simulate;
 pub mod study;
 pub mod synthesis;
 pub mod units;
+
+pub use kardan_tables as tables;

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use kardan::diagnostics::plain;
-use kardan::log::in_memory;
 use kardan::model::{builtin, read};
 use kardan::num::Random;
 use kardan::results::{Found, Identification};
 use kardan::study::{self, IdentifySettings, LogFile, Silent, identify};
+use kardan::tables::read::in_memory;
 
 /// Table 6.1: inertias, dampings by (6.34), Coulomb frictions of wg, cs, fs.
 const INERTIA: [f64; 3] = [130e-6, 10250.34e-6, 10297.41e-6];

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use kardan::diagnostics::{Diagnostic, nearest};
-use kardan::log::{Bytes, ReadSeek};
 use kardan::results::Identification;
 use kardan::study::{IdentifySettings, LogFile};
+use kardan::tables::read::{Bytes, ReadSeek};
 use kardan::units::{Dimension, parse_quantity};
 use kardan::{export, report, study};
 

@@ -17,28 +17,21 @@
 //! | [`json_error`] | why there is no outcome | scripts |
 
 mod analysis;
-mod arrow_schema;
 mod bench;
-mod csv;
 mod design;
 mod extremes;
 mod identification;
 mod json;
-mod mat;
-mod mdf;
-mod parquet;
+mod tables;
 mod truth;
 
 pub use analysis::analysis_json;
 pub use bench::{WrittenLog, bench_json, bench_study_json};
-pub use csv::csv;
 pub use design::{controller_json, design_json};
 pub use extremes::{Extremes, extremes};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
-pub use mat::mat;
-pub use mdf::mdf;
-pub use parquet::{ParquetError, parquet};
+pub use tables::{csv, mat, mdf, parquet};
 pub use truth::truth_toml;
 
 #[cfg(test)]

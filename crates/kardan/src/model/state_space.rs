@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use kardan_tables::read::mat5::{Array, Broken, Content, MatFile, Stored};
 use serde_json::value::RawValue;
 
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
-use crate::log::mat5::{Array, Broken, Content, MatFile};
-use crate::num::{Matrix, Rational, Scalar, exact_rank};
+use crate::num::{Matrix, Rational, Scalar, exact_rank, rational_from_f64};
 use crate::units::parse_number;
 
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
@@ -398,7 +398,7 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
             if let Some(key) = SAMPLE_TIMES.iter().find(|key| {
                 let field = fields.iter().find(|(name, _)| name == *key);
                 field.is_some_and(|(_, array)| match &array.content {
-                    Content::Full(numbers) if numbers.len() == 1 => numbers.value(0) != Ok(Rational::ZERO),
+                    Content::Full(numbers) if numbers.len() == 1 => numbers.value(0).map(exact) != Ok(Rational::ZERO),
                     _ => false,
                 })
             }) {
@@ -493,7 +493,7 @@ fn mat_matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) 
         Content::Full(numbers) => {
             for (i, j) in (0..columns).flat_map(|j| (0..rows).map(move |i| (i, j))) {
                 match numbers.value(j * rows + i) {
-                    Ok(value) => matrix[(i, j)] = value,
+                    Ok(value) => matrix[(i, j)] = exact(value),
                     Err(what) => bad.push((i, j, what)),
                 }
             }
@@ -502,7 +502,7 @@ fn mat_matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) 
             for j in 0..columns {
                 for k in starts[j]..starts[j + 1] {
                     match values.value(k) {
-                        Ok(value) => matrix[(rows[k], j)] = matrix[(rows[k], j)].plus(&value),
+                        Ok(value) => matrix[(rows[k], j)] = matrix[(rows[k], j)].plus(&exact(value)),
                         Err(what) => bad.push((rows[k], j, what)),
                     }
                 }
@@ -520,6 +520,15 @@ fn mat_matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) 
     }
     more(name, bad.len(), None, mistakes);
     None
+}
+
+/// The exact value of a stored number.
+fn exact(stored: Stored) -> Rational {
+    match stored {
+        Stored::Unsigned(number) => Rational::from(number),
+        Stored::Signed(number) => Rational::from(number),
+        Stored::Float(number) => rational_from_f64(number).unwrap_or(Rational::ZERO),
+    }
 }
 
 /// Says how many mistakes are not told one by one.

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::LogFile;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Measured, Term};
-use crate::log::{CsvOptions, Group, Log, LogError, open};
 use crate::model::{Document, Model, TableReader};
 use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
+use kardan_tables::read::{CsvOptions, Group, Log, LogError, open};
 
 /// A measured quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub(super) struct OpenLog {
     pub clocks: Vec<Option<Clock>>,
     pub offset: f64,
     pub options: CsvOptions,
-    pub file: Arc<dyn crate::log::Bytes>,
+    pub file: Arc<dyn kardan_tables::read::Bytes>,
 }
 
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
@@ -446,7 +446,7 @@ fn clocks(
             if !wired.iter().any(|one| one.group == number) {
                 return None;
             }
-            let usual = |channel: &crate::log::Channel| {
+            let usual = |channel: &kardan_tables::read::Channel| {
                 matches!(
                     channel.name.trim().to_lowercase().as_str(),
                     "time" | "t" | "timestamp" | "time [s]" | "time (s)"
@@ -462,7 +462,7 @@ fn clocks(
                 return step;
             };
             let written = group.channels[channel].unit.trim();
-            let unit = match (written, crate::log::unit_in_name(&group.channels[channel].name)) {
+            let unit = match (written, kardan_tables::read::unit_in_name(&group.channels[channel].name)) {
                 ("", Some(unit)) => unit,
                 (unit, _) => unit,
             };

@@ -24,9 +24,9 @@ use super::prepare::is_error;
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, nearest, quoted};
 use crate::identify::{Excitation, FitOptions, Samples, cross_validate, fit};
-use crate::log::Bytes;
 use crate::model::{self, Document, Model, NewValue, Setting, read};
 use crate::results::{Identification, LogRead, WindowCount};
+use kardan_tables::read::Bytes;
 
 /// A log to be read.
 pub struct LogFile {
@@ -94,7 +94,7 @@ const BLOCKS: usize = 20;
 /// [`crate::identify::Windows`]), or their means over segments of constant speed \[diss. 6.1.4\]; see [`crate::identify::fit`].
 ///
 /// ```
-/// use kardan::{log::in_memory, study};
+/// use kardan::{study, tables::read::in_memory};
 /// let source = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
 /// // Torques of 2 N m s/rad times the speed.
 /// let mut log = String::from("time,a.w,m.tau\ns,rad/s,N m\n");

@@ -8,8 +8,8 @@ use std::sync::mpsc::sync_channel;
 
 use super::channels::{Clock, OpenLog, Quantity};
 use crate::identify::{Reading, Windows};
-use crate::log::{Block, Bytes, Log, LogError, ReadSeek};
 use crate::results::{ChannelRead, LogRead};
+use kardan_tables::read::{Block, Bytes, Log, LogError, ReadSeek};
 
 /// A time between rows is a gap from so many usual ones on.
 const GAP: f64 = 5.0;
@@ -93,7 +93,7 @@ pub(super) fn usual_window(logs: &mut [OpenLog]) -> Result<f64, (String, LogErro
         let wanted = wanted(open);
         let fail = |error| (open.name.clone(), error);
         // A reader of its own: the one of the log stays at its start.
-        let mut log = crate::log::open(Arc::clone(&open.file), &open.options).map_err(fail)?;
+        let mut log = kardan_tables::read::open(Arc::clone(&open.file), &open.options).map_err(fail)?;
         log.choose(&wanted).map_err(fail)?;
         let mut block = Block::default();
         let mut seen = vec![false; open.clocks.len()];

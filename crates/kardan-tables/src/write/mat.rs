@@ -1,33 +1,34 @@
-//! Series as a MAT file of version 5.
+//! MAT files of version 5.
 
 use std::collections::HashSet;
 
-use crate::results::Series;
+use crate::Table;
 
 /// MATLAB's limit for names.
 const NAME: usize = 63;
 
-/// Gives a series as a MAT file (version 5, not compressed): the column `time` (s) and one column of doubles for each
-/// signal, in SI and bit for bit. Names that MATLAB would not take are changed: `rk.phi` becomes `rk_phi`, a second one
+/// Gives the table as a MAT file (version 5, not compressed): the column `time` (s) and one column of doubles for each
+/// column, bit for bit. Names that MATLAB would not take are changed: `rk.phi` becomes `rk_phi`, a second one
 /// `rk_phi_2`. The rows of the texts `names` and `units` tell the name and the unit of each column in the order of the
 /// file, time first.
 ///
 /// `None` if a column is longer than the 2 GiB that the format allows.
 ///
 /// # Panics
-/// If a signal has not as many values as there are times.
+/// If a column has another length than the time.
 ///
 /// ```
-/// use kardan::results::{Physical, Series, Signal};
+/// use kardan_tables::{Column, Table, read, write};
 ///
-/// let angle = Signal { name: "rk.phi".into(), physical: Physical::Angle, description: String::new(), values: vec![0.5, 0.6] };
-/// let bytes = kardan::export::mat(&Series { time: vec![0.0, 0.1], signals: vec![angle] }).unwrap();
+/// let angle = Column { name: "rk.phi", unit: "rad", description: "", values: &[0.5, 0.6] };
+/// let bytes = write::mat(&Table { time: &[0.0, 0.1], columns: vec![angle] }).unwrap();
 ///
-/// let log = kardan::log::open(kardan::log::in_memory(bytes), &Default::default()).unwrap();
+/// let log = read::open(read::in_memory(bytes), &Default::default()).unwrap();
 /// assert_eq!((log.groups()[0].time, log.groups()[0].channels[1].name.as_str()), (Some(0), "rk_phi"));
 /// ```
-pub fn mat(series: &Series) -> Option<Vec<u8>> {
-    if series.time.len() >= (1 << 31) / 8 - 16 {
+pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
+    table.check();
+    if table.time.len() >= (1 << 31) / 8 - 16 {
         return None;
     }
     let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
@@ -35,14 +36,13 @@ pub fn mat(series: &Series) -> Option<Vec<u8>> {
     out.extend(0x0100u16.to_le_bytes());
     out.extend(b"IM");
     let mut used: HashSet<String> = ["names", "units"].map(String::from).into();
-    column(&mut out, &valid("time", &mut used), &series.time);
-    for signal in &series.signals {
-        assert_eq!(signal.values.len(), series.time.len(), "`{}` has another length than time", signal.name);
-        column(&mut out, &valid(&signal.name, &mut used), &signal.values);
+    column(&mut out, &valid("time", &mut used), table.time);
+    for signal in &table.columns {
+        column(&mut out, &valid(signal.name, &mut used), signal.values);
     }
-    let names = std::iter::once("time").chain(series.signals.iter().map(|signal| &signal.name[..]));
+    let names = std::iter::once("time").chain(table.columns.iter().map(|signal| signal.name));
     texts(&mut out, "names", &names.collect::<Vec<_>>());
-    let units = std::iter::once("s").chain(series.signals.iter().map(|signal| signal.physical.unit()));
+    let units = std::iter::once("s").chain(table.columns.iter().map(|signal| signal.unit));
     texts(&mut out, "units", &units.collect::<Vec<_>>());
     Some(out)
 }

@@ -8,7 +8,7 @@
 
 use flatbuffers::{FlatBufferBuilder, ForwardsUOffset, TableFinishedWIPOffset, VOffsetT, Vector, WIPOffset};
 
-use super::parquet::Column;
+use crate::Column;
 
 /// The key in the metadata of the file.
 pub const KEY: &str = "ARROW:schema";

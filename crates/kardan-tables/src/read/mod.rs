@@ -7,7 +7,7 @@
 //! Bytes are never trusted: a damaged, truncated or foreign file gives a [`LogError`], after the rows before the damage.
 //!
 //! ```
-//! use kardan::log::{Block, CsvOptions, in_memory, open};
+//! use kardan_tables::read::{Block, CsvOptions, in_memory, open};
 //!
 //! let bytes = in_memory("time;speed\ns;rpm\n0,0;1,5\n0,1;2,5\n".as_bytes());
 //! let mut log = open(bytes, &CsvOptions::default())?;
@@ -21,13 +21,13 @@
 //!     sum += block.columns[0].iter().sum::<f64>();
 //! }
 //! assert_eq!(sum, 4.0);
-//! # Ok::<(), kardan::log::LogError>(())
+//! # Ok::<(), kardan_tables::read::LogError>(())
 //! ```
 
 mod csv;
 mod decimal;
 mod mat;
-pub(crate) mod mat5;
+pub mod mat5;
 mod mdf;
 mod parquet;
 mod source;

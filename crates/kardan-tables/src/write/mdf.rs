@@ -1,23 +1,23 @@
-//! Series as an ASAM MDF file.
+//! ASAM MDF files.
 
-use crate::results::Series;
+use crate::Table;
 
-/// Gives series as an MDF file (version 4.10, sorted, not compressed): a group for each raster with its name, its time
-/// in s as master and one channel of doubles for each signal, in SI and bit for bit, with units and descriptions.
+/// Gives tables as an MDF file (version 4.10, sorted, not compressed): a group for each raster with its name, its time
+/// in s as master and one channel of doubles for each column, bit for bit, with units and descriptions.
 ///
 /// # Panics
-/// If a signal has not as many values as its raster has times.
+/// If a column has another length than the time of its raster.
 ///
 /// ```
-/// use kardan::results::{Physical, Series, Signal};
+/// use kardan_tables::{Column, Table, read, write};
 ///
-/// let angle = Signal { name: "rk.phi".into(), physical: Physical::Angle, description: String::new(), values: vec![0.5, 0.6] };
-/// let bytes = kardan::export::mdf(&[("run", &Series { time: vec![0.0, 0.1], signals: vec![angle] })]);
+/// let angle = Column { name: "rk.phi", unit: "rad", description: "", values: &[0.5, 0.6] };
+/// let bytes = write::mdf(&[("run", &Table { time: &[0.0, 0.1], columns: vec![angle] })]);
 ///
-/// let log = kardan::log::open(kardan::log::in_memory(bytes), &Default::default()).unwrap();
+/// let log = read::open(read::in_memory(bytes), &Default::default()).unwrap();
 /// assert_eq!((log.groups()[0].rows, log.groups()[0].channels[1].unit.as_str()), (Some(2), "rad"));
 /// ```
-pub fn mdf(rasters: &[(&str, &Series)]) -> Vec<u8> {
+pub fn mdf(rasters: &[(&str, &Table<'_>)]) -> Vec<u8> {
     let mut file = File { bytes: Vec::new() };
     file.bytes.extend(b"MDF     4.10    kardan  \0\0\0\0");
     file.bytes.extend(410u16.to_le_bytes());
@@ -28,8 +28,8 @@ pub fn mdf(rasters: &[(&str, &Series)]) -> Vec<u8> {
     let history = file.block(b"FH", &[0, comment], &[0; 16]);
     file.link(header, 1, history);
     let mut last = (header, 0);
-    for (name, series) in rasters {
-        let group = file.raster(name, series);
+    for (name, table) in rasters {
+        let group = file.raster(name, table);
         file.link(last.0, last.1, group);
         last = (group, 0);
     }
@@ -67,25 +67,25 @@ impl File {
         self.bytes[at..at + 8].copy_from_slice(&to.to_le_bytes());
     }
 
-    fn raster(&mut self, name: &str, series: &Series) -> u64 {
-        let mut columns: Vec<&[f64]> = vec![&series.time];
+    fn raster(&mut self, name: &str, table: &Table<'_>) -> u64 {
+        table.check();
+        let mut columns: Vec<&[f64]> = vec![table.time];
         let first = self.channel(0, "time", "s", "time");
         let mut last = first;
-        for (k, signal) in series.signals.iter().enumerate() {
-            assert_eq!(signal.values.len(), series.time.len(), "`{}` has another length than time", signal.name);
-            columns.push(&signal.values);
-            let channel = self.channel(k + 1, &signal.name, signal.physical.unit(), &signal.description);
+        for (k, signal) in table.columns.iter().enumerate() {
+            columns.push(signal.values);
+            let channel = self.channel(k + 1, signal.name, signal.unit, signal.description);
             self.link(last, 0, channel);
             last = channel;
         }
         let text = self.text(b"TX", name);
         // Record number, rows, flags, separator, bytes of a record, bytes of invalidation bits.
         let mut data = vec![0; 32];
-        data[8..16].copy_from_slice(&(series.time.len() as u64).to_le_bytes());
+        data[8..16].copy_from_slice(&(table.time.len() as u64).to_le_bytes());
         data[24..28].copy_from_slice(&(8 * columns.len() as u32).to_le_bytes());
         let channels = self.block(b"CG", &[0, first, text, 0, 0, 0], &data);
-        let mut records = Vec::with_capacity(8 * columns.len() * series.time.len());
-        for row in 0..series.time.len() {
+        let mut records = Vec::with_capacity(8 * columns.len() * table.time.len());
+        for row in 0..table.time.len() {
             records.extend(columns.iter().flat_map(|column| column[row].to_le_bytes()));
         }
         let records = self.block(b"DT", &[], &records);

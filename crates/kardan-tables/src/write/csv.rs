@@ -1,30 +1,29 @@
-//! A run as comma-separated values.
+//! Comma-separated values.
 
-use crate::results::Run;
+use crate::Table;
 
-/// Gives the run as CSV (RFC 4180, lines end in `\n`): the header `t` and the signal names, then one line for each
-/// time, everything in SI.
+/// Gives the table as CSV (RFC 4180, lines end in `\n`): the header `t` and the names, then one line for each time.
 ///
 /// Every number is the shortest decimal that reads back as the same `f64`; very small and very large ones carry an
 /// exponent. Minus zero is written as `0`, a number that is not finite as `NaN`, `inf` or `-inf`.
 ///
 /// # Panics
-/// If a signal has fewer values than there are times.
-pub fn csv(run: &Run) -> Vec<u8> {
-    let series = &run.series;
-    let mut out = Vec::with_capacity(64 + (series.signals.len() + 1) * series.time.len() * 20);
+/// If a column has another length than the time.
+pub fn csv(table: &Table<'_>) -> Vec<u8> {
+    table.check();
+    let mut out = Vec::with_capacity(64 + (table.columns.len() + 1) * table.time.len() * 20);
     out.push(b't');
-    for signal in &series.signals {
+    for column in &table.columns {
         out.push(b',');
-        write_name(&mut out, &signal.name);
+        write_name(&mut out, column.name);
     }
     out.push(b'\n');
     let mut buffer = zmij::Buffer::new();
-    for (row, &time) in series.time.iter().enumerate() {
+    for (row, &time) in table.time.iter().enumerate() {
         out.extend_from_slice(decimal(&mut buffer, time));
-        for signal in &series.signals {
+        for column in &table.columns {
             out.push(b',');
-            out.extend_from_slice(decimal(&mut buffer, signal.values[row]));
+            out.extend_from_slice(decimal(&mut buffer, column.values[row]));
         }
         out.push(b'\n');
     }
@@ -53,28 +52,28 @@ fn decimal(buffer: &mut zmij::Buffer, value: f64) -> &[u8] {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::example::run;
     use super::*;
+    use crate::Column;
 
-    fn text(run: &Run) -> String {
-        String::from_utf8(csv(run)).unwrap()
+    fn text(time: &[f64], columns: &[(&str, &[f64])]) -> String {
+        let column = |&(name, values)| Column { name, unit: "rad", description: "", values };
+        String::from_utf8(csv(&Table { time, columns: columns.iter().map(column).collect() })).unwrap()
     }
 
     #[test]
     fn numbers_are_short_and_names_quoted_only_if_needed() {
-        let values = vec![-0.0, 1.0, 0.1, 1e-300, 1.5e300, f64::NAN, f64::NEG_INFINITY, -120.0];
-        let time = (0..8).map(f64::from).collect();
+        let values = [-0.0, 1.0, 0.1, 1e-300, 1.5e300, f64::NAN, f64::NEG_INFINITY, -120.0];
+        let time: Vec<f64> = (0..8).map(f64::from).collect();
         let expected = "t,rk.phi\n0,0\n1,1\n2,0.1\n3,1e-300\n4,1.5e+300\n5,NaN\n6,-inf\n7,-120\n";
-        assert_eq!(text(&run("a", time, vec![("rk.phi", values)])), expected);
-        let odd = run("a", vec![], vec![("a,b", vec![]), ("say \"x\"", vec![])]);
-        assert_eq!(text(&odd), "t,\"a,b\",\"say \"\"x\"\"\"\n");
+        assert_eq!(text(&time, &[("rk.phi", &values)]), expected);
+        assert_eq!(text(&[], &[("a,b", &[]), ("say \"x\"", &[])]), "t,\"a,b\",\"say \"\"x\"\"\"\n");
     }
 
     proptest! {
         #[test]
         fn every_number_reads_back_bit_for_bit(values in prop::collection::vec(any::<f64>(), 1..40)) {
             let time: Vec<f64> = (0..values.len()).map(|i| i as f64 * 1e-3).collect();
-            let table = text(&run("a", time.clone(), vec![("x", values.clone())]));
+            let table = text(&time, &[("x", &values)]);
             let mut rows = 0;
             for (line, (t, x)) in table.lines().skip(1).zip(time.iter().zip(&values)) {
                 let (read_t, read_x) = line.split_once(',').unwrap();

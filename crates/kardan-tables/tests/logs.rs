@@ -1,18 +1,17 @@
 //! Logs of other tools are read value by value, our own come back bit for bit, and no damage does harm.
 //!
-//! The files of `data/logs` and the tools that wrote them are described in its README.
+//! The files of `data` and the tools that wrote them are described in its README.
 
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use kardan::export;
-use kardan::log::{Block, CsvOptions, Group, LogError, in_memory, open};
-use kardan::results::{Physical, Series, Signal};
+use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open};
+use kardan_tables::{Column, Table, write};
 
 fn stored(name: &str) -> Vec<u8> {
-    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/logs").join(name)).expect(name)
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).expect(name)
 }
 
 /// Everything that a log gives.
@@ -370,16 +369,31 @@ fn csv_of_many_rows_in_parallel_is_in_order() {
 
 // ------------------------------------------------------------------------------------------------------- round trips
 
+/// Time, an angle with odd values and a torque.
+struct Series {
+    time: Vec<f64>,
+    phi: Vec<f64>,
+    tau: Vec<f64>,
+}
+
+impl Series {
+    fn table(&self) -> Table<'_> {
+        let column = |name, unit, values| Column { name, unit, description: "a < b", values };
+        Table {
+            time: &self.time,
+            columns: vec![column("rk.phi", "rad", &self.phi), column("rk_phi", "N m", &self.tau)],
+        }
+    }
+}
+
 fn series(rows: usize, step: f64) -> Series {
     let time: Vec<f64> = (0..rows).map(|k| k as f64 * step).collect();
-    let signal =
-        |name: &str, physical, values| Signal { name: name.into(), physical, description: "a < b".into(), values };
     let mut phi: Vec<f64> = time.iter().map(|t| t.sin()).collect();
     if rows > 4 {
         phi[1..5].copy_from_slice(&[f64::NAN, f64::INFINITY, 1e-300, -0.1]);
     }
     let tau = time.iter().map(|t| t * t).collect();
-    Series { signals: vec![signal("rk.phi", Physical::Angle, phi), signal("rk_phi", Physical::Torque, tau)], time }
+    Series { time, phi, tau }
 }
 
 fn same(a: &[f64], b: &[f64]) {
@@ -389,22 +403,22 @@ fn same(a: &[f64], b: &[f64]) {
 #[test]
 fn what_is_exported_comes_back_bit_for_bit() {
     let (fast, slow) = (series(200_000, 1e-3), series(7, 0.5));
-    let log = read(export::mdf(&[("fast", &fast), ("slow", &slow)]));
+    let log = read(write::mdf(&[("fast", &fast.table()), ("slow", &slow.table())]));
     for (group, (name, series)) in [("fast", &fast), ("slow", &slow)].into_iter().enumerate() {
         assert_eq!((log.groups[group].name.as_str(), log.groups[group].time), (name, Some(0)));
         same(log.column(group, "time"), &series.time);
-        same(log.column(group, "rk.phi"), &series.signals[0].values);
-        same(log.column(group, "rk_phi"), &series.signals[1].values);
+        same(log.column(group, "rk.phi"), &series.phi);
+        same(log.column(group, "rk_phi"), &series.tau);
         assert_eq!(
             (log.unit(group, "time"), log.unit(group, "rk.phi"), log.unit(group, "rk_phi")),
             ("s", "rad", "N m")
         );
     }
-    let log = read(export::mat(&fast).unwrap());
+    let log = read(write::mat(&fast.table()).unwrap());
     assert_eq!(log.groups[0].time, Some(0));
     same(log.column(0, "time"), &fast.time);
-    same(log.column(0, "rk_phi"), &fast.signals[0].values);
-    same(log.column(0, "rk_phi_2"), &fast.signals[1].values);
+    same(log.column(0, "rk_phi"), &fast.phi);
+    same(log.column(0, "rk_phi_2"), &fast.tau);
 }
 
 // ------------------------------------------------------------------------------------------------------------- damage
@@ -564,7 +578,7 @@ fn every_damage_is_told_and_the_rows_before_it_are_given() {
 
 #[test]
 fn a_cut_mdf_file_gives_all_complete_rows() {
-    let bytes = export::mdf(&[("run", &series(1000, 1e-3))]);
+    let bytes = write::mdf(&[("run", &series(1000, 1e-3).table())]);
     let dt = nth(&bytes, b"##DT", 0);
     // 24 bytes of the block, then records of three doubles; the data group behind them is written elsewhere.
     let group = bytes[nth(&bytes, b"##DG", 0)..].to_vec();
@@ -626,8 +640,8 @@ fn small() -> Vec<(String, Vec<u8>)> {
     let csv = "# log\ntime;speed;torque\ns;rpm;N m\n0,0;1,5;2\n0,1;2,5;\n0,2;3,5;n/a\n0,3;4,5;5\n";
     let mut out: Vec<(String, Vec<u8>)> = STORED.iter().map(|name| ((*name).into(), stored(name))).collect();
     out.push(("semicolons.csv".into(), csv.into()));
-    out.push(("own.mf4".into(), export::mdf(&[("run", &series(9, 1e-3)), ("slow", &series(3, 1.0))])));
-    out.push(("own.mat".into(), export::mat(&series(9, 1e-3)).unwrap()));
+    out.push(("own.mf4".into(), write::mdf(&[("run", &series(9, 1e-3).table()), ("slow", &series(3, 1.0).table())])));
+    out.push(("own.mat".into(), write::mat(&series(9, 1e-3).table()).unwrap()));
     out
 }
 

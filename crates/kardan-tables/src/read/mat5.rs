@@ -8,7 +8,6 @@
 use std::borrow::Cow;
 
 use super::LogError;
-use crate::num::{Rational, rational_from_f64};
 
 /// The most bytes that the compressed variables of a file may inflate to, all together.
 pub(crate) const INFLATED_LIMIT: usize = 256 << 20;
@@ -20,7 +19,7 @@ const HEADER: usize = 128;
 
 /// Why a file cannot be read, and at which byte of the file (of its inflated variable).
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Broken {
+pub enum Broken {
     /// Not what the format says.
     Damaged(String),
     /// Inflates beyond [`INFLATED_LIMIT`] or has too many parts.
@@ -71,18 +70,29 @@ impl Storage {
     }
 }
 
+/// One number, exactly as it is stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stored {
+    /// A whole number without a sign.
+    Unsigned(u64),
+    /// A whole number.
+    Signed(i64),
+    /// A finite number.
+    Float(f64),
+}
+
 /// A run of stored numbers.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Numbers<R> {
+pub struct Numbers<R> {
     pub(crate) storage: Storage,
     pub(crate) little: bool,
-    /// How many numbers there are.
     pub(crate) count: usize,
     pub(crate) bytes: R,
 }
 
 impl<R> Numbers<R> {
-    pub(crate) fn len(&self) -> usize {
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
         self.count
     }
 }
@@ -93,25 +103,33 @@ impl Numbers<&[u8]> {
         word(&self.bytes[i * size..(i + 1) * size], self.little)
     }
 
-    /// The exact value; `Err` with its name if it is not finite.
-    pub(crate) fn value(&self, i: usize) -> Result<Rational, &'static str> {
+    /// The value as it is stored; `Err` with its name if it is not finite.
+    ///
+    /// # Errors
+    /// `NaN`, `Inf` or `-Inf`.
+    ///
+    /// # Panics
+    /// If there is no number `i`.
+    pub fn value(&self, i: usize) -> Result<Stored, &'static str> {
         let word = self.word(i);
         let float = match self.storage {
-            Storage::Unsigned(_) => return Ok(Rational::from(word)),
+            Storage::Unsigned(_) => return Ok(Stored::Unsigned(word)),
             Storage::Signed(size) => {
                 let shift = 64 - 8 * size as u32;
-                return Ok(Rational::from((word << shift) as i64 >> shift));
+                return Ok(Stored::Signed((word << shift) as i64 >> shift));
             }
             Storage::Single => f64::from(f32::from_bits(word as u32)),
             Storage::Double => f64::from_bits(word),
         };
-        rational_from_f64(float).ok_or(if float.is_nan() {
-            "NaN"
+        if float.is_finite() {
+            Ok(Stored::Float(float))
+        } else if float.is_nan() {
+            Err("NaN")
         } else if float > 0.0 {
-            "Inf"
+            Err("Inf")
         } else {
-            "-Inf"
-        })
+            Err("-Inf")
+        }
     }
 }
 
@@ -122,11 +140,18 @@ pub(crate) fn word(bytes: &[u8], little: bool) -> u64 {
 
 /// What an array holds.
 #[derive(Debug, Clone)]
-pub(crate) enum Content<R> {
+pub enum Content<R> {
     /// Numbers column by column.
     Full(Numbers<R>),
-    /// Row of each nonzero, where each column starts, the nonzeros.
-    Sparse { rows: Vec<usize>, starts: Vec<usize>, values: Numbers<R> },
+    /// A matrix of which the nonzeros alone are stored.
+    Sparse {
+        /// Row of each nonzero.
+        rows: Vec<usize>,
+        /// Where each column starts.
+        starts: Vec<usize>,
+        /// The nonzeros.
+        values: Numbers<R>,
+    },
     /// Letters column by column.
     Text(Vec<char>),
     /// Fields of a 1×1 structure.
@@ -140,27 +165,31 @@ pub(crate) enum Content<R> {
 }
 
 /// Fields with their names.
-pub(crate) type Fields<R> = Vec<(String, Array<R>)>;
+pub type Fields<R> = Vec<(String, Array<R>)>;
 
 /// An array of a MAT file.
 #[derive(Debug, Clone)]
-pub(crate) struct Array<R> {
-    pub(crate) name: String,
-    pub(crate) dimensions: Vec<usize>,
-    pub(crate) complex: bool,
-    pub(crate) content: Content<R>,
+pub struct Array<R> {
+    /// Name.
+    pub name: String,
+    /// Sizes.
+    pub dimensions: Vec<usize>,
+    /// Whether there are imaginary parts.
+    pub complex: bool,
+    /// What it holds.
+    pub content: Content<R>,
 }
 
 /// A MAT file whose compressed variables are inflated.
 #[derive(Debug)]
-pub(crate) struct MatFile<'a> {
+pub struct MatFile<'a> {
     little: bool,
     elements: Vec<Cow<'a, [u8]>>,
 }
 
 impl<'a> MatFile<'a> {
     /// Splits a file into its variables and inflates them.
-    pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, Broken> {
+    pub fn open(bytes: &'a [u8]) -> Result<Self, Broken> {
         let little = match bytes.get(126..HEADER) {
             Some(b"IM") => true,
             Some(b"MI") => false,
@@ -193,7 +222,7 @@ impl<'a> MatFile<'a> {
     }
 
     /// The variables with a name.
-    pub(crate) fn arrays(&self) -> Result<Vec<Array<&[u8]>>, Broken> {
+    pub fn arrays(&self) -> Result<Vec<Array<&[u8]>>, Broken> {
         let mut budget = ARRAY_LIMIT;
         let mut out = Vec::with_capacity(self.elements.len());
         for element in &self.elements {

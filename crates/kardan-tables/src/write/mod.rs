@@ -1,0 +1,19 @@
+//! Bytes from tables; every number comes back bit for bit.
+//!
+//! | function | reads it |
+//! |---|---|
+//! | [`csv()`] | anything |
+//! | [`parquet()`] | pyarrow, polars, DuckDB, MATLAB |
+//! | [`mat()`] | MATLAB, Octave, SciPy |
+//! | [`mdf()`] | CANape, dSPACE, asammdf |
+
+mod arrow_schema;
+mod csv;
+mod mat;
+mod mdf;
+mod parquet;
+
+pub use csv::csv;
+pub use mat::mat;
+pub use mdf::mdf;
+pub use parquet::{ParquetError, parquet};
