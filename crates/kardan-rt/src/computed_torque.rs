@@ -1,4 +1,4 @@
-use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored};
+use crate::dense::{add_scaled, all_finite, at, copy, dot, factor, row, solve, solve_factored, sum};
 use crate::mechanism::{known_forces, take};
 use crate::{Channel, Evaluation, Mechanism, PositionLoop, Real};
 
@@ -85,7 +85,8 @@ impl<T: Real> ComputedTorque<'_, T> {
     pub const fn memory(&self) -> usize {
         let (r, m) = (self.mechanism.coordinates.len(), self.tasks.len());
         let moving = r.saturating_sub(self.mechanism.held);
-        self.mechanism.memory() + moving * moving + 2 * r + m * (r + m + 1)
+        let own = [self.mechanism.memory(), moving.saturating_mul(moving), r, r, m.saturating_mul(sum(&[r, m, 1]))];
+        sum(&own)
     }
 
     /// One evaluation; `torques` receives u, N m, one entry per task.
@@ -111,9 +112,10 @@ impl<T: Real> ComputedTorque<'_, T> {
         let evaluated = mechanism.evaluate_within(position, speed, &mut rest)?;
         let force = take(&mut rest, columns)?;
         let y = take(&mut rest, columns)?;
-        let lower = take(&mut rest, r * r)?;
-        let inputs = take(&mut rest, m * columns)?;
-        let equations = take(&mut rest, m * (m + 1))?;
+        let lower = take(&mut rest, r.saturating_mul(r))?;
+        let inputs = take(&mut rest, m.saturating_mul(columns))?;
+        let width = m.saturating_add(1);
+        let equations = take(&mut rest, m.saturating_mul(width))?;
 
         known_forces(mechanism, &evaluated, self.friction_width, y, force);
         for (torque, basis_row) in now.disturbances.iter().zip(evaluated.basis.chunks_exact(columns)) {
@@ -124,7 +126,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         }
         factor(evaluated.inertia, columns, r, lower)?;
         let y = y.get_mut(..r)?;
-        for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(m + 1)) {
+        for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(width)) {
             // What the left-hand side must be, and the coordinate of the cut.
             let (wish, held) = match *task {
                 Task::Position { shaft, position_loop } => {
@@ -150,7 +152,7 @@ impl<T: Real> ComputedTorque<'_, T> {
             *equation.get_mut(m)? = wish - answer(force);
         }
         solve(equations, m)?;
-        let found = || equations.chunks_exact(m + 1).map(|equation| at(equation, m));
+        let found = || equations.chunks_exact(width).map(|equation| at(equation, m));
         if !found().all(T::is_finite) {
             return None;
         }

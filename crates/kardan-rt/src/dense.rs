@@ -2,6 +2,17 @@
 
 use crate::Real;
 
+/// A sum of counts; the largest number where it overflows, which no memory has.
+#[inline]
+pub const fn sum(counts: &[usize]) -> usize {
+    let (mut total, mut rest) = (0usize, counts);
+    while let [first, others @ ..] = rest {
+        total = total.saturating_add(*first);
+        rest = others;
+    }
+    total
+}
+
 /// Pivots below this many ulps of their scale count as zero.
 fn smallest_pivot<T: Real>() -> T {
     let four = (T::ONE + T::ONE) * (T::ONE + T::ONE);
@@ -59,16 +70,17 @@ pub fn add_scaled<T: Real>(factor: T, x: &[T], out: &mut [T]) {
 pub fn factor<T: Real>(matrix: &[T], columns: usize, n: usize, lower: &mut [T]) -> Option<()> {
     for j in 0..n {
         let source = row(matrix, j, columns);
-        let (above, open) = lower.split_at_mut_checked(j * n)?;
+        let (above, open) = lower.split_at_mut_checked(j.saturating_mul(n))?;
         let own = open.get_mut(..n)?;
         // The row of L D first, then that of L.
-        for (k, other) in above.chunks_exact(n).enumerate() {
+        for k in 0..j {
             let (known, open) = own.split_at_mut_checked(k)?;
-            *open.first_mut()? = at(source, k) - dot(known, other);
+            *open.first_mut()? = at(source, k) - dot(known, row(above, k, n));
         }
         let mut pivot = at(source, j);
-        for (k, (entry, other)) in own.iter_mut().zip(above.chunks_exact(n)).enumerate() {
-            let scaled = *entry / at(other, k);
+        for k in 0..j {
+            let entry = own.get_mut(k)?;
+            let scaled = *entry / at(row(above, k, n), k);
             pivot = pivot - *entry * scaled;
             *entry = scaled;
         }
@@ -102,7 +114,7 @@ pub fn solve_factored<T: Real>(factor: &[T], n: usize, b: &mut [T]) -> Option<()
 ///
 /// Method: rows scaled by their largest coefficient, elimination with partial pivoting.
 pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
-    let width = m + 1;
+    let width = m.saturating_add(1);
     for equation in equations.chunks_exact_mut(width).take(m) {
         let largest = equation.iter().take(m).fold(T::ZERO, |max, x| if x.abs() > max { x.abs() } else { max });
         if !(largest > T::ZERO) {
@@ -111,9 +123,9 @@ pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
         equation.iter_mut().for_each(|x| *x = *x / largest);
     }
     for k in 0..m {
-        let open = equations.get_mut(k * width..)?;
+        let open = equations.get_mut(k.saturating_mul(width)..)?;
         let (mut chosen, mut largest) = (0, T::ZERO);
-        for (i, equation) in open.chunks_exact(width).take(m - k).enumerate() {
+        for (i, equation) in open.chunks_exact(width).take(m.saturating_sub(k)).enumerate() {
             if at(equation, k).abs() > largest {
                 (chosen, largest) = (i, at(equation, k).abs());
             }
@@ -125,13 +137,13 @@ pub fn solve<T: Real>(equations: &mut [T], m: usize) -> Option<()> {
         if let Some(other) = chosen.checked_sub(1) {
             pivot.iter_mut().zip(below.chunks_exact_mut(width).nth(other)?).for_each(|(x, y)| core::mem::swap(x, y));
         }
-        for equation in below.chunks_exact_mut(width).take(m - k - 1) {
+        for equation in below.chunks_exact_mut(width).take(m.saturating_sub(k).saturating_sub(1)) {
             let share = at(equation, k) / at(pivot, k);
             add_scaled(-share, pivot, equation);
         }
     }
     for k in (0..m).rev() {
-        let (above, own) = equations.split_at_mut_checked(k * width)?;
+        let (above, own) = equations.split_at_mut_checked(k.saturating_mul(width))?;
         let value = at(own, m) / at(own, k);
         *own.get_mut(m)? = value;
         for equation in above.chunks_exact_mut(width) {

@@ -3,7 +3,8 @@
 //! `no_std`, no heap, no panic: a block reads slices, writes slices, and stops at the shorter one. Gains are data that
 //! the `kardan` library designs; a firmware project keeps them as constants. Memory belongs to the caller, and what cannot be
 //! computed (a reading is NaN or infinite, a sum overflows, a matrix is singular) is told by the return value, with the last
-//! answer kept: `false`, `None` or a [`Health`]. No block ever writes a number that is not finite.
+//! answer kept: `false`, `None` or a [`Health`]. No block ever writes a number that is not finite. README.md shows a controller in
+//! firmware and what it costs.
 //!
 //! | block | what it does |
 //! |---|---|
@@ -25,6 +26,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![deny(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::integer_division)]
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 mod bounds;
 mod channel;

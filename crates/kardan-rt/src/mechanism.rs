@@ -1,4 +1,4 @@
-use crate::dense::{add_scaled, all_finite, at, copy, dot, finite, row};
+use crate::dense::{add_scaled, all_finite, at, copy, dot, finite, row, sum};
 use crate::{Real, UniversalJoint};
 
 /// A sparse row of coefficients over the shafts: a part of [`Mechanism::entries`].
@@ -128,7 +128,7 @@ impl<T: Real> Mechanism<'_, T> {
     /// Entries of memory that an evaluation needs: 3n + nr + r² + 2r.
     pub const fn memory(&self) -> usize {
         let (n, r) = (self.shafts, self.coordinates.len());
-        3 * n + n * r + r * r + 2 * r
+        sum(&[n, n, n, n.saturating_mul(r), r.saturating_mul(r), r, r])
     }
 
     /// Evaluates the mechanism at `position` (rad) and `speed` (rad/s), one entry per coordinate; those left out are 0.

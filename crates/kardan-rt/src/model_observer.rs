@@ -1,4 +1,4 @@
-use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored};
+use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored, sum};
 use crate::mechanism::{known_forces, take};
 use crate::{Mechanism, Real, Row};
 
@@ -84,13 +84,14 @@ pub struct ModelObserver<'a, T> {
 impl<T: Real> ModelObserver<'_, T> {
     /// Number of states: angles and speeds of the r coordinates, then the torques.
     pub const fn states(&self) -> usize {
-        2 * self.mechanism.coordinates.len() + self.disturbances.len()
+        let r = self.mechanism.coordinates.len();
+        sum(&[r, r, self.disturbances.len()])
     }
 
     /// Entries of memory that an evaluation needs: those of the mechanism, r² + 2r, and one for each state.
     pub const fn memory(&self) -> usize {
         let r = self.mechanism.coordinates.len();
-        self.mechanism.memory() + r * r + 2 * r + self.states()
+        sum(&[self.mechanism.memory(), r.saturating_mul(r), r, r, self.states()])
     }
 
     /// The derivative of the state, per second, while the inputs apply `torques` (N m) and the sensors read `readings`.

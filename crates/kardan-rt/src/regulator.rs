@@ -1,4 +1,4 @@
-use crate::dense::{all_finite, copy};
+use crate::dense::{all_finite, copy, sum};
 use crate::{Bounds, Gain, Governor, Real};
 
 /// A sampled controller that knows its plant: reference model, observer with the commands on their way as states, state
@@ -75,7 +75,7 @@ impl<T: Real> Regulator<'_, T> {
     /// Entries of [`RegulatorMemory::work`] for these numbers of states, states of the reference model, references and
     /// readings.
     pub const fn work(states: usize, model: usize, references: usize, readings: usize) -> usize {
-        2 * states + 2 * model + 2 * references + readings
+        sum(&[states, states, model, model, references, references, readings])
     }
 
     /// One sample. `memory.commands` receives the commands, N m.
@@ -83,7 +83,7 @@ impl<T: Real> Regulator<'_, T> {
         let RegulatorMemory { estimate, model, readings: read, references: told, commands, work } = memory;
         let kept = Health { estimate_kept: true, ..Health::default() };
         let (n, k, r, p) = (estimate.len(), model.len(), told.len(), read.len());
-        let Some((seen, work)) = work.split_at_mut_checked(n + k + r) else { return kept };
+        let Some((seen, work)) = work.split_at_mut_checked(sum(&[n, k, r])) else { return kept };
         let Some((next, work)) = work.split_at_mut_checked(n) else { return kept };
         let Some((next_model, work)) = work.split_at_mut_checked(k) else { return kept };
         let Some((wish, work)) = work.split_at_mut_checked(r) else { return kept };
@@ -127,7 +127,7 @@ impl<T: Real> Regulator<'_, T> {
                 None => Bounds { torque: None, change: None }.nearest(wish, *command),
             };
             *command = if bounded.is_finite() { bounded } else { *command };
-            health.commands_bounded += usize::from(*command != wish);
+            health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != wish));
         }
 
         next.fill(T::ZERO);
@@ -156,11 +156,11 @@ impl<T: Real> Regulator<'_, T> {
 /// assert_eq!(last_good, [1.5, 2.0]);
 /// ```
 pub fn hold<T: Real>(from: &[T], to: &mut [T]) -> usize {
-    let mut held = 0;
+    let mut held = 0usize;
     for (k, to) in to.iter_mut().enumerate() {
         match from.get(k) {
             Some(value) if value.is_finite() => *to = *value,
-            _ => held += 1,
+            _ => held = held.saturating_add(1),
         }
     }
     held

@@ -1,0 +1,183 @@
+//! Firmware in small: each block of kardan-rt runs once, in both precisions, on data that the compiler cannot see through.
+//!
+//! The panic handler calls a function that nobody defines. As long as one path leads to a panic, the program does not link:
+//! `undefined reference to kardan_rt_has_a_panic_path`.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use kardan_rt::{
+    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
+    Operation, PositionLoop, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task, UniversalJoint,
+    hold,
+};
+
+// On a computer with an operating system the C library brings the entry point and `memcpy`.
+#[cfg_attr(not(target_os = "none"), link(name = "c"))]
+unsafe extern "C" {
+    safe fn kardan_rt_has_a_panic_path() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    kardan_rt_has_a_panic_path()
+}
+
+/// Numbers of any count, as far as the compiler knows.
+macro_rules! any {
+    ($values:expr) => {
+        black_box(&$values[..])
+    };
+}
+
+macro_rules! any_mut {
+    ($values:expr) => {
+        black_box(&mut $values[..])
+    };
+}
+
+macro_rules! blocks {
+    ($name:ident, $number:ty) => {
+        /// How many of the blocks gave an answer.
+        #[inline(never)]
+        fn $name() -> i32 {
+            type T = $number;
+            let mut answers = 0i32;
+            let mut count = |good: bool| answers = answers.wrapping_add(i32::from(black_box(good)));
+            let x: &[T] = any!([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]);
+            let y: &[T] = any!([0.8, 0.7, 0.6, 0.5]);
+            let mut out = [0.0 as T; 16];
+            let mut memory = [0.0 as T; 128];
+
+            // Gains, loops and bounds.
+            let loops = PositionLoop { natural_frequency: black_box(20.0 as T), damping_ratio: black_box(0.7) };
+            count(loops.acceleration(1.0, 0.5, 0.1, black_box(0.0)).is_some());
+            let channels = [
+                Channel::Position { position_loop: loops, inverse_inertia: black_box(2.0) },
+                Channel::Torque { inverse_inertia: black_box(0.5) },
+            ];
+            let channels = any!(channels);
+            for channel in channels {
+                count(channel.acceleration(1.0, 0.5, 0.1, black_box(0.0)).is_some());
+            }
+            let gain = |entries, columns| Gain::new(entries, black_box(columns));
+            let (Some(square), Some(wide)) = (gain(y, 2), gain(x, 4)) else { return 0 };
+            count(square.add_to(x, any_mut!(out)));
+            let bounds = Bounds { torque: black_box(Some(1.3 as T)), change: black_box(Some(0.1)) };
+            count(bounds.nearest(black_box(2.0), 1.0).is_finite());
+            count(hold(x, any_mut!(out)) == 0);
+            let joint =
+                UniversalJoint { ratio: black_box(0.9 as T), phase_in: black_box(0.1), phase_out: black_box(0.2) };
+            count(joint.at(black_box(1e9 as T)).is_some());
+
+            // Linear laws.
+            let law = Noninteracting { state_gain: wide, acceleration_gain: square, channels };
+            let measured = Measurement { state: x, positions: x, speeds: x, references: x, loads: x };
+            count(law.torques(measured, any_mut!(memory), any_mut!(out)));
+            if let Some(block) = StateSpace::new(y, y, y, y, black_box(2), black_box(2)) {
+                count(block.outputs(x, y, any_mut!(out)));
+                count(block.rates(x, y, any_mut!(out)));
+                count(block.step(any_mut!(out), x, any_mut!(memory)));
+            }
+            let governor = Governor { on_state: square, on_model: square, on_references: square, bounds: x };
+            count(governor.govern(x, x, y, any_mut!(out)));
+            let bounds = [bounds, bounds];
+            let regulator = Regulator {
+                prediction: square,
+                input: square,
+                output: square,
+                correction: square,
+                model: square,
+                model_input: square,
+                feedback: wide,
+                bounds: any!(bounds),
+                governor: black_box(Some(governor)),
+            };
+            let (mut estimate, mut model, mut readings) = ([0.0 as T; 2], [0.0 as T; 2], [0.0 as T; 2]);
+            let (mut references, mut commands) = ([0.0 as T; 2], [0.0 as T; 2]);
+            let own = RegulatorMemory {
+                estimate: any_mut!(estimate),
+                model: any_mut!(model),
+                readings: any_mut!(readings),
+                references: any_mut!(references),
+                commands: any_mut!(commands),
+                work: any_mut!(memory),
+            };
+            count(!regulator.step(x, y, own).estimate_kept);
+
+            // Laws and observers on the nonlinear model.
+            let entries = [(0, 1.0 as T), (1, 1.0), (2, 1.0)];
+            let row = |first| Row { first: black_box(first), count: black_box(1) };
+            let operations = [Operation {
+                shaft: black_box(2),
+                argument: row(0),
+                constant: black_box(0.0),
+                curve: black_box(Some(joint)),
+                varying: black_box(true),
+            }];
+            let along = [Along { row: row(2), coefficient: black_box(0.5 as T), rest: black_box(0.1) }];
+            let inputs = [row(0), row(1)];
+            let numbers = [0usize, 1];
+            let mechanism = Mechanism {
+                shafts: black_box(3),
+                held: black_box(0),
+                coordinates: any!(numbers),
+                entries: any!(entries),
+                operations: any!(operations),
+                basis: any!([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+                inertia: any!([2.0, 0.1, 0.1, 1.0]),
+                damping: y,
+                stiffness: y,
+                force: x,
+                inertias: any!(along),
+                dampers: any!(along),
+                springs: any!(along),
+                frictions: any!(along),
+                inputs: any!(inputs),
+            };
+            count(mechanism.evaluate(x, y, any_mut!(memory)).is_some());
+            count(mechanism.along(row(0), x).is_some());
+            count(mechanism.project(row(0), x, any_mut!(out)));
+            let tasks = [
+                Task::Position { shaft: black_box(2), position_loop: loops },
+                Task::Torque { shaft: black_box(1) },
+                Task::ConstraintTorque { cut: black_box(0) },
+            ];
+            let law = ComputedTorque {
+                mechanism,
+                tasks: any!(tasks),
+                inputs: any!(numbers),
+                friction_width: black_box(Some(0.1)),
+            };
+            let now = Situation { position: x, speed: y, references: x, disturbances: y };
+            count(law.memory() < black_box(128) && law.torques(now, any_mut!(memory), any_mut!(out)));
+            let sensors = [Sensor { row: row(2), speed: black_box(false), rest: black_box(0.1 as T) }];
+            let observer = ModelObserver {
+                mechanism,
+                inputs: any!(numbers),
+                sensors: any!(sensors),
+                entries: any!(entries),
+                disturbances: any!(numbers),
+                gain: x,
+                held: x,
+                friction_width: black_box(Some(0.1)),
+            };
+            count(observer.rates(x, y, y, any_mut!(memory), any_mut!(out)));
+            count(observer.step(any_mut!(out), y, y, any_mut!(memory)));
+            answers
+        }
+    };
+}
+
+blocks!(single, f32);
+blocks!(double, f64);
+
+/// Where the linker begins. Gives the number of blocks that answered, so that nothing is left out.
+#[unsafe(no_mangle)]
+pub extern "C" fn main() -> i32 {
+    #[cfg(feature = "a_panic_path")]
+    return [1, 2][black_box(2)];
+    #[cfg(not(feature = "a_panic_path"))]
+    return single().wrapping_add(double());
+}
