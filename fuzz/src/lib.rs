@@ -239,7 +239,7 @@ pub fn run(bytes: &[u8]) {
         if variant.scenario.times.len() > MOST_ROWS {
             return;
         }
-        let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
         let result = simulate(setup, tolerance, &mut |_| None);
         let run = Run {
             name: variant.name.clone(),

@@ -102,7 +102,7 @@ fn sia_law_with_observer_f32(bencher: Bencher) {
 /// The same task by the design for 1 kHz with delay and lag: observer, reference model, governor with predictions of 2 motors at
 /// up to 24 instants, bounds.
 fn sia_regulator<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, governed: bool) {
-    let data = variant("sia-steering-ecu", 0).design_laws()[0].describe().controller_data;
+    let data = variant("sia-steering-ecu", 0).designed[0].describe().controller_data;
     let rows = |name: &str| &data.matrices.iter().find(|(other, _)| other == name).expect("a matrix").1;
     let part = |name: &str, columns: std::ops::Range<usize>| -> Vec<T> {
         rows(name).iter().flat_map(|row| row[columns.clone()].iter().map(|x| to(*x))).collect()

@@ -9,6 +9,7 @@ use kardan::report::words::design::verdict;
 use kardan::results::{Design, Outcome, Run};
 use kardan::study::{self, DesignSettings, Settings, Silent};
 use kardan::synthesis::{Law, LinearLaw};
+use std::sync::Arc;
 
 const SENSORS: &str = "sensors = [\"rk.phi\", \"fs.phi\", \"wg.phi\"]\nmethod = \"kalman\"\n";
 
@@ -154,8 +155,8 @@ to = \"90.01 deg\"
     assert!((per_step - said).abs() < 0.02 * said, "{per_step} {said}");
 }
 
-fn laws(source: &str) -> Vec<Box<dyn Law>> {
-    prepared(source).variants.remove(0).running_laws()
+fn laws(source: &str) -> Vec<Arc<dyn Law>> {
+    prepared(source).variants.remove(0).running
 }
 
 fn close(one: &LinearLaw, other: &LinearLaw) {

@@ -7,6 +7,7 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use common::{close, first, golden, list, prepared, rows, solve};
 use kardan::diagnostics::{Diagnostic, Severity};
@@ -16,7 +17,7 @@ use kardan::num::{Matrix, rational_from_f64};
 use kardan::results::{ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
 use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
-use kardan::synthesis::{Law, LinearLaw, Reference, Seen};
+use kardan::synthesis::{Continuous, Law, LinearLaw, Reference, Running, Seen};
 use kardan::units::parse_number;
 use kardan_rt::StateSpace;
 use proptest::prelude::*;
@@ -778,6 +779,7 @@ fn no_channel_of_the_linear_loops_moves_another() {
 }
 
 /// The noninteracting law (6.124), (6.130), (6.137) with golden gains, or with the sign that is printed in (6.130).
+#[derive(Clone)]
 struct Printed {
     inputs: Vec<String>,
     references: Vec<Reference>,
@@ -818,13 +820,8 @@ impl Law for Printed {
         &self.references
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
-        let state = [of(seen.angles), of(seen.speeds)].concat();
-        let rack = 400.0 * (seen.references[0] - state[0]) - 28.0 * state[3];
-        for (k, torque) in out.iter_mut().enumerate() {
-            *torque = common::dot(&self.kx[k], &state) + common::dot(&self.ku[k], &[rack, seen.references[1]]);
-        }
+    fn run(&self) -> Running {
+        Running::Continuous(Box::new(self.clone()))
     }
 
     fn linear(&self) -> LinearLaw {
@@ -836,8 +833,19 @@ impl Law for Printed {
     }
 }
 
+impl Continuous for Printed {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
+        let state = [of(seen.angles), of(seen.speeds)].concat();
+        let rack = 400.0 * (seen.references[0] - state[0]) - 28.0 * state[3];
+        for (k, torque) in out.iter_mut().enumerate() {
+            *torque = common::dot(&self.kx[k], &state) + common::dot(&self.ku[k], &[rack, seen.references[1]]);
+        }
+    }
+}
+
 /// A step of the rack by π at 1 s for two seconds, with the driver model in the loop.
-fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Box<dyn Law>>) -> RunResult {
+fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Arc<dyn Law>>) -> RunResult {
     let kept = |line: &&str| friction || !line.starts_with("friction");
     let text: String = source("sia-steering").lines().filter(kept).map(|line| format!("{line}\n")).collect();
     let variant = first(&text);
@@ -846,12 +854,12 @@ fn rack_step(friction: bool, law: impl FnOnce(&PreparedVariant) -> Option<Box<dy
     scenario.times.retain(|time| *time <= 3.0);
     scenario.events.truncate(1);
     assert_eq!((scenario.events[0].at, scenario.events[0].to), (1.0, std::f64::consts::PI));
-    let mut laws = variant.design_laws();
+    let mut laws = variant.designed.clone();
     if let Some(law) = law(&variant) {
         let column = laws.iter().position(|law| law.inputs().len() == 2).expect("the column");
         laws[column] = law;
     }
-    let setup = Setup { reduced: &variant.reduced, laws, scenario: &scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &laws, scenario: &scenario };
     let result = simulate(setup, Tolerance::default(), &mut |_| None);
     assert_eq!(result.outcome, Outcome::Completed);
     result
@@ -869,7 +877,7 @@ fn largest(run: &RunResult, name: &str) -> f64 {
 #[test]
 fn printed_sign_of_6_130_couples_and_the_right_one_does_not() {
     for (friction, torque, angle) in [(false, -1.197, 0.0414), (true, -0.959, 0.032)] {
-        let wrong = rack_step(friction, |variant| Some(Box::new(Printed::new(variant, true))));
+        let wrong = rack_step(friction, |variant| Some(Arc::new(Printed::new(variant, true))));
         let (kick, turn) = (largest(&wrong, "driver.tau"), largest(&wrong, "fs.phi"));
         println!("printed sign, friction {friction}: T_fs peak {kick:.4} N m, phi_fs {turn:.5} rad");
         // As many digits as the erratum has.
@@ -879,7 +887,7 @@ fn printed_sign_of_6_130_couples_and_the_right_one_does_not() {
             let left = *values(&wrong, "fs.phi").last().unwrap();
             assert!((left.abs() - 0.0073).abs() < 1e-4, "{left}");
         }
-        let golden_law = rack_step(friction, |variant| Some(Box::new(Printed::new(variant, false))));
+        let golden_law = rack_step(friction, |variant| Some(Arc::new(Printed::new(variant, false))));
         let designed_law = rack_step(friction, |_| None);
         for (run, whose) in [(&golden_law, "golden gains"), (&designed_law, "the designed law")] {
             let (kick, turn) = (largest(run, "driver.tau"), largest(run, "fs.phi"));
@@ -1309,7 +1317,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
     let prepared = prepared(text);
     let variant = prepared.variants.iter().find(|v| v.name == variant || variant.is_empty()).expect("a variant");
     let number = variant.model.controls.iter().position(|c| c.name == control).expect("a control");
-    let mut law = variant.design_laws().swap_remove(number);
+    let law = variant.designed[number].clone();
     let design = law.describe();
     let exported = Flat::new(&design.controller_data);
     let observer = design.observer_data.as_ref().map(|data| (data, Flat::new(data)));
@@ -1329,8 +1337,9 @@ fn check_block(text: &str, variant: &str, control: &str) {
             states: &states,
         };
         let (mut commands, mut rates) = (vec![f64::NAN; torques.len()], vec![f64::NAN; states.len()]);
-        law.command(seen, &mut commands);
-        law.rates(seen, &torques, &mut rates);
+        let mut computing = common::Computing::new(&*law);
+        computing.command(seen, &mut commands);
+        computing.states(seen, &torques, &mut rates);
         let own = observer.as_ref().map_or(0, |(_, flat)| flat.states);
         // Measured angles and speeds are read as they are, the others and the disturbances are estimates.
         let read = |name: &str| -> f64 {
@@ -1585,7 +1594,7 @@ fn compensation_scales_what_is_cancelled() {
         let none = "sensors = [\"wg.phi\", \"cs.phi\"]\n";
         let text = changed("harmonic-drive", &[(none, &format!("{none}compensation = {share:?}\n"))]);
         let variant = common::prepared(&text).variants.into_iter().find(|v| v.name == "position-observer").unwrap();
-        let setup = Setup { reduced: &variant.reduced, laws: variant.design_laws(), scenario: &variant.scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.designed, scenario: &variant.scenario };
         let run = simulate(setup, Tolerance::default(), &mut |_| None);
         (values(&run, "cs.phi").last().unwrap() - values(&run, "ref_cs").last().unwrap()).abs()
     };

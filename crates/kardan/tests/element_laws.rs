@@ -246,9 +246,10 @@ fn every_law_is_what_its_gains_say() {
     let mut exercised = BTreeSet::new();
     for kind in synthesis::REGISTRY {
         let variant = first(&steering_with(kind.example));
-        let mut laws = variant.design_laws();
+        let laws = &variant.designed;
         assert_eq!(laws.len(), 1, "the example of `{}` is one law", kind.keyword);
-        let law = &mut laws[0];
+        let law = &*laws[0];
+        let mut computing = Computing::new(law);
         assert_eq!(law.describe().law, kind.keyword);
         let (m, n) = (law.inputs().len(), variant.reduced.equations.shafts.len());
         assert!(m > 0);
@@ -266,7 +267,7 @@ fn every_law_is_what_its_gains_say() {
             readings: &[],
             states: &states,
         };
-        law.command(nothing, &mut base);
+        computing.command(nothing, &mut base);
         assert!(base.iter().all(|u| *u == 0.0), "at rest with nothing asked, nothing is commanded");
         // Linear in the state: one evaluation per column gives the gain but for rounding of its own terms.
         for shaft in 0..n {
@@ -276,7 +277,7 @@ fn every_law_is_what_its_gains_say() {
                 let (angles, speeds) =
                     if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
                 let mut out = vec![0.0; m];
-                law.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
+                computing.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
                 for input in 0..m {
                     close(out[input], gains[(input, shaft)], 1e-12, &format!("{} gain {input}, {shaft}", kind.keyword));
                 }
@@ -293,15 +294,15 @@ fn every_law_is_what_its_gains_say() {
                 unit[shaft] = 1.0;
                 let (mut command, mut next) = (vec![0.0; m], vec![0.0; states.len()]);
                 let seen = Seen { angles: &unit, ..nothing };
-                law.command(seen, &mut command);
-                law.rates(seen, &base, &mut next);
+                computing.command(seen, &mut command);
+                computing.states(seen, &base, &mut next);
                 for (found, expected) in next.iter().zip(states_of(&linear.angles, shaft)) {
                     close(*found, expected, 1e-9, &format!("{} next state after shaft {shaft}", kind.keyword));
                 }
             }
             let plant = &variant.design_models[0];
             let plant = synthesis::LoopPlant::new(&plant.linear, &plant.lags());
-            let parts = [synthesis::SampledPart::of(&**law, &plant)];
+            let parts = [synthesis::SampledPart::of(law, &plant)];
             let found = synthesis::SampledLoop::new(&plant, &parts).expect("a loop");
             assert_eq!(found.period, clock.period);
             let held =

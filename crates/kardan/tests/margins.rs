@@ -33,7 +33,7 @@ fn driveline([a, b, c]: [&str; 3], lag: &str, clock: &str) -> String {
 /// Whether the first controller's loop is stable with this lag of its motors: Routh's table over the rationals, on what its
 /// outputs show, with the torques as states behind the exact gains.
 fn exactly_stable(variant: &PreparedVariant, lag: f64) -> bool {
-    let exact = variant.design_laws()[0].exact().expect("exact");
+    let exact = variant.designed[0].exact().expect("exact");
     let (a, b) = (&exact.plant.a, &exact.plant.b);
     let (n, m) = (a.rows(), b.columns());
     // A − B K is known, and B has full column rank.
@@ -90,8 +90,8 @@ fn verdicts_are_those_of_the_exact_polynomial() {
     for _ in 0..8 {
         let inertias: Vec<String> = (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
         let variant = common::first(&driveline([&inertias[0], &inertias[1], &inertias[2]], "", ""));
-        let (laws, plant) = (variant.design_laws(), plant(&variant));
-        let survey = Survey { plant: &plant, laws: &laws, clocks: &[None], number: 0 };
+        let (laws, plant) = (&variant.designed, plant(&variant));
+        let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0 };
         for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.1, 0.3, 0.9] {
             let change = Change { lag: Some(lag), ..survey.unchanged() };
             let found = survey.slowest(change).expect("eigenvalues");
@@ -115,9 +115,9 @@ fn slow_is_not_free() {
     // The ground rolls too: with a spring of 1e-7 N m/rad between them they swing at some 1e-4 rad/s.
     let weak = "[spring_damper.weak]\nshaft_1 = \"ground\"\nshaft_2 = \"b\"\nstiffness = \"1e-7 N m/rad\"\n";
     let variant = common::first(&source(weak));
-    let (laws, plant) = (variant.design_laws(), plant(&variant));
+    let (laws, plant) = (&variant.designed, plant(&variant));
     for clock in [None, Some(Clock { period: 1e-3, delay: 0.0, single: false })] {
-        let survey = Survey { plant: &plant, laws: &laws, clocks: &[clock], number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &[clock], number: 0 };
         let found = survey.slowest(survey.unchanged()).expect("eigenvalues");
         assert_eq!(found.free.columns(), 2, "the whole rolls, the swing is held: {clock:?}");
     }
@@ -134,7 +134,7 @@ fn a_free_motion_that_sampling_moves() {
     let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
     let prepared = common::prepared(&source);
     let variant = prepared.variants.into_iter().find(|variant| variant.name == "position-observer").expect("a variant");
-    let (laws, plant) = (variant.running_laws(), plant(&variant));
+    let (laws, plant) = (&variant.running, plant(&variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let largest = SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues");
     assert!(margins.stable == Some(true) && margins.free_poles == 2 && largest > 1.0, "{}", margins.verdict);

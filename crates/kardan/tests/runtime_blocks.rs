@@ -242,8 +242,9 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
         [Task::Position { shaft: shaft(reduced, "rk"), position_loop }, Task::Torque { shaft: shaft(reduced, "fs") }];
     let inputs = ["rk_motor", "wg_motor"].map(|name| input(reduced, name));
     let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: None };
-    let mut linear = variant.design_laws().remove(0);
+    let linear = variant.designed[0].clone();
     assert_eq!(linear.inputs(), ["rk_motor", "wg_motor"]);
+    let mut linear = common::Computing::new(&*linear);
     let (dynamics, mut work) = Dynamics::new(reduced);
     let (mut memory, mut numbers) = (vec![0.0; law.memory()], Numbers(11));
     for _ in 0..50 {

@@ -25,7 +25,7 @@ fn number(value: &Value) -> f64 {
 /// The steering system's column at that clock, the driver in continuous time.
 fn column(variant: &PreparedVariant, clock: Clock) -> SampledLoop {
     let plant = plant(variant);
-    let mut laws = variant.design_laws();
+    let mut laws = variant.designed.clone();
     let driver = laws.remove(1);
     let laws = [sampled(laws.remove(0), clock).expect("finite"), driver];
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
@@ -56,10 +56,10 @@ fn spectral_radii() {
 fn rate_limits() {
     let golden = golden();
     let variant = steering();
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let clocks = [None, None];
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
     for (key, delay) in [("no_delay", 0.0), ("half", 0.5), ("one_delay", 1.0)] {
         let found = survey.longest_period(delay).expect("stable when fast").value;
         let expected = number(&golden["discrete"]["limits"][key]["T_max"]);
@@ -99,7 +99,7 @@ fn runs_equal_the_exact_map() {
         let variant = common::first(&source);
         let coordinates = variant.design_models[0].linear.coordinates.clone();
         let plant = plant(&variant);
-        let laws = variant.running_laws();
+        let laws = &variant.running;
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
         let found = SampledLoop::new(&plant, &parts).expect("a loop");
         let run = common::run(&source);
@@ -133,9 +133,9 @@ fn runs_equal_the_exact_map() {
 fn harmonic_drive_with_a_spring() {
     let golden = golden();
     let variant = common::first(builtin("harmonic-drive-spring").expect("built in").source);
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws: &laws, clocks: &[None], number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0 };
     let mut checked = 0;
     for (key, delay) in [("delay0", 0.0), ("delay1", 1.0)] {
         let expected = &golden["discrete"]["hds"][key];
@@ -145,7 +145,7 @@ fn harmonic_drive_with_a_spring() {
         for (rate, rho) in expected["rho"].as_object().expect("a table") {
             let period = 1.0 / rate.parse::<f64>().expect("a rate");
             let clock = Clock { period, delay: delay * period, single: false };
-            let law = sampled(variant.design_laws().remove(0), clock).expect("finite");
+            let law = sampled(variant.designed[0].clone(), clock).expect("finite");
             let found = SampledLoop::new(&plant, &[SampledPart::of(&*law, &plant)]).expect("a loop");
             // The flexspline under a torque channel is free: two multipliers at one, which the golden numbers leave out.
             let all = found.multipliers().expect("eigenvalues");
@@ -162,9 +162,9 @@ fn harmonic_drive_with_a_spring() {
 #[test]
 fn longest_lag() {
     let variant = steering();
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let plant = plant(&variant);
-    let survey = Survey { plant: &plant, laws: &laws, clocks: &[None, None], number: 0 };
+    let survey = Survey { plant: &plant, laws, clocks: &[None, None], number: 0 };
     let found = survey.longest_lag().expect("stable without a lag");
     assert!((found.value - 207.6e-6).abs() < 0.05e-6, "{}", found.value);
     // The zero dynamics, 953 rad/s, give way.

@@ -250,7 +250,7 @@ initial = { \"a.phi\" = \"0.1 rad\", \"b.phi\" = \"0.1 rad\" }
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
     assert_eq!(plant.slow_sensors.len(), 2);
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::new(&plant, &parts).expect("a loop");
     assert!((found.period - 12e-3).abs() < 1e-12 && (found.sample_time - 2e-3).abs() < 1e-15);
@@ -325,7 +325,7 @@ to = \"-0.5 rad\"
         let variant = common::first(&source);
         let model = &variant.design_models[0];
         let plant = LoopPlant::new(&model.linear, &model.lags());
-        let laws = variant.running_laws();
+        let laws = &variant.running;
         let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
         let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
         assert!(found.slowest().expect("eigenvalues").stable && found.period == 1e-3);
@@ -364,7 +364,7 @@ fn a_second_clock() {
     let variant = study::prepare(ecu()).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags());
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let clock = Clock { period: 2.5e-3, delay: 1e-3, single: false };
     let shown = |count: usize| {
         let mut other = SampledPart::at(&*laws[1], &plant, Some(clock)).expect("finite");
@@ -398,7 +398,7 @@ fn noise_against_drawn_errors() {
     let variant = study::prepare(ecu()).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags()).with_sensors(&variant.reduced);
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
     let command = found.commands.row(parts[0].inputs[1]).to_vec();
@@ -472,7 +472,7 @@ to = \"1 rad\"
     let variant = study::prepare(source).0.variants.remove(0);
     let model = &variant.design_models[0];
     let plant = LoopPlant::new(&model.linear, &model.lags());
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");
     assert!((found.period - 14e-3).abs() < 1e-12);
@@ -550,10 +550,10 @@ fn limits_are_judged_where_the_loop_has_settled() {
 fn slow_sensors_keep_step_in_the_search_for_the_rate() {
     let variant = common::first(&(TWO_BODIES.to_owned() + PLACED));
     let model = &variant.design_models[0];
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let clocks = [Some(Clock { period: 1e-3, delay: 0.0, single: false })];
     let limit = |plant: LoopPlant| {
-        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
         survey.longest_period(0.5).expect("stable when fast").value
     };
     let plant = || LoopPlant::new(&model.linear, &model.lags());

@@ -1298,7 +1298,7 @@ fn eq_6_136_zero_dynamics() {
         assert_eq!(stiffness / t, sia.ssp / sia.jc());
     }
     let variant = Sia::table().straight();
-    let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.design_laws()).expect("poles");
+    let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.designed).expect("poles");
     let golden = golden();
     // Eigenvalues of size 953 come with a few ulp of the matrix norm 1e6: 1e-9 relative is ample.
     let zeros: Vec<(f64, f64)> = poles.iter().copied().filter(|(re, im)| re.hypot(*im) > 100.0).collect();
@@ -1315,7 +1315,7 @@ fn eq_6_136_zero_dynamics() {
     damped.dwg = frac(2, 100);
     assert!((damped.coefficients(true)[2].f64() + 27.7).abs() < 0.05, "printed: unstable");
     let variant = damped.straight();
-    let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.design_laws()).expect("poles");
+    let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.designed).expect("poles");
     assert!(poles.iter().all(|(re, _)| *re < 0.0), "{poles:?}");
 }
 
@@ -1326,7 +1326,7 @@ fn eq_6_135_poles_open_and_closed() {
     let golden = golden();
     let open = closed_loop_poles(&variant.design_models[0].linear, &[]).expect("poles");
     compare_poles(&open, &golden["sia"]["open_loop_eigs"], "open loop");
-    let closed = closed_loop_poles(&variant.design_models[0].linear, &variant.design_laws()).expect("poles");
+    let closed = closed_loop_poles(&variant.design_models[0].linear, &variant.designed).expect("poles");
     // The pair −14 ± 14.28j is double (rack and wheel): it splits by √(ulp of 1e6) = 1e-5 at most.
     for expected in rows(&golden["sia"]["closed_loop_eigs"]) {
         assert!(
@@ -1356,13 +1356,13 @@ fn seen<'a>(angles: &'a [f64], speeds: &'a [f64], references: &'a [f64]) -> Seen
 fn eq_6_137() {
     for sia in Sia::both() {
         let variant = sia.straight();
-        let mut law = variant.design_laws().remove(0);
+        let law = variant.designed[0].clone();
         let names: Vec<&str> = law.references().iter().map(|r| r.name.as_str()).collect();
         assert_eq!(names, ["ref_rk", "load_rk", "u2"]);
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load, u2) = (2.5, 0.75, -1.25);
         let mut torques = [0.0; 2];
-        law.command(seen(&angles, &speeds, &[reference, load, u2]), &mut torques);
+        common::Computing::new(&*law).command(seen(&angles, &speeds, &[reference, load, u2]), &mut torques);
         let (omega, xi) = (20.0, 0.7);
         let ([rk, _, cj], [wrk, wfs, wcj]) = POINT;
         let u1 = omega * omega * (reference - rk) - 2.0 * xi * omega * wrk - load / sia.jrk.f64();
@@ -1383,12 +1383,12 @@ fn eq_6_137() {
 fn eq_6_138() {
     for sia in Sia::both() {
         let variant = sia.straight();
-        let mut law = variant.design_laws().remove(1);
+        let law = variant.designed[1].clone();
         assert_eq!(law.inputs(), ["driver"]);
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load) = (2.5, 0.75);
         let mut torque = [0.0];
-        law.command(seen(&angles, &speeds, &[reference, load]), &mut torque);
+        common::Computing::new(&*law).command(seen(&angles, &speeds, &[reference, load]), &mut torque);
         let (omega, xi, inertia) = (20.0, 0.7, sia.jfs_effective().f64());
         let expected =
             omega * omega * inertia * (reference - POINT.0[1]) - 2.0 * xi * omega * inertia * POINT.1[1] - load;
@@ -1397,14 +1397,14 @@ fn eq_6_138() {
     // Its rows in the reference: Tfs = Tx x.
     let expected = &rows(&golden()["sia"]["closed_loop_T_rows"]["Tx"])[2];
     let variant = Sia::table().straight();
-    let LinearLaw { on_angles, on_speeds, .. } = variant.design_laws()[1].linear();
+    let LinearLaw { on_angles, on_speeds, .. } = variant.designed[1].linear();
     let basis = variant.design_models[1].linear.basis.to_f64();
     let row = [on_angles.multiply(&basis), on_speeds.multiply(&basis)];
     for k in 0..6 {
         close(row[k / 3][(0, k % 3)], expected[k], TOLERANCE, "Tx of the driver");
     }
     // Those of the column law, in the order (wg, rk) of the reference.
-    let LinearLaw { on_angles, on_speeds, .. } = variant.design_laws()[0].linear();
+    let LinearLaw { on_angles, on_speeds, .. } = variant.designed[0].linear();
     let row = [on_angles.multiply(&basis), on_speeds.multiply(&basis)];
     let all = rows(&golden()["sia"]["closed_loop_T_rows"]["Tx"]);
     for (golden_row, input) in [(0, 1), (1, 0)] {

@@ -7,7 +7,7 @@ use kardan_rt::Health;
 use super::sampler::{Period, Quantity, Sampler, stiffness};
 use super::{FaultKind, Scenario, SensorFault};
 use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::{Clock, Law, Seen};
+use crate::synthesis::{Block, Clock, Law, Seen};
 
 /// Parts of a sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -15,6 +15,7 @@ const SAME: f64 = 1e-9;
 /// The clock of a sampled law, its memory, and what its motors are told.
 pub(super) struct Clocked {
     clock: Clock,
+    block: Box<dyn Block>,
     period: Period,
     /// Number of the next sample.
     next: u64,
@@ -98,13 +99,12 @@ impl Tally {
 }
 
 impl Clocked {
-    /// The clock of a law; `None` for one in continuous time.
+    /// A law with its block at a clock.
     ///
     /// # Panics
     /// If a sensor of the law measures what depends on accelerations (its design refuses that).
-    pub fn new(law: &dyn Law, reduced: &Reduced, scenario: &Scenario) -> Option<Self> {
+    pub fn new(law: &dyn Law, (clock, block): (Clock, Box<dyn Block>), reduced: &Reduced, scenario: &Scenario) -> Self {
         let (faults, seed) = (&scenario.faults, scenario.seed);
-        let clock = law.clock()?;
         let sensors: Vec<Source> = law
             .sensors()
             .iter()
@@ -122,9 +122,10 @@ impl Clocked {
             })
             .collect();
         let (inputs, states) = (law.inputs().len(), law.states().len());
-        Some(Self {
+        Self {
             period: Period::of(clock.period),
             clock,
+            block,
             next: 0,
             held: vec![0.0; inputs],
             queue: VecDeque::new(),
@@ -135,7 +136,7 @@ impl Clocked {
             sensors,
             average: vec![0.0; inputs],
             tally: Tally::default(),
-        })
+        }
     }
 
     /// Sets the law's states at the start of a run.
@@ -154,7 +155,6 @@ impl Clocked {
     pub fn advance(
         &mut self,
         time: f64,
-        law: &mut dyn Law,
         references: &[f64],
         (dynamics, work): (&Dynamics, &Work),
         limits: &[Option<f64>],
@@ -186,16 +186,16 @@ impl Clocked {
             states: &states,
         };
         let mut command = self.spare.pop().unwrap_or_else(|| vec![0.0; self.held.len()]);
-        law.command(seen, &mut command);
+        self.block.command(seen, &mut command);
         let beyond = |(command, limit): (&f64, &Option<f64>)| limit.is_some_and(|limit| command.abs() > limit);
-        let mut health = law.health();
+        let mut health = self.block.health();
         health.commands_bounded += command.iter().zip(limits).filter(|both| beyond(*both)).count();
         self.tally.add(time, health);
         self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
         self.apply(now);
         self.next += 1;
         self.average(time, limits);
-        law.rates(seen, &self.average, &mut self.new_states);
+        self.block.next(seen, &self.average, &mut self.new_states);
         (self.readings, self.states) = (readings, states);
         std::mem::swap(&mut self.states, &mut self.new_states);
     }

@@ -1,6 +1,7 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::clocked::Clocked;
 use super::drive::{Drive, Limit, Rate, Spans};
@@ -10,11 +11,12 @@ use crate::equations::InputKind;
 use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Kinematics, Reduced, Work};
 use crate::results::MotorStrain;
-use crate::synthesis::{Law, Seen};
+use crate::synthesis::{Continuous, Law, Running, Seen};
 
 /// A law with its wiring.
 struct Wired {
-    law: Box<dyn Law>,
+    law: Arc<dyn Law>,
+    computer: Computer,
     inputs: Vec<usize>,
     /// Torque limits of its inputs, N m.
     limits: Vec<Option<f64>>,
@@ -25,7 +27,21 @@ struct Wired {
     torques: Vec<f64>,
     /// Where its own states are; nowhere, if it has a clock.
     states: Range<usize>,
-    clocked: Option<Clocked>,
+}
+
+/// What computes a law in a run.
+enum Computer {
+    Continuous(Box<dyn Continuous>),
+    Clocked(Box<Clocked>),
+}
+
+impl Wired {
+    fn clocked(&self) -> Option<&Clocked> {
+        match &self.computer {
+            Computer::Clocked(clocked) => Some(clocked),
+            Computer::Continuous(_) => None,
+        }
+    }
 }
 
 /// What a law sees: the true angles and speeds, of disturbances nothing.
@@ -39,7 +55,7 @@ pub struct Setup<'a> {
     /// The plant.
     pub reduced: &'a Reduced,
     /// The laws, in any order; each input is commanded by one law or by the scenario.
-    pub laws: Vec<Box<dyn Law>>,
+    pub laws: &'a [Arc<dyn Law>],
     /// The scenario.
     pub scenario: &'a Scenario,
 }
@@ -139,7 +155,7 @@ impl Machine {
             .collect();
         let laws = setup
             .laws
-            .into_iter()
+            .iter()
             .map(|law| {
                 let input =
                     |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
@@ -147,11 +163,18 @@ impl Machine {
                 let source =
                     |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
                 let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
-                let clocked = Clocked::new(&*law, setup.reduced, scenario);
                 let first = size;
-                size += if clocked.is_some() { 0 } else { law.states().len() };
+                let computer = match law.run() {
+                    Running::Continuous(law_in_time) => {
+                        size += law.states().len();
+                        Computer::Continuous(law_in_time)
+                    }
+                    Running::Sampled(clock, block) => {
+                        Computer::Clocked(Box::new(Clocked::new(&**law, (clock, block), setup.reduced, scenario)))
+                    }
+                };
                 Wired {
-                    clocked,
+                    computer,
                     reference_values: vec![0.0; references.len()],
                     commands: vec![0.0; wired.len()],
                     torques: vec![0.0; wired.len()],
@@ -159,7 +182,7 @@ impl Machine {
                     limits: wired.iter().map(|&input| drives[input].limit).collect(),
                     inputs: wired,
                     references,
-                    law,
+                    law: Arc::clone(law),
                 }
             })
             .collect();
@@ -219,22 +242,24 @@ impl Machine {
         self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         let kinematics = &self.work.kinematics;
         for wired in &mut self.laws {
-            match &mut wired.clocked {
-                Some(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
-                None => wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()]),
+            match &mut wired.computer {
+                Computer::Clocked(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
+                Computer::Continuous(_) => {
+                    wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
+                }
             }
         }
     }
 
     /// The next instant at which a sampled law reads, computes or changes its torques, s; infinite if there is none.
     pub(super) fn next_tick(&self) -> f64 {
-        let clocks = self.laws.iter().filter_map(|wired| wired.clocked.as_ref());
+        let clocks = self.laws.iter().filter_map(Wired::clocked);
         clocks.map(Clocked::next_time).fold(f64::INFINITY, f64::min)
     }
 
     /// What happened to the sampled laws, in sentences.
     pub(super) fn notes_of_laws(&self) -> Vec<String> {
-        let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked.as_ref()?)));
+        let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked()?)));
         sampled.flat_map(|(wired, clocked)| clocked.notes(&wired.law.describe().controller)).collect()
     }
 
@@ -244,12 +269,12 @@ impl Machine {
         self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
         for wired in &mut self.laws {
-            let Some(clocked) = &mut wired.clocked else { continue };
+            let Computer::Clocked(clocked) = &mut wired.computer else { continue };
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
                 *value = self.sources[source];
             }
             let model = (&self.dynamics, &self.work);
-            clocked.advance(time, &mut *wired.law, &wired.reference_values, model, &wired.limits);
+            clocked.advance(time, &wired.reference_values, model, &wired.limits);
         }
     }
 
@@ -278,17 +303,20 @@ impl Machine {
             }
         }
         for wired in &mut self.laws {
-            if let Some(clocked) = &wired.clocked {
-                for (&input, command) in wired.inputs.iter().zip(&clocked.held) {
-                    self.commands[input] += command;
+            let law = match &mut wired.computer {
+                Computer::Continuous(law) => law,
+                Computer::Clocked(clocked) => {
+                    for (&input, command) in wired.inputs.iter().zip(&clocked.held) {
+                        self.commands[input] += command;
+                    }
+                    continue;
                 }
-                continue;
-            }
+            };
             for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
                 *value = self.sources[source];
             }
             let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
-            wired.law.command(seen, &mut wired.commands);
+            law.command(seen, &mut wired.commands);
             for (&input, command) in wired.inputs.iter().zip(&wired.commands) {
                 self.commands[input] += command;
             }
@@ -433,7 +461,9 @@ impl Machine {
                 *torque = self.torques[input];
             }
             let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
-            wired.law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
+            if let Computer::Continuous(law) = &mut wired.computer {
+                law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
+            }
         }
         let mut loss = self.dynamics.damping_power(&self.work);
         for (k, mode) in self.modes.iter().enumerate() {
@@ -687,7 +717,7 @@ impl Machine {
     fn commands_rest(&self) -> bool {
         let steady =
             |(target, line): (&SourceTarget, &(f64, f64, f64))| *target == SourceTarget::Reference || line.1 == 0.0;
-        self.laws.iter().all(|wired| wired.clocked.is_some())
+        self.laws.iter().all(|wired| wired.clocked().is_some())
             && self.drives.iter().all(|drive| drive.rate.is_none())
             && self.targets.iter().zip(&self.lines).all(steady)
     }
@@ -698,7 +728,7 @@ impl Machine {
             SourceTarget::Input(other) => *other != input || line.1 == 0.0,
             SourceTarget::Reference => true,
         };
-        self.laws.iter().all(|wired| wired.clocked.is_some() || !wired.inputs.contains(&input))
+        self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
             && self.targets.iter().zip(&self.lines).all(steady)
     }
 

@@ -34,7 +34,7 @@ pub(super) fn cross_coupling(
 ) -> (Vec<CrossCoupling>, Vec<TorquePeak>, Vec<String>) {
     let poles = design.closed_loop_poles.iter().map(|(re, _)| -re);
     let slowest = poles.chain(decay).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
-    let running = variant.running_laws();
+    let running = &variant.running;
     let samples: f64 = running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
     let longest = if samples > 0.0 { LONGEST.min(MOST_SAMPLES / samples) } else { LONGEST };
     let window = (8.0 / slowest).max(SHORTEST).min(longest);
@@ -47,7 +47,7 @@ pub(super) fn cross_coupling(
         let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
         progress.advance(number, &name, 0.0);
         let scenario = step(&variant.scenario, reference, window);
-        let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: running, scenario: &scenario };
         let most_steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
         let most_steps = most_steps.min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..Tolerance::default() };

@@ -274,7 +274,7 @@ pub(super) fn designed(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Design {
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let (control, plant) = (&variant.model.controls[number], &variant.design_models[number]);
     let mut design = laws[number].describe();
     design.model.clone_from(&variant.model.name);
@@ -332,7 +332,7 @@ pub(super) fn designed(
     }
     design.warnings.extend(margin_warnings(&margins));
     design.margins = Some(margins);
-    match passage(variant, number, &variant.running_laws(), true) {
+    match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
             design.warnings.extend(passage_warnings(&found));
             design.passage = Some(found);
@@ -349,7 +349,7 @@ pub(super) fn designed(
         }
     }
     if let Some(range) = settings.tolerance {
-        match robustness(variant, number, &variant.running_laws(), range, progress) {
+        match robustness(variant, number, &variant.running, range, progress) {
             Ok(found) => {
                 design.warnings.extend(robustness_warnings(&found));
                 design.robustness = Some(found);

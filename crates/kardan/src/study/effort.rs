@@ -47,7 +47,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     let duration = variant.scenario.duration;
     let mut found = fastest(variant);
     let mut swings = matches!(found.element, Some((_, "stiffness")));
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let clocks: Vec<_> = laws.iter().filter_map(|law| law.clock()).collect();
     if !laws.is_empty() && clocks.is_empty() {
         let linear = linearise(&variant.reduced, &variant.scenario.position);

@@ -9,7 +9,7 @@ use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
 use crate::reduce::linearise;
 use crate::results::{Alternative, Exploration};
-use crate::synthesis::{BANDWIDTH, Clock, Law, Plant, VariedPlant, clock, design_law, reading_variance, running};
+use crate::synthesis::{BANDWIDTH, Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
 use crate::units::Exact;
 
 /// Factors that are tried.
@@ -231,7 +231,7 @@ fn alternative(
     let noise = values.table("observer").and_then(|observer| observer.number("sensor_noise"));
     let variances =
         law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
-    let mut laws: Vec<Box<dyn Law>> = variant.running_laws();
+    let mut laws = variant.running.clone();
     laws[number] = law;
     let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
     let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());

@@ -1,5 +1,7 @@
 //! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
 
+use std::sync::Arc;
+
 use super::PreparedVariant;
 use crate::analysis::OutputSignal;
 use crate::diagnostics::Diagnostic;
@@ -59,7 +61,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
-    let (laws, plant) = (variant.running_laws(), linear(variant));
+    let (laws, plant) = (&variant.running, linear(variant));
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let all = together(variant, &parts);
     let free = left_out(variant, place, &plant);
@@ -108,7 +110,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
 
 /// How many motions of the loop of the file's controllers nobody holds.
 pub(super) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
-    let (laws, clocks) = (variant.design_laws(), clocks(&variant.model.controls));
+    let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
     let survey = Survey { plant, laws: &laws, clocks: &clocks, number };
     survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
 }
@@ -132,7 +134,7 @@ fn check_limits(
     variant: &PreparedVariant,
     plant: &LoopPlant,
     parts: &[SampledPart],
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     out: &mut Vec<Diagnostic>,
 ) {
     let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
@@ -197,7 +199,7 @@ pub(super) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64>
 }
 
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
-pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn Law>], design: &Design) -> Margins {
+pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn Law>], design: &Design) -> Margins {
     let plant = linear(variant);
     let clocks = clocks(&variant.model.controls);
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number };

@@ -241,7 +241,7 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
 
 fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
     progress.advance(number, &variant.name, 0.0);
-    let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
     let tolerance = Tolerance { most_steps: progress.most_steps(), ..prepared.tolerance };
     let result = simulate(setup, tolerance, &mut |fraction| {
         progress.advance(number, &variant.name, fraction);
@@ -374,7 +374,7 @@ fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
 
 fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
     let linear = linearise(&variant.reduced, &variant.scenario.position);
-    let laws = variant.design_laws();
+    let laws = &variant.designed;
     let [inertia, damping, stiffness] = matrix_words(&variant.reduced);
     let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
         title: title.into(),

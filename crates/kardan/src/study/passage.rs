@@ -1,5 +1,7 @@
 //! What the loop of law and observer does with the parameters of the variant and where its joints stand, before any run.
 
+use std::sync::Arc;
+
 use super::PreparedVariant;
 use super::robustness::{NotJudged, Shown, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
@@ -34,7 +36,7 @@ struct Path {
 pub(super) fn passage(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     steps: bool,
 ) -> Option<Result<Passage, String>> {
     let zero = vec![0.0; variant.reduced.freedoms()];
@@ -55,7 +57,7 @@ pub(super) fn passage(
 fn along(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     paths: &[Path],
     steps: bool,
 ) -> Result<Passage, String> {
@@ -194,7 +196,7 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     if variant.model.controls.is_empty() {
         return;
     }
-    let laws = variant.running_laws();
+    let laws = &variant.running;
     let observed = |control: &ControlSpec| control.values.table("observer").is_some() && !control.law.samples;
     let mut told_unstable = false;
     for (number, control) in variant.model.controls.iter().enumerate() {

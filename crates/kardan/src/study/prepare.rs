@@ -20,8 +20,9 @@ use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
-use crate::synthesis::{Law, Plant, SynthesisError, design_law, running};
+use crate::synthesis::{Law, Plant, design_law, running};
 use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
 
 /// A study that is ready to run, as far as the file is right.
 #[derive(Debug, Default)]
@@ -51,6 +52,10 @@ pub struct PreparedVariant {
     pub reduced: Reduced,
     /// The models that the laws are designed on, in the order of `model.controls`.
     pub design_models: Vec<Plant>,
+    /// The laws as they were designed, in the same order.
+    pub designed: Vec<Arc<dyn Law>>,
+    /// The laws as they run: those with a sample time at that.
+    pub running: Vec<Arc<dyn Law>>,
     /// What happens.
     pub scenario: Scenario,
     /// What to analyse.
@@ -66,33 +71,6 @@ pub(super) enum Purpose {
     Run,
     /// To be analysed: motions without inertia may be eliminated.
     Analysis,
-}
-
-impl PreparedVariant {
-    /// The laws of this variant, designed anew (a law carries memory of its run).
-    ///
-    /// # Panics
-    /// If a design fails; [`prepare`] has tried each before.
-    pub fn design_laws(&self) -> Vec<Box<dyn Law>> {
-        self.try_laws().into_iter().map(|law| law.expect("prepare has designed this law before")).collect()
-    }
-
-    /// The laws of this variant as they run: those with a sample time at that.
-    ///
-    /// # Panics
-    /// If a design fails; [`prepare`] has tried each before.
-    pub fn running_laws(&self) -> Vec<Box<dyn Law>> {
-        let controls = self.model.controls.iter();
-        let run =
-            |(law, control): (_, &ControlSpec)| running(law, &control.values).expect("prepare has run this law before");
-        self.design_laws().into_iter().zip(controls).map(run).collect()
-    }
-
-    fn try_laws(&self) -> Vec<Result<Box<dyn Law>, SynthesisError>> {
-        let design =
-            |(control, plant): (&ControlSpec, &Plant)| design_law(control.law, &control.name, &control.values, plant);
-        self.model.controls.iter().zip(&self.design_models).map(design).collect()
-    }
 }
 
 /// All mistakes and warnings of a model file, in the order of the file.
@@ -300,7 +278,7 @@ fn prepare_variant(
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
-    let mut designed = Vec::new();
+    let (mut plants, mut designed, mut in_loop) = (Vec::new(), Vec::new(), Vec::new());
     for (control, design) in controls.iter().zip(design_models) {
         let Some(mut design) = design else { continue };
         design.elements = model.elements.iter().map(|(kind, name, _)| (kind.clone(), name.clone())).collect();
@@ -321,10 +299,12 @@ fn prepare_variant(
             continue;
         }
         let law = design_law(control.law, &control.name, &control.values, &design);
-        match law.and_then(|law| running(law, &control.values)) {
-            Ok(law) => {
-                if law.linear().fits_single() {
-                    designed.push(design);
+        match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
+            Ok((law, running)) => {
+                if running.linear().fits_single() {
+                    plants.push(design);
+                    designed.push(law);
+                    in_loop.push(running);
                 } else {
                     out.push(
                         Diagnostic::error(
@@ -343,7 +323,17 @@ fn prepare_variant(
         }
     }
     let complete = designed.len() == controls.len();
-    let variant = PreparedVariant { name, model, reduced, design_models: designed, scenario, analysis, massless };
+    let variant = PreparedVariant {
+        name,
+        model,
+        reduced,
+        design_models: plants,
+        designed,
+        running: in_loop,
+        scenario,
+        analysis,
+        massless,
+    };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
         if !out.iter().any(is_error) {

@@ -1,5 +1,7 @@
 //! What can be proven of a designed linear loop, put into the result of a design.
 
+use std::sync::Arc;
+
 use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::results::{
@@ -54,7 +56,7 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
 
 /// Says where the other controllers of the file couple outputs that this one alone decouples: they act by static feedback of
 /// angles and speeds, whose gains are taken as the fractions that their doubles are.
-pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Box<dyn Law>], own: usize, design: &mut Design) {
+pub(super) fn check_others(exact: &ExactLoop, plant: &Plant, laws: &[Arc<dyn Law>], own: usize, design: &mut Design) {
     let states = plant.states();
     if design.decoupled != Some(true) || laws.len() < 2 {
         return;

@@ -1,5 +1,7 @@
 //! A designed loop over a box of plants: seeded samples, and a search for the worst corners.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::margins::left_out;
@@ -117,7 +119,7 @@ pub(super) struct Subject {
 pub(super) fn robustness(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     range: ToleranceBox,
     progress: &dyn Progress,
 ) -> Result<Robustness, String> {
@@ -278,7 +280,7 @@ fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (
 pub(super) fn subject(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     plant: VariedPlant,
 ) -> Result<Subject, String> {
     let subject = any_subject(variant, number, laws, plant);
@@ -294,7 +296,7 @@ pub(super) fn subject(
 pub(super) fn any_subject(
     variant: &PreparedVariant,
     number: usize,
-    laws: &[Box<dyn Law>],
+    laws: &[Arc<dyn Law>],
     plant: VariedPlant,
 ) -> Subject {
     let control: &ControlSpec = &variant.model.controls[number];

@@ -26,7 +26,7 @@ pub(super) fn scenario_strains(prepared: &Prepared, design: &mut Design, progres
     let run = |(k, variant): (usize, &&PreparedVariant)| {
         let name = format!("scenario of {}", variant.name);
         progress.advance(first + k, &name, 0.0);
-        let setup = Setup { reduced: &variant.reduced, laws: variant.running_laws(), scenario: &variant.scenario };
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
         let most_steps = prepared.tolerance.most_steps.min(MOST_STEPS).min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..prepared.tolerance };
         let run = simulate(setup, tolerance, &mut |part| {

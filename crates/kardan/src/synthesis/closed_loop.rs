@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::Law;
 use crate::num::{Matrix, eigenvalues};
 use crate::reduce::LinearModel;
@@ -11,7 +13,7 @@ use crate::results::Pole;
 ///
 /// # Panics
 /// If the inertia matrix is singular.
-pub fn closed_loop_poles(model: &LinearModel, laws: &[Box<dyn Law>]) -> Option<Vec<Pole>> {
+pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<Vec<Pole>> {
     eigenvalues(&closed_loop_matrix(model, laws)?)
 }
 
@@ -19,7 +21,7 @@ pub fn closed_loop_poles(model: &LinearModel, laws: &[Box<dyn Law>]) -> Option<V
 ///
 /// # Panics
 /// If the inertia matrix is singular.
-pub fn closed_loop_matrix(model: &LinearModel, laws: &[Box<dyn Law>]) -> Option<Matrix<f64>> {
+pub fn closed_loop_matrix(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<Matrix<f64>> {
     if laws.iter().any(|law| law.clock().is_some()) {
         return None;
     }

@@ -1,7 +1,7 @@
 use kardan_rt::{Bounds, Health, StateSpace};
 
 use super::sampled::{Block, Clock, Firmware, entries, side_by_side};
-use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen};
+use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen};
 use crate::num::{Float, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, Design};
 
@@ -50,8 +50,9 @@ pub(super) struct Linear {
     shafts: usize,
     /// A signal behind the others for each input, if the law's states are kept from winding up: see [`Self::against_windup`].
     excess: usize,
+    /// Torque limits of its inputs, if [`Self::against_windup`] knows them; else none.
+    limits: Vec<Option<f64>>,
     block: LinearBlock,
-    runner: Runner<f64>,
 }
 
 impl Linear {
@@ -77,12 +78,12 @@ impl Linear {
         Self {
             design,
             exact,
-            runner: Runner::new(&block, &coordinates, references.len(), &[]),
             references,
             disturbances: disturbances.len(),
             coordinates,
             shafts: plant.shafts().len(),
             excess: 0,
+            limits: Vec::new(),
             block,
         }
     }
@@ -104,7 +105,7 @@ impl Linear {
         self.block.d = side_by_side(&[&self.block.d, &Matrix::zeros(inputs, inputs)]);
         assert_eq!(self.block.d.columns(), signals + inputs, "one limit for each input");
         self.excess = inputs;
-        self.runner = Runner::new(&self.block, &self.coordinates, self.references.len(), limits);
+        self.limits = limits.to_vec();
         let data = &mut self.design.controller_data;
         for (name, matrix) in [("B", &self.block.b), ("D", &self.block.d)] {
             let place = data.matrices.iter_mut().find(|(other, _)| other == name);
@@ -122,6 +123,12 @@ impl Linear {
                 .into(),
         );
         self
+    }
+}
+
+impl Linear {
+    fn runner<T: Float>(&self, block: &LinearBlock) -> Runner<T> {
+        Runner::new(block, &self.coordinates, self.references.len(), &self.limits)
     }
 }
 
@@ -244,6 +251,20 @@ impl<T: Float> Runner<T> {
     }
 }
 
+impl Continuous for Runner<f64> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        if !self.run(seen, false, out) {
+            out.fill(f64::NAN);
+        }
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
+        if !self.run(seen, true, out) {
+            out.fill(f64::NAN);
+        }
+    }
+}
+
 impl<T: Float> Block for Runner<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.health.commands_bounded = if self.run(seen, false, out) { 0 } else { out.len() };
@@ -294,17 +315,8 @@ impl Law for Linear {
         self.block.states.clone()
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
-        if !self.runner.run(seen, false, out) {
-            out.fill(f64::NAN);
-        }
-    }
-
-    fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        if !self.runner.run(seen, true, out) {
-            out.fill(f64::NAN);
-        }
+    fn run(&self) -> Running {
+        Running::Continuous(Box::new(self.runner::<f64>(&self.block)))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
@@ -313,14 +325,12 @@ impl Law for Linear {
             let held = discretise(&block.a, &block.b, clock.period)?;
             (block.a, block.b) = (held.a, held.b);
         }
-        let references = self.references.len();
-        let limits = self.runner.limits.clone();
         Some(Firmware {
             linear: self.linear().held(clock.period)?,
             block: if clock.single {
-                Box::new(Runner::<f32>::new(&block, &self.coordinates, references, &limits))
+                Box::new(self.runner::<f32>(&block))
             } else {
-                Box::new(Runner::<f64>::new(&block, &self.coordinates, references, &limits))
+                Box::new(self.runner::<f64>(&block))
             },
         })
     }

@@ -40,8 +40,7 @@ pub use words::in_words;
 pub use zeros::roots;
 
 use std::collections::BTreeSet;
-
-use kardan_rt::Health;
+use std::sync::Arc;
 
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::Along;
@@ -133,8 +132,25 @@ impl LinearLaw {
     }
 }
 
-/// A designed law that can run in the loop. Measures angles and speeds of shafts, commands inputs.
-pub trait Law: Send {
+/// A designed law in the loop of a run: it has memory, and belongs to that run.
+pub enum Running {
+    /// At every instant.
+    Continuous(Box<dyn Continuous>),
+    /// Once every sample time.
+    Sampled(Clock, Box<dyn Block>),
+}
+
+/// A law that runs at every instant. Where it has no finite answer it gives what is no number: the step of the run shrinks, or the
+/// run ends.
+pub trait Continuous: Send {
+    /// Commands in N m.
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
+    /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
+    fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+}
+
+/// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
+pub trait Law: Send + Sync {
     /// Names of the inputs that it commands, in the order of `out` of [`Law::command`].
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
@@ -147,14 +163,8 @@ pub trait Law: Send {
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
-    /// Commands in N m.
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
-    /// What went wrong at the last sample of a law with a clock, and was dealt with.
-    fn health(&self) -> Health {
-        Health::default()
-    }
-    /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
-    fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// What runs in a loop.
+    fn run(&self) -> Running;
     /// Whether it cancels all forces of the full model, which the linear one does not know.
     fn on_full_model(&self) -> bool {
         false
@@ -181,8 +191,7 @@ pub trait Law: Send {
     fn sensors(&self) -> &[OutputSignal] {
         &[]
     }
-    /// When it runs; `None`: at every instant. Of a law with a clock, [`command`](Self::command) is what it says at a sample,
-    /// [`rates`](Self::rates) are its states at the next one, and [`linear`](Self::linear) is that of [`Firmware`].
+    /// When it runs; `None`: at every instant. Of a law with a clock [`linear`](Self::linear) is that of [`Firmware`].
     fn clock(&self) -> Option<Clock> {
         None
     }
@@ -196,6 +205,12 @@ pub trait Law: Send {
     }
     /// What was designed, for a reader: everything that is known without the other controllers and without a run.
     fn describe(&self) -> Design;
+}
+
+impl std::fmt::Debug for dyn Law {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the law of {}", self.describe().controller)
+    }
 }
 
 /// A signal from the scenario to a law.
@@ -274,7 +289,7 @@ pub const LONGEST_DELAY: f64 = 10.0;
 ///
 /// # Errors
 /// Why it cannot be designed.
-pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Box<dyn Law>, SynthesisError> {
+pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) -> Result<Arc<dyn Law>, SynthesisError> {
     if clock(values)?.is_none() && kind.samples {
         return Err(SynthesisError::SampledOnly { law: kind.keyword });
     }
@@ -285,7 +300,7 @@ pub fn design_law(kind: &LawKind, name: &str, values: &Values, plant: &Plant) ->
             Err(SynthesisError::IdleKey { key: "plant", method: kind.keyword.into() })
         }
         Some(_) if kind.samples => Ok(law),
-        Some(observer) => Ok(Box::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
+        Some(observer) => Ok(Arc::new(observed::Observed::new(law, observer, plant, &disturbances)?)),
         None => Ok(law),
     }
 }
@@ -316,7 +331,7 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
 ///
 /// # Errors
 /// If its keys are wrong, or its numbers overflow at this sample time.
-pub fn running(law: Box<dyn Law>, values: &Values) -> Result<Box<dyn Law>, SynthesisError> {
+pub fn running(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
     match clock(values)? {
         Some(clock) => sampled(law, clock).ok_or(SynthesisError::SampledOverflow { time: clock.period }),
         None => Ok(law),
@@ -421,7 +436,7 @@ pub struct LawKind {
     /// Whether it is designed for its sample time, with an observer of its own.
     pub samples: bool,
     /// The design.
-    pub design: fn(&Request<'_>) -> Result<Box<dyn Law>, SynthesisError>,
+    pub design: fn(&Request<'_>) -> Result<Arc<dyn Law>, SynthesisError>,
 }
 
 impl Plant {

@@ -1,7 +1,9 @@
+use std::sync::Arc;
+
 use kardan_rt::{ComputedTorque, Health, PositionLoop, Situation, Task};
 
 use super::sampled::{Block, Clock, Firmware};
-use super::{ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError};
+use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen, SynthesisError};
 use crate::equations::Measured;
 use crate::num::Float;
 use crate::reduce::{MechanismData, MechanismError};
@@ -10,9 +12,10 @@ use crate::results::{ControllerData, Design};
 /// A law on the nonlinear model, run by the block [`ComputedTorque`]. What is linear about it is that of the law with
 /// constant gains at the design point.
 pub(super) struct Nonlinear {
-    at_design_point: Box<dyn Law>,
+    at_design_point: Arc<dyn Law>,
     /// Whether the model is its linear one, without forces at zero.
     like_linear: bool,
+    /// As it is at the start of a run.
     runner: Runner<f64>,
 }
 
@@ -80,6 +83,15 @@ impl<T: Float> Runner<T> {
     }
 }
 
+impl Continuous for Runner<f64> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        Block::command(self, seen, out);
+        if self.kept {
+            out.fill(f64::NAN);
+        }
+    }
+}
+
 impl<T: Float> Block for Runner<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         for (k, &shaft) in self.coordinates.iter().enumerate() {
@@ -128,7 +140,7 @@ impl Nonlinear {
     /// If a transmission has no runtime block.
     pub fn new(
         request: &Request<'_>,
-        at_design_point: Box<dyn Law>,
+        at_design_point: Arc<dyn Law>,
         wishes: Vec<Wish>,
         told: Vec<usize>,
         friction_width: Option<f64>,
@@ -247,12 +259,8 @@ impl Law for Nonlinear {
         self.at_design_point.references()
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.runner.command(seen, out);
-        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
-        if self.runner.kept {
-            out.fill(f64::NAN);
-        }
+    fn run(&self) -> Running {
+        Running::Continuous(Box::new(self.runner.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
@@ -300,7 +308,7 @@ impl Law for Nonlinear {
                 let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
                 let now = Seen { angles, speeds, disturbances, references, readings: &[], states: &[] };
-                runner.command(now, &mut torques);
+                Block::command(&mut runner, now, &mut torques);
                 torques
             };
             let (above, below) = (at(middle + step), at(middle - step));

@@ -1,8 +1,10 @@
+use std::sync::Arc;
+
 use kardan_rt::{Health, ModelObserver, Row, Sensor, StateSpace, hold};
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
 use super::sampled::{Block, Clock, Firmware, entries};
-use super::{ExactLoop, Law, LinearLaw, Plant, Reference, Seen, SynthesisError, named, rounded};
+use super::{Continuous, ExactLoop, Law, LinearLaw, Plant, Reference, Running, Seen, SynthesisError, named, rounded};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::equations::Measured;
@@ -94,7 +96,7 @@ impl Reading {
 /// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
 /// [`ModelObserver`].
 pub(super) struct Observed {
-    law: Box<dyn Law>,
+    law: Arc<dyn Law>,
     result: ObserverResult,
     data: ControllerData,
     sensors: Vec<OutputSignal>,
@@ -104,8 +106,33 @@ pub(super) struct Observed {
     rows: [Matrix<f64>; 2],
     basis: Matrix<f64>,
     disturbances: usize,
+    /// As they are at the start of a run.
     seer: Seer,
     model: Model<f64>,
+}
+
+/// A law behind an observer, at every instant.
+struct Instant {
+    law: Box<dyn Continuous>,
+    seer: Seer,
+    model: Model<f64>,
+}
+
+impl Continuous for Instant {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        self.law.command(self.seer.estimate(&seen), out);
+    }
+
+    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
+        let (own, rest) = out.split_at_mut(2 * self.seer.coordinates.len() + self.seer.told.len());
+        self.seer.read(&seen);
+        if !self.model.rates(&seen.states[..own.len()], torques, &self.seer, own) {
+            own.fill(f64::NAN);
+        }
+        if !rest.is_empty() {
+            self.law.rates(self.seer.estimate(&seen), torques, rest);
+        }
+    }
 }
 
 /// From readings and estimates to what the law sees.
@@ -172,6 +199,7 @@ impl Seer {
 }
 
 /// What an observer runs.
+#[derive(Clone)]
 enum Model<T> {
     /// The linear model at zero angles.
     Linear(Runner<T>),
@@ -390,6 +418,7 @@ impl<T: Float> Copied<T> {
 }
 
 /// The observer's block [`StateSpace`] with the memory of one evaluation.
+#[derive(Clone)]
 struct Runner<T> {
     a: Vec<T>,
     b: Vec<T>,
@@ -471,7 +500,7 @@ impl Observed {
     ///
     /// # Errors
     /// If the sensors do not show what is to be estimated, or the poles do not fit.
-    pub fn new(law: Box<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
+    pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
         if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
             return Err(SynthesisError::NotAShare { share });
         }
@@ -801,19 +830,13 @@ impl Law for Observed {
         self.law.start(angles, speeds, rest);
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.law.command(self.seer.estimate(&seen), out);
-    }
-
-    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        let (own, rest) = out.split_at_mut(self.a.rows());
-        self.seer.read(&seen);
-        if !self.model.rates(&seen.states[..own.len()], torques, &self.seer, own) {
-            // Where there is no finite answer the rates are not numbers, and the run ends.
-            own.fill(f64::NAN);
-        }
-        if !rest.is_empty() {
-            self.law.rates(self.seer.estimate(&seen), torques, rest);
+    fn run(&self) -> Running {
+        match self.law.run() {
+            Running::Continuous(law) => {
+                Running::Continuous(Box::new(Instant { law, seer: self.seer.clone(), model: self.model.clone() }))
+            }
+            // A law with a clock of its own brings its own observer.
+            sampled @ Running::Sampled(..) => sampled,
         }
     }
 

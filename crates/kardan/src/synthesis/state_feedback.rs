@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::linear_law::{Linear, LinearBlock};
 use super::outputs::{Task, exact};
 use super::regulator::steady_state;
@@ -17,7 +19,7 @@ pub(super) fn state_feedback(
     k: &Matrix<f64>,
     more: Vec<ExactMatrix>,
     mut notes: Vec<String>,
-) -> Result<Box<dyn Law>, SynthesisError> {
+) -> Result<Arc<dyn Law>, SynthesisError> {
     let (inputs, states) = (&task.inputs, request.plant.states());
     let l = if task.outputs.is_empty() {
         Matrix::zeros(inputs.len(), 0)
@@ -56,5 +58,5 @@ pub(super) fn state_feedback(
         ExactLoop { inverts: false, ..found }
     });
     let block = LinearBlock::gains(k, &l, &m);
-    Ok(Box::new(Linear::new(request, design, exact, task.references.clone(), block)))
+    Ok(Arc::new(Linear::new(request, design, exact, task.references.clone(), block)))
 }

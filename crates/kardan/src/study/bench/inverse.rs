@@ -8,6 +8,7 @@ use crate::synthesis::Plant;
 const REST: f64 = 1e-9;
 
 /// The model's inverse dynamics with memory of its own.
+#[derive(Clone)]
 pub(super) struct Inverse {
     pub dynamics: Dynamics,
     pub work: Work,

@@ -27,7 +27,7 @@ use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
 use crate::simulate::{Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
 use plan::{Planner, Refusal, Tour};
-use servo::{Servo, encoders};
+use servo::{Servo, ServoLaw, encoders};
 use spec::Spec;
 use truth::Truth;
 
@@ -195,14 +195,18 @@ impl PreparedBench {
             let start: Vec<f64> = model.coordinates.iter().map(|_| std::f64::consts::TAU * random.unit()).collect();
             scenario.position = angles_at(model, &start, &self.plant);
         }
-        let laws: Vec<Box<dyn Law>> = match course {
+        let servo: Vec<Arc<dyn Law>> = match course {
             Some(course) => {
                 let model = &self.nominal.reduced;
                 let (servo, _) = Servo::new(model, &self.motors, course, self.period, self.bandwidth);
-                vec![Box::new(servo)]
+                vec![Arc::new(ServoLaw(servo))]
             }
-            None if self.continuous => self.nominal.design_laws(),
-            None => self.nominal.running_laws(),
+            None => Vec::new(),
+        };
+        let laws = match servo[..] {
+            [] if self.continuous => &self.nominal.designed[..],
+            [] => &self.nominal.running,
+            _ => &servo,
         };
         let tolerance = Tolerance { most_steps, ..self.tolerance };
         let result = simulate(Setup { reduced: &self.plant, laws, scenario: &scenario }, tolerance, progress);

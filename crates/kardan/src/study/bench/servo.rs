@@ -9,7 +9,7 @@ use crate::equations::Measured;
 use crate::num::{Cholesky, Matrix, dot};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::Design;
-use crate::synthesis::{Clock, Law, LinearLaw, Reference, Seen};
+use crate::synthesis::{Block, Clock, Law, LinearLaw, Reference, Running, Seen};
 
 /// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
 const FILTER: f64 = 10.0;
@@ -19,6 +19,7 @@ const FILTER: f64 = 10.0;
 /// From the readings a tracking filter with a double pole finds position and speed of the reduced coordinates; the acceleration asked
 /// for is that of the plan plus `3ω(v_p − v) + 3ω²(q_p − q) + ω³ ∫(q_p − q)`, a triple pole at −ω; the torques follow from the
 /// model's inverse dynamics at the planned motion. At a torque limit the integral waits.
+#[derive(Clone)]
 pub(super) struct Servo {
     inputs: Vec<String>,
     sensors: Vec<OutputSignal>,
@@ -97,6 +98,10 @@ impl Servo {
         };
         (servo, complete)
     }
+
+    fn clock(&self) -> Clock {
+        Clock { period: self.period, delay: 0.0, single: false }
+    }
 }
 
 /// `(EᵀE)⁻¹Eᵀ` for rows E of full rank.
@@ -117,15 +122,41 @@ fn inverse_of<'a>(rows: impl Iterator<Item = &'a [f64]>, r: usize) -> Option<Mat
     Some(out)
 }
 
-impl Law for Servo {
+/// The servo loops as a law.
+pub(super) struct ServoLaw(pub Servo);
+
+impl Law for ServoLaw {
     fn inputs(&self) -> &[String] {
-        &self.inputs
+        &self.0.inputs
     }
 
     fn references(&self) -> &[Reference] {
         &[]
     }
 
+    fn run(&self) -> Running {
+        Running::Sampled(self.0.clock(), Box::new(self.0.clone()))
+    }
+
+    fn linear(&self) -> LinearLaw {
+        let (inputs, shafts) = (self.0.inputs.len(), self.0.inverse.work.kinematics.angles.len());
+        LinearLaw::gains(Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, 0))
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.0.sensors
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        Some(self.0.clock())
+    }
+
+    fn describe(&self) -> Design {
+        Design { controller: "the servo loops of the bench".into(), law: "servo".into(), ..Design::default() }
+    }
+}
+
+impl Block for Servo {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let r = self.speed.len();
         let readings = self.measured.len();
@@ -166,22 +197,5 @@ impl Law for Servo {
                 *torque = torque.clamp(-limit, *limit);
             }
         }
-    }
-
-    fn linear(&self) -> LinearLaw {
-        let (inputs, shafts) = (self.inputs.len(), self.inverse.work.kinematics.angles.len());
-        LinearLaw::gains(Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, shafts), Matrix::zeros(inputs, 0))
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        &self.sensors
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        Some(Clock { period: self.period, delay: 0.0, single: false })
-    }
-
-    fn describe(&self) -> Design {
-        Design { controller: "the servo loops of the bench".into(), law: "servo".into(), ..Design::default() }
     }
 }

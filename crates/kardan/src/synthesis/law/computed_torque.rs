@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use kardan_rt::{PositionLoop, Task};
 
 use crate::analysis::OutputSignal;
@@ -74,7 +76,7 @@ const CHANNEL: &[Field] = &[
     POLES,
 ];
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let inputs = (COMPUTED_TORQUE.inputs)(values);
     let references = (COMPUTED_TORQUE.references)(values);
@@ -167,7 +169,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
     let told = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Box::new(Nonlinear::new(request, Box::new(linear), wishes, told, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), wishes, told, friction_width)?))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

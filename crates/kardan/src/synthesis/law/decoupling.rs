@@ -1,4 +1,5 @@
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, rational_to_f64};
@@ -185,7 +186,7 @@ impl Observable<'_> {
     }
 }
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let task = Task::new(request)?;
     let quotient = observable_quotient(&task.system, &plant.twists());
@@ -261,7 +262,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     let number = |name: &String| inputs.iter().position(|input| input.element == *name);
     let limits: Vec<Option<f64>> =
         task.inputs.iter().map(|name| number(name).and_then(|input| plant.torque_limit(input))).collect();
-    Ok(Box::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
+    Ok(Arc::new(Linear::new(request, design, Some(exact), task.references, block).against_windup(&limits)))
 }
 
 /// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.

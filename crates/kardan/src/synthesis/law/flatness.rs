@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, rational_to_f64};
 use crate::results::Design;
@@ -49,7 +51,7 @@ crossover_frequency = \"30 rad/s\"
 
 const CHANNEL: &[Field] = &[OUTPUT, REFERENCE, NATURAL_FREQUENCY, DAMPING_RATIO, CROSSOVER];
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;
     let system = &task.system;
     let flat = flat_parametrisation(system).map_err(|error| match error {
@@ -103,7 +105,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         behind: None,
         inverts: true,
     };
-    Ok(Box::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
+    Ok(Arc::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
 }
 
 /// K and how it was found.

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use crate::num::Matrix;
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, inputs, references, template};
@@ -57,7 +59,7 @@ const CHANNEL: &[Field] = &[
     ),
 ];
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;
     let states = request.plant.states();
     let (n, m) = (states.len(), task.inputs.len());

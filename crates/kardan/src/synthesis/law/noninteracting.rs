@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use kardan_rt::{Channel, Gain, Health, Measurement, Noninteracting, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
@@ -14,8 +16,8 @@ use crate::results::{ControllerData, Design, Feedback, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::sampled::{Block, Clock, Firmware, entries};
 use crate::synthesis::{
-    ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
-    effective_inertia, named, output_shaft,
+    Continuous, ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen, SynthesisError,
+    angle_output, effective_inertia, named, output_shaft,
 };
 use crate::units::{Dimension, Exact};
 
@@ -195,7 +197,7 @@ enum ChannelSpec {
     Torque,
 }
 
-struct Running {
+struct Designed {
     name: String,
     plant: Plant,
     specs: Vec<ChannelSpec>,
@@ -271,6 +273,15 @@ impl<T: Float> Runner<T> {
     }
 }
 
+impl Continuous for Runner<f64> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        Block::command(self, seen, out);
+        if self.kept {
+            out.fill(f64::NAN);
+        }
+    }
+}
+
 impl<T: Float> Block for Runner<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let Seen { angles, speeds, references, .. } = seen;
@@ -315,7 +326,7 @@ impl<T: Float> Block for Runner<T> {
     }
 }
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let model = &request.plant.linear;
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
@@ -393,7 +404,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         torques: vec![0.0; m],
         kept: false,
     };
-    let running = Running {
+    let designed = Designed {
         name: request.name.to_string(),
         plant: request.plant.clone(),
         specs,
@@ -409,16 +420,16 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         runner,
     };
     if !nonlinear {
-        return Ok(Box::new(running));
+        return Ok(Arc::new(designed));
     }
     if loads.iter().any(Option::is_some) {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
-    let wishes = running
+    let wishes = designed
         .runner
         .channels
         .iter()
-        .zip(&running.runner.output_shafts)
+        .zip(&designed.runner.output_shafts)
         .map(|(channel, &shaft)| match channel {
             Channel::Position { position_loop, .. } => {
                 Wish::Task(Task::Position { shaft, position_loop: *position_loop })
@@ -427,7 +438,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         })
         .collect();
     let friction_width = request.values.number("friction_width");
-    Ok(Box::new(Nonlinear::new(request, Box::new(running), wishes, told_references, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wishes, told_references, friction_width)?))
 }
 
 /// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
@@ -453,7 +464,7 @@ fn disturbance_gain(
     design.acceleration_gain.multiply(&output.multiply(&accelerations))
 }
 
-impl Running {
+impl Designed {
     /// What the block [`Noninteracting`] runs with; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let unit = |name: &String| if name.ends_with(".w") { "rad/s" } else { "rad" }.to_string();
@@ -498,7 +509,7 @@ impl Running {
     }
 }
 
-impl Law for Running {
+impl Law for Designed {
     fn inputs(&self) -> &[String] {
         &self.inputs
     }
@@ -507,12 +518,8 @@ impl Law for Running {
         &self.references
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.runner.command(seen, out);
-        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
-        if self.runner.kept {
-            out.fill(f64::NAN);
-        }
+    fn run(&self) -> Running {
+        Running::Continuous(Box::new(self.runner.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

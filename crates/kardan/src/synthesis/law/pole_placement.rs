@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use crate::num::rational_to_f64;
 use crate::schema::{Field, Kind};
 use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
@@ -46,7 +48,7 @@ reference = \"ref_fs\"
 
 const CHANNEL: &[Field] = &[OUTPUT, REFERENCE];
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;
     let poles = request.values.poles("poles").unwrap_or_default();
     let poles: Vec<(f64, f64)> =

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use kardan_rt::{Health, PositionLoop};
 
 use crate::element::Values;
@@ -6,7 +8,7 @@ use crate::results::{ControllerData, Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::sampled::{Block, Clock, Firmware};
 use crate::synthesis::{
-    Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, output_shaft,
+    Continuous, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError, input_inertia, output_shaft,
 };
 use crate::units::Dimension;
 
@@ -67,7 +69,7 @@ fn references(values: &Values) -> Vec<Reference> {
     reference.into_iter().chain(load).collect()
 }
 
-struct Running {
+struct Designed {
     name: String,
     inputs: Vec<String>,
     output: String,
@@ -101,6 +103,15 @@ impl<T: Float> Runner<T> {
     }
 }
 
+impl Continuous for Runner<f64> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+        Block::command(self, seen, out);
+        if self.kept {
+            out.fill(f64::NAN);
+        }
+    }
+}
+
 impl<T: Float> Block for Runner<T> {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let Seen { angles, speeds, references, .. } = seen;
@@ -119,7 +130,7 @@ impl<T: Float> Block for Runner<T> {
     }
 }
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let values = request.values;
     let output = values.word("output").unwrap_or_default().to_string();
     let shaft = output_shaft(&output, request.plant.shafts())?;
@@ -132,7 +143,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         (None, Some(found)) => rational_to_f64(&found),
         (None, None) => return Err(SynthesisError::NotReached { input, output }),
     };
-    Ok(Box::new(Running {
+    Ok(Arc::new(Designed {
         name: request.name.to_string(),
         inputs,
         output,
@@ -151,7 +162,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     }))
 }
 
-impl Running {
+impl Designed {
     /// What the block [`PositionLoop`] runs with: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
         let speed = self.output.trim_end_matches("phi").to_string() + "w";
@@ -173,7 +184,7 @@ impl Running {
     }
 }
 
-impl Law for Running {
+impl Law for Designed {
     fn inputs(&self) -> &[String] {
         &self.inputs
     }
@@ -182,12 +193,8 @@ impl Law for Running {
         &self.references
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.runner.command(seen, out);
-        // In continuous time there is no sample to keep: the step of the run shrinks, or the run ends.
-        if self.runner.kept {
-            out.fill(f64::NAN);
-        }
+    fn run(&self) -> Running {
+        Running::Continuous(Box::new(self.runner.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {

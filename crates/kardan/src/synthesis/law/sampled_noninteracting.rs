@@ -1,4 +1,6 @@
-use kardan_rt::{Bounds, Health};
+use std::sync::Arc;
+
+use kardan_rt::Bounds;
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
@@ -13,10 +15,10 @@ use crate::synthesis::observed::{Reading, reading, rows, told_apart};
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::sampled::{
-    Firmware, GovernorData, Problem, RegulatorData, Runner, Solution, Target, filter, hold_plant, on_their_way,
+    Block, Firmware, GovernorData, Problem, RegulatorData, Runner, Solution, Target, filter, hold_plant, on_their_way,
 };
 use crate::synthesis::{
-    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, clock, effective_inertia,
+    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock, effective_inertia,
     reading_variance, rounded,
 };
 use crate::units::Dimension;
@@ -193,11 +195,10 @@ struct Sampled {
     shafts: usize,
     states: Vec<String>,
     data: RegulatorData,
-    runner: Runner<f64>,
     design: Design,
 }
 
-fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let Some(clock) = clock(values)? else {
         return Err(SynthesisError::SampledOnly { law: SAMPLED_NONINTERACTING.keyword });
@@ -296,12 +297,11 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
     states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
     states.extend(references.iter().map(|r| format!("governed {}", r.name)));
     states.extend(inputs.iter().map(|input| format!("command of {input}")));
-    Ok(Box::new(Sampled {
+    Ok(Arc::new(Sampled {
         name: request.name.to_string(),
         clock,
         inputs,
         references,
-        runner: Runner::new(&data, &observed.readings, &offsets),
         sensors: if observed.full { Vec::new() } else { observed.sensors },
         readings: observed.readings,
         offsets,
@@ -705,6 +705,14 @@ fn unit(signal: &str) -> &'static str {
 }
 
 impl Sampled {
+    fn block(&self, single: bool) -> Box<dyn Block> {
+        if single {
+            Box::new(Runner::<f32>::new(&self.data, &self.readings, &self.offsets))
+        } else {
+            Box::new(Runner::<f64>::new(&self.data, &self.readings, &self.offsets))
+        }
+    }
+
     /// x̂, ξ, last readings, governed references, commands: where each begins.
     fn places(&self) -> [usize; 5] {
         let [n, k, r, p, _] = self.data.sizes();
@@ -744,31 +752,13 @@ impl Law for Sampled {
         }
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        use crate::synthesis::Block;
-        self.runner.command(seen, out);
-    }
-
-    fn health(&self) -> Health {
-        use crate::synthesis::Block;
-        self.runner.health()
-    }
-
-    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        use crate::synthesis::Block;
-        self.runner.next(seen, torques, out);
+    fn run(&self) -> Running {
+        Running::Sampled(self.clock, self.block(self.clock.single))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         let same = clock.period == self.clock.period;
-        same.then(|| Firmware {
-            linear: self.linear(),
-            block: if clock.single {
-                Box::new(Runner::<f32>::new(&self.data, &self.readings, &self.offsets))
-            } else {
-                Box::new(Runner::<f64>::new(&self.data, &self.readings, &self.offsets))
-            },
-        })
+        same.then(|| Firmware { linear: self.linear(), block: self.block(clock.single) })
     }
 
     fn linear(&self) -> LinearLaw {

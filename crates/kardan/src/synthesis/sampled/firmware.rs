@@ -1,11 +1,13 @@
 //! Laws as firmware runs them: once every sample time, on readings of sensors, in single or double precision.
 
+use std::sync::Arc;
+
 use kardan_rt::Health;
 
 use crate::analysis::OutputSignal;
 use crate::num::{Float, Matrix, discretise};
 use crate::results::Design;
-use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Seen};
+use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Running, Seen};
 
 /// When and in which arithmetic a controller runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,14 +44,13 @@ pub struct Firmware {
 /// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
 ///
 /// The states of a law in continuous time are integrated exactly for signals held over the sample time.
-pub fn sampled(law: Box<dyn Law>, clock: Clock) -> Option<Box<dyn Law>> {
-    let Firmware { block, linear } = law.firmware(clock)?;
-    Some(Box::new(Sampled { law, block, linear, clock }))
+pub fn sampled(law: Arc<dyn Law>, clock: Clock) -> Option<Arc<dyn Law>> {
+    let Firmware { linear, .. } = law.firmware(clock)?;
+    Some(Arc::new(Sampled { law, linear, clock }))
 }
 
 struct Sampled {
-    law: Box<dyn Law>,
-    block: Box<dyn Block>,
+    law: Arc<dyn Law>,
     linear: LinearLaw,
     clock: Clock,
 }
@@ -79,16 +80,11 @@ impl Law for Sampled {
         self.law.start(angles, speeds, out);
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.block.command(seen, out);
-    }
-
-    fn health(&self) -> Health {
-        self.block.health()
-    }
-
-    fn rates(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        self.block.next(seen, torques, out);
+    fn run(&self) -> Running {
+        let Some(firmware) = self.law.firmware(self.clock) else {
+            unreachable!("`sampled` has made it for this clock before");
+        };
+        Running::Sampled(self.clock, firmware.block)
     }
 
     fn linear(&self) -> LinearLaw {

@@ -1,5 +1,7 @@
 //! How far a loop is from instability: rate, delay, lag and gain, each searched on the exact linear loop.
 
+use std::sync::Arc;
+
 use super::places::Places;
 use super::{Clock, LoopPlant, SampledLoop, SampledPart, Slowest};
 use crate::num::{Matrix, at_zero};
@@ -20,7 +22,7 @@ pub struct Survey<'a> {
     /// The plant.
     pub plant: &'a LoopPlant,
     /// All laws, as designed (not yet sampled, unless they are so by nature).
-    pub laws: &'a [Box<dyn Law>],
+    pub laws: &'a [Arc<dyn Law>],
     /// Their clocks.
     pub clocks: &'a [Option<Clock>],
     /// The controller that is changed.
