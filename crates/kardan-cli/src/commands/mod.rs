@@ -18,6 +18,7 @@ use kardan::diagnostics::Diagnostic;
 
 use crate::args::{Cli, Command};
 use crate::output::print;
+use crate::panics;
 use crate::render::Failure;
 use crate::stop;
 
@@ -50,6 +51,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         _ => false,
     };
     stop::listen(json);
+    panics::answer(json);
     let limits = match &cli.command {
         Command::Run(args) => Some(&args.limits),
         Command::Design(args) => Some(&args.limits),
@@ -63,7 +65,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
 }
 
 /// The exit code; what went wrong is said, and why if the command was to end early.
-fn told(done: Result<u8, Failure>, json: bool) -> u8 {
+pub fn told(done: Result<u8, Failure>, json: bool) -> u8 {
     done.unwrap_or_else(|mut failure| {
         if let Some(reason) = stop::reason() {
             let early = Diagnostic::error("command::early", format!("{reason}: what was there by then is not enough"));

@@ -55,6 +55,9 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> 
     } else {
         print(&summary(study, &files, origin))?;
     }
+    if let (Some(_), Some(warning)) = (stop::reason(), study.warnings.last()) {
+        render::note(warning);
+    }
     Ok(if problems.is_empty() && stop::reason().is_none() { verdict(&study.runs) } else { ERROR })
 }
 

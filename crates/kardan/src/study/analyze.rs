@@ -71,9 +71,6 @@ fn keep(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
     });
 }
 
-/// What comes after the exact answers.
-const AFTER_STRUCTURE: &str = "modes, the construction of inputs, bases and places";
-
 /// Analyses one variant of a file without mistakes.
 pub(super) fn analyze_variant(
     prepared: &Prepared,
@@ -120,7 +117,8 @@ pub(super) fn analyze_variant(
         notes,
         ..Analysis::default()
     };
-    decide(&mut analysis, &linear, settings.certify, (progress, &variant.name))?;
+    let rest = "modes, the construction of inputs, bases and places";
+    decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest)?;
     let found = if regular {
         exact_modes(&system, &reduction(&system, &reduced.coordinates), &analysis.structure.factors)
     } else {
@@ -202,7 +200,8 @@ pub fn analyze_state_space(
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
     let mut analysis = Analysis { name: "state space".into(), ..Analysis::default() };
-    decide(&mut analysis, &system, settings.certify, (progress, "state space"))?;
+    let rest = "modes and the construction of inputs";
+    decide(&mut analysis, &system, settings.certify, (progress, "state space"), rest)?;
     let modes = exact_modes_of_pencil(&system, &analysis.structure.factors);
     list(&mut analysis, modes);
     failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
@@ -219,18 +218,19 @@ fn decide(
     system: &LinearSystem,
     certify: bool,
     (progress, name): (&dyn Progress, &str),
+    rest: &str,
 ) -> Result<(), Vec<Diagnostic>> {
     let failed = |error: StructureError| vec![Diagnostic::error("analysis::structure", error.to_string())];
     progress.advance(0, name, 0.0);
     if certify {
         analysis.structure = structure(system).map_err(failed)?;
-        keep(progress, analysis, &format!("the proofs asked for, {AFTER_STRUCTURE}"));
+        keep(progress, analysis, &format!("the proofs asked for, {rest}"));
         let report = |fraction: f64| progress.advance(0, name, fraction);
         analysis.structure = certified_structure(system, &report).map_err(failed)?;
     } else {
         analysis.structure = structure(system).map_err(failed)?;
     }
-    keep(progress, analysis, AFTER_STRUCTURE);
+    keep(progress, analysis, rest);
     Ok(())
 }
 
