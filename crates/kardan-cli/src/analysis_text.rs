@@ -27,6 +27,9 @@ pub fn text(analysis: &Analysis, origin: &str) -> String {
     if let Some(first) = analysis.description.split("\n\n").map(str::trim).find(|text| !text.is_empty()) {
         sentence(&mut out, first);
     }
+    if let Some(why) = &analysis.unfinished {
+        sentence(&mut out, &format!("NOT COMPLETE, {why}."));
+    }
     if let Some(found) = &analysis.class {
         class(&mut out, found);
     }

@@ -39,7 +39,7 @@ pub enum Command {
 }
 
 /// Run the study of a model file: one table for each variant, the plots and a report.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan run\n  kardan run ./my.toml --out my-out --variant beta-10deg\n  \
                         kardan run my.toml --json | jq '.variants[].signals[\"rk.phi\"].max'")]
 pub struct RunArgs {
@@ -71,7 +71,7 @@ pub struct RunArgs {
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
 /// and sensors, and how far toleranced parameters are from losing it.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan analyze two-bodies\n  kardan analyze my.toml --inputs motor --outputs \
                         rack.phi,rack.w --report analysis.html\n  kardan analyze my.toml --json | jq '.uncontrollable'\n  \
                         kardan analyze my.toml --certify\n  kardan analyze --state-space abcd.json")]
@@ -108,7 +108,7 @@ pub struct AnalyzeArgs {
 
 /// Design one controller of a model: whether its outputs can be decoupled, gains, poles, zero dynamics, the exact proof and
 /// what is left of cross coupling in the nonlinear simulation.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan design\n  kardan design my.toml --control column --report design.html \
                         --controller column.json\n  kardan design my.toml --law decoupling --inputs wg_motor,rk_motor \
                         --outputs rk.phi,fs.phi\n  kardan design my.toml --json | jq '.gains.K.exact'\n  \
@@ -184,7 +184,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 /// Find parameters of a model in measured logs: values with confidence intervals, what the data cannot tell, tests of what is
 /// left over, validation on segments that the fit has not seen.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Logs: CSV and other text, Parquet, MAT (v5 to v7), MDF 4. Columns that are called like signals of the \
                         model (wg.phi, cs.w, wg_motor.tau) are found; others are named in [log.NAME] of the model file \
@@ -289,7 +289,7 @@ impl IdentifyLoss {
 
 /// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, moved by an excitation that
 /// is designed to tell parameters best, or under the controllers of the file.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(
     after_help = "Examples:\n  kardan bench\n  kardan bench my.toml --plan multisine --format csv,parquet --out logs\n  \
                         kardan bench my.toml --truth hidden.toml --seed 7 --repetitions 20\n  \
@@ -363,7 +363,7 @@ pub enum Format {
 }
 
 /// Print the equations of motion of a model.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan equations sia-steering --latex > equations.tex")]
 pub struct EquationsArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
@@ -374,7 +374,7 @@ pub struct EquationsArgs {
 }
 
 /// Look for mistakes in a model file; nothing is run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan check my.toml")]
 pub struct CheckArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
@@ -382,7 +382,7 @@ pub struct CheckArgs {
 }
 
 /// List the built-in models, or print or save one of them.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:\n  kardan models\n  kardan models sia-steering --write my.toml")]
 pub struct ModelsArgs {
     /// The model whose TOML is wanted.
@@ -393,7 +393,7 @@ pub struct ModelsArgs {
 }
 
 /// Print the manual of the tables that a model file may have.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan elements harmonic_drive")]
 pub struct ElementsArgs {
     /// The table whose page is wanted.
@@ -401,7 +401,7 @@ pub struct ElementsArgs {
 }
 
 /// Print a completion script for a shell.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:\n  kardan completions bash > ~/.local/share/bash-completion/completions/kardan")]
 pub struct CompletionsArgs {
     /// The shell.

@@ -12,6 +12,7 @@ mod identify_text;
 mod input;
 mod layout;
 mod output;
+mod panics;
 mod progress;
 mod render;
 mod stop;

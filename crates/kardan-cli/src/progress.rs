@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use kardan::study::Progress;
+use kardan::study::{Part, Progress};
 
 use crate::args::Limits;
 use crate::stop;
@@ -17,7 +17,11 @@ pub struct Bars {
     all: MultiProgress,
     running: Mutex<HashMap<usize, ProgressBar>>,
     most_steps: Option<u64>,
+    show: Option<Show>,
 }
+
+/// Shows a part of the results of a command that ends early, and gives the exit code.
+type Show = Arc<dyn Fn(Part) -> u8 + Send + Sync>;
 
 impl Bars {
     /// Bars, or nothing if the user wants it quiet.
@@ -25,7 +29,12 @@ impl Bars {
         let seen = !quiet && std::io::stderr().is_terminal();
         let target = if seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         stop::computing(true);
-        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default(), most_steps: None }
+        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default(), most_steps: None, show: None }
+    }
+
+    /// The same for a command that shows what is finished, should it end early.
+    pub fn showing(self, show: impl Fn(Part) -> u8 + Send + Sync + 'static) -> Self {
+        Self { show: Some(Arc::new(show)), ..self }
     }
 
     /// The same for simulations that take no more steps than this.
@@ -67,8 +76,42 @@ impl Progress for Bars {
         stop::reason()
     }
 
+    fn keep(&self, part: &dyn Fn() -> Part) {
+        if let Some(show) = self.show.clone() {
+            let part = part();
+            stop::keep(Some(Box::new(move |reason| show(early(part, reason)))));
+        }
+    }
+
+    fn release(&self) {
+        if self.show.is_some() {
+            stop::keep(None);
+        }
+    }
+
     fn most_steps(&self) -> usize {
         let own = self.most_steps.map(|most| usize::try_from(most).unwrap_or(usize::MAX));
         own.unwrap_or_else(|| kardan::simulate::Tolerance::default().most_steps)
+    }
+}
+
+/// Says in what was finished why there is no more of it.
+fn early(mut part: Part, reason: &str) -> Part {
+    match &mut part {
+        Part::Study(study) => {
+            let warning = format!("{reason}: {}", study.warnings.last().map_or("", String::as_str));
+            Arc::make_mut(study).warnings.push(warning);
+        }
+        Part::Analysis(found) => because(&mut found.unfinished, reason),
+        Part::Design(found) => because(&mut found.unfinished, reason),
+        Part::Identification(found) => because(&mut found.unfinished, reason),
+    }
+    part
+}
+
+/// Puts the reason before what is missing.
+pub fn because(unfinished: &mut Option<String>, reason: &str) {
+    if let Some(missing) = unfinished {
+        *missing = format!("{reason}: {missing}");
     }
 }

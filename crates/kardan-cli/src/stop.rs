@@ -1,10 +1,11 @@
 //! Ending early: signals (SIGINT, SIGTERM) and limits of time end any command, and what it has is written.
 //!
-//! What takes long and has partial results asks [`reason`] now and then and ends by itself. What has none is ended from
-//! here after a short grace; files appear whole or not at all, so nothing half done is left.
+//! What can be ended in its middle asks [`reason`] now and then and ends by itself. What cannot (proofs, eigenvalues, fits) has
+//! handed over by [`keep`] how to show what was finished before; after a short grace that is shown from here, and the process
+//! ends. What has nothing to show is ended too. Files appear whole or not at all, so nothing half done is left.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -12,19 +13,30 @@ use crate::output::print;
 use crate::render::stderr;
 
 /// Exit code of what ended early.
-const ENDED_EARLY: i32 = 2;
+const ENDED_EARLY: u8 = 2;
 /// Exit code after a second signal, as shells have it for SIGINT.
 const KILLED: i32 = 130;
-/// What a computation gets to answer, before it is ended from here.
-const GRACE: Duration = Duration::from_millis(600);
+/// What a computation gets to answer, before what was kept of it is shown from here.
+const GRACE: Duration = Duration::from_millis(400);
+/// What one gets that has asked whether to end, and of which nothing was kept.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Shows what is finished of a command, told why it ends, and gives the exit code.
+pub type Show = Box<dyn FnOnce(&str) -> u8 + Send>;
 
 static REASON: OnceLock<String> = OnceLock::new();
 /// Whether something has heard of the end and now keeps what it has.
 static HEARD: AtomicBool = AtomicBool::new(false);
-/// Whether something is computed, not written.
-static COMPUTING: AtomicBool = AtomicBool::new(true);
 /// Whether the reader of the standard output waits for an object of JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
+/// What is done at this moment; locked by the one who writes.
+static STATE: Mutex<State> = Mutex::new(State { computing: true, kept: None });
+
+struct State {
+    /// Whether something is computed, not written.
+    computing: bool,
+    kept: Option<Show>,
+}
 
 /// Listens to signals from now on. Where they cannot be heard, they end the program at once, as without this.
 pub fn listen(json: bool) {
@@ -53,9 +65,18 @@ pub fn reason() -> Option<String> {
     Some(reason.clone())
 }
 
-/// Says whether something is computed from now on, or written.
+fn state() -> std::sync::MutexGuard<'static, State> {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Says whether something is computed from now on, or written; what was kept is out of date then.
 pub fn computing(yes: bool) {
-    COMPUTING.store(yes, Ordering::SeqCst);
+    *state() = State { computing: yes, kept: None };
+}
+
+/// Keeps how to show what is finished, in place of what was kept before; nothing: all of it is done.
+pub fn keep(show: Option<Show>) {
+    state().kept = show;
 }
 
 fn request(reason: String) {
@@ -66,14 +87,31 @@ fn request(reason: String) {
     stderr(&format!("note: {reason}; what is there is kept (a second signal ends at once)\n"));
     thread::spawn(move || {
         thread::sleep(GRACE);
-        if COMPUTING.load(Ordering::SeqCst) && !HEARD.load(Ordering::SeqCst) {
+        end(reason, true);
+        thread::sleep(PATIENCE);
+        end(reason, false);
+    });
+}
+
+/// Ends a computation that does not end by itself; with `wait` not one that has asked and of which nothing was kept.
+fn end(reason: &str, wait: bool) {
+    // Whoever would write now waits for this lock, and does not come to it.
+    let mut state = state();
+    if !state.computing {
+        return;
+    }
+    let code = match state.kept.take() {
+        Some(show) => show(reason),
+        None if wait && HEARD.load(Ordering::SeqCst) => return,
+        None => {
             let message =
                 format!("{reason}: this command has no partial results; files that are there already are complete");
             if JSON.load(Ordering::Relaxed) {
                 let _ = print(&(kardan::export::json_error(&message, "", &[]) + "\n"));
             }
             stderr(&format!("error: {message}\n"));
-            std::process::exit(ENDED_EARLY);
+            ENDED_EARLY
         }
-    });
+    };
+    std::process::exit(code.into());
 }

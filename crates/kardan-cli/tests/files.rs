@@ -23,6 +23,10 @@ fn kardan(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }
 
+/// With a controller for a study on the bench.
+const STUDY: &str = "[control.hold]\nlaw = \"position_loop\"\ninput = \"drive\"\noutput = \"axle.phi\"\nreference = \"wish\"\n\
+                     sample_time = \"5 ms\"\n";
+
 /// Miette's frame and line breaks taken out.
 fn words(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes)
@@ -50,6 +54,7 @@ fn folder(name: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&path);
     fs::create_dir_all(&path).unwrap();
     fs::write(path.join("axle.toml"), MODEL).unwrap();
+    fs::write(path.join("study.toml"), MODEL.replace("[scenario]", &format!("{STUDY}[scenario]"))).unwrap();
     fs::write(path.join("bench.csv"), log(1600)).unwrap();
     path
 }
@@ -217,6 +222,62 @@ mod unix {
         }
     }
 
+    /// A disk of 256 KiB of its own, full but for a few: what a command wrote before stays, what it could not write it names, and
+    /// nothing is cut short. Needs a mount of its own (root, or user namespaces); where that is refused the test says so on the
+    /// terminal, and limits of the size of files (below) stand for it.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_disk_that_is_really_full_takes_nothing_away() {
+        let at = folder("tmpfs");
+        fs::create_dir(at.join("disk")).unwrap();
+        let mounted = |options: &str, script: &str| {
+            let script = format!("mount -t tmpfs -o size=256k none disk && {script}");
+            let mut shell = Command::new("unshare");
+            shell.current_dir(&at).arg(options).args(["sh", "-c", &script]).stdin(Stdio::null());
+            shell.output()
+        };
+        let works = |options: &&str| mounted(options, "true").is_ok_and(|out| out.status.success());
+        let Some(options) = ["-m", "-Urm"].into_iter().find(|options| works(options)) else {
+            use std::io::Write;
+            let _ = writeln!(
+                std::io::stderr(),
+                "NOT TRIED: a_disk_that_is_really_full_takes_nothing_away (neither `unshare -m` nor `unshare -Urm` may mount a tmpfs)"
+            );
+            return;
+        };
+        for (line, result, room) in [
+            ("run axle.toml --out disk", "report.html", 0),
+            // Tables have room, the report has not.
+            ("run axle.toml --out disk", "report.html", 24 << 10),
+            ("bench study.toml --study --out disk", "report.html", 0),
+            ("bench study.toml --study --out disk", "report.html", 64 << 10),
+            ("identify disk/axle.toml bench.csv --write disk/axle.toml", "axle.toml", 0),
+            ("analyze axle.toml --report disk/page.html", "page.html", 0),
+            ("design axle.toml --outputs axle.phi --no-simulation --report disk/page.html", "page.html", 0),
+            ("models two-bodies --write disk/new.toml", "", 0),
+        ] {
+            let kardan = env!("CARGO_BIN_EXE_kardan");
+            let script = format!(
+                "cp axle.toml disk/; [ -z '{result}' -o -e disk/'{result}' ] || echo 'old and whole' > disk/{result}; \
+                 cp -r disk before; head -c 1000000 /dev/zero > disk/filler 2>/dev/null; \
+                 truncate -s -{room} disk/filler; {kardan} {line}; echo \"code $?\"; \
+                 rm disk/filler; ls -A disk; rm -rf after; cp -r disk after"
+            );
+            let out = mounted(options, &script).unwrap();
+            let (text, said) = (String::from_utf8_lossy(&out.stdout), words(&out.stderr));
+            assert!(text.contains("code 2"), "{line}: {text} {said}");
+            assert!(said.contains("no space left"), "{line}: {said}");
+            assert!(!contents(&at.join("after")).keys().any(|path| is_part(path)), "{line}: {text}");
+            assert_eq!(text.contains(".csv"), room > 0, "{line}: {text}");
+            for (path, bytes) in contents(&at.join("before")) {
+                let now = at.join("after").join(path.strip_prefix(at.join("before")).unwrap());
+                assert!(fs::read(&now).unwrap() == bytes, "{line}: {}", now.display());
+            }
+            fs::remove_dir_all(at.join("before")).unwrap();
+            fs::remove_dir_all(at.join("after")).unwrap();
+        }
+    }
+
     /// A disk on which only files of a kibibyte have room.
     #[test]
     fn a_full_disk_takes_nothing_away() {
@@ -305,21 +366,24 @@ fn a_log_of_endless_rows_takes_no_memory() {
 }
 
 /// Lets operation after operation of a command fail, and kills it there. All files that were whole stay, or are replaced by whole
-/// ones; a command that could not write says so; what a killed one leaves is swept away by the next.
+/// ones; a command that could not write says so; what a killed one leaves is swept away by the next. With `over` old results are
+/// there, which are replaced; without, what is there of the results is whole.
 #[cfg(debug_assertions)]
-fn every_operation_fails(name: &str, arguments: &[&str]) {
+fn every_operation_fails(name: &str, arguments: &[&str], over: bool) {
     // What the command writes where nothing fails.
     let model = folder(&format!("{name}-whole"));
+    let before = contents(&model).len();
     let good = kardan(&model, arguments);
     assert_eq!(good.status.code(), Some(0), "{arguments:?}: {}", words(&good.stderr));
     let relative = |at: &Path| -> BTreeMap<PathBuf, Vec<u8>> {
         contents(at).into_iter().map(|(path, bytes)| (path.strip_prefix(at).unwrap().to_owned(), bytes)).collect()
     };
     let whole = relative(&model);
+    assert!(over || whole.len() > before, "{arguments:?} writes nothing");
     for way in ["fail", "full", "kill"] {
         let at = folder(&format!("{name}-{way}"));
         // Old results that were whole.
-        for path in whole.keys().filter(|path| !at.join(path).exists()) {
+        for path in whole.keys().filter(|path| over && !at.join(path).exists()) {
             fs::create_dir_all(at.join(path).parent().unwrap()).unwrap();
             fs::write(at.join(path), "old and whole").unwrap();
         }
@@ -328,16 +392,16 @@ fn every_operation_fails(name: &str, arguments: &[&str]) {
         for number in 0..400 {
             let got = command(&at, arguments).env("KARDAN_FAULT", format!("{way}:{number}")).output().unwrap();
             let after = relative(&at);
-            for (path, bytes) in &old {
+            for path in old.keys() {
+                assert!(after.contains_key(path), "{arguments:?}, {way} {number}: {} is gone", path.display());
+            }
+            for (path, now) in after.iter().filter(|(path, _)| !(way == "kill" && is_part(path))) {
                 assert!(
-                    after.get(path).is_some_and(|now| now == bytes || now == &whole[path]),
+                    old.get(path) == Some(now) || whole.get(path) == Some(now),
                     "{arguments:?}, {way} {number}: {} is neither the old nor the new one",
                     path.display()
                 );
             }
-            let strange: Vec<_> =
-                after.keys().filter(|path| !(old.contains_key(*path) || way == "kill" && is_part(path))).collect();
-            assert!(strange.is_empty(), "{arguments:?}, {way} {number}: {strange:?}");
             if got.status.code() == Some(0) {
                 assert!(number > 0, "{arguments:?}: no operation is counted");
                 assert!(after == whole, "{arguments:?}, {way} {number}: says that all is written");
@@ -352,58 +416,96 @@ fn every_operation_fails(name: &str, arguments: &[&str]) {
                     assert!(said.contains("no space left"), "{arguments:?}, {way} {number}: {said}");
                 }
             }
-            // The model may have become the new one.
+            // The model may have become the new one, and results may be there that were not.
+            for path in after.keys().filter(|path| !old.contains_key(*path) && !is_part(path)) {
+                fs::remove_file(at.join(path)).unwrap();
+            }
             for (path, bytes) in &old {
                 fs::write(at.join(path), bytes).unwrap();
             }
         }
         assert!(done, "{arguments:?}, {way}: never done");
-        assert!(!contents(&at).keys().any(|path| is_part(path)), "leftovers are swept");
+        // A command that takes no old result for its own has none to sweep before.
+        assert!(!over || !contents(&at).keys().any(|path| is_part(path)), "leftovers are swept");
     }
 }
 
 #[cfg(debug_assertions)]
 mod faults {
-    use super::every_operation_fails;
+    use super::*;
 
-    #[test]
-    fn of_run() {
-        for format in ["csv", "parquet", "mat", "mdf"] {
-            every_operation_fails(&format!("run-{format}"), &["run", "axle.toml", "--format", format, "--no-report"]);
-        }
-        every_operation_fails("run-report", &["run", "axle.toml", "--json"]);
+    /// Each command that there is, with all that it can write.
+    const COMMANDS: [(&str, &[&str], bool); 18] = [
+        ("run-csv", &["run", "axle.toml", "--format", "csv", "--no-report"], true),
+        ("run-parquet", &["run", "axle.toml", "--format", "parquet", "--no-report"], true),
+        ("run-mat", &["run", "axle.toml", "--format", "mat", "--no-report"], true),
+        ("run-mdf", &["run", "axle.toml", "--format", "mdf", "--no-report"], true),
+        ("run-report", &["run", "axle.toml", "--json"], true),
+        ("run-new", &["run", "axle.toml", "--out", "new/folder"], false),
+        ("analyze", &["analyze", "axle.toml", "--report", "page.html"], true),
+        ("analyze-json", &["analyze", "axle.toml", "--json", "--report", "new/page.html"], false),
+        (
+            "design",
+            &[
+                "design", "axle.toml", "--outputs", "axle.phi", "--report", "page.html", "--controller", "c.json",
+                "--no-simulation",
+            ],
+            true,
+        ),
+        ("identify", &["identify", "axle.toml", "bench.csv", "--report", "page.html", "--write", "axle.toml"], true),
+        ("bench", &["bench", "axle.toml", "--format", "csv,mdf"], true),
+        ("bench-study", &["bench", "study.toml", "--study", "--out", "study"], true),
+        ("models-write", &["models", "two-bodies", "--write", "new.toml"], false),
+        ("models", &["models"], true),
+        ("check", &["check", "axle.toml"], true),
+        ("equations", &["equations", "axle.toml"], true),
+        ("elements", &["elements", "shaft"], true),
+        ("completions", &["completions", "bash"], true),
+    ];
+
+    fn all_of(command: &str) {
+        let own = COMMANDS.iter().filter(|(_, arguments, _)| arguments[0] == command);
+        assert!(own.map(|(name, arguments, over)| every_operation_fails(name, arguments, *over)).count() > 0);
     }
 
     #[test]
-    fn of_analyze_design_and_models() {
-        every_operation_fails("analyze", &["analyze", "axle.toml", "--report", "page.html"]);
-        every_operation_fails(
-            "design",
-            &[
-                "design",
-                "axle.toml",
-                "--outputs",
-                "axle.phi",
-                "--report",
-                "page.html",
-                "--controller",
-                "c.json",
-                "--no-simulation",
-            ],
-        );
-        every_operation_fails("check", &["check", "axle.toml"]);
+    fn no_command_is_forgotten() {
+        let help = kardan(Path::new(env!("CARGO_TARGET_TMPDIR")), &["--help"]);
+        let help = String::from_utf8(help.stdout).unwrap();
+        let listed = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+        let listed: Vec<&str> =
+            listed.take_while(|line| !line.is_empty()).filter_map(|line| line.split_whitespace().next()).collect();
+        assert!(listed.len() >= 10, "{help}");
+        for command in listed.iter().filter(|command| **command != "help") {
+            assert!(COMMANDS.iter().any(|(_, arguments, _)| arguments[0] == *command), "`{command}` is not tried");
+        }
+    }
+
+    #[test]
+    fn of_run() {
+        all_of("run");
+    }
+
+    #[test]
+    fn of_analyze_and_design() {
+        all_of("analyze");
+        all_of("design");
     }
 
     #[test]
     fn of_identify() {
-        every_operation_fails(
-            "identify",
-            &["identify", "axle.toml", "bench.csv", "--report", "page.html", "--write", "axle.toml"],
-        );
+        all_of("identify");
     }
 
     #[test]
     fn of_bench() {
-        every_operation_fails("bench", &["bench", "axle.toml", "--format", "csv,mdf"]);
+        all_of("bench");
+    }
+
+    #[test]
+    fn of_what_only_prints_and_copies() {
+        for command in ["models", "check", "equations", "elements", "completions"] {
+            all_of(command);
+        }
     }
 }

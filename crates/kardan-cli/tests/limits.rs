@@ -2,11 +2,12 @@
 
 #![cfg(unix)]
 
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -126,26 +127,190 @@ fn a_limit_ends_a_bench() {
     assert!(logs.iter().any(|path| path.extension().is_some_and(|e| e == "csv")), "{logs:?}");
 }
 
+/// A system of n states with small whole numbers near the diagonal and some elsewhere.
+fn state_space(n: u64) -> String {
+    let mut seed = 7;
+    let mut digit = || {
+        seed = (seed * 6_364_136_223_846_793_005_u64).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) % 19
+    };
+    let mut rows: Vec<Vec<i64>> = vec![vec![0; n as usize]; n as usize];
+    for (i, row) in rows.iter_mut().enumerate() {
+        for j in i.saturating_sub(1)..(i + 2).min(n as usize) {
+            row[j] = digit() as i64 - 9;
+        }
+        let far = (digit() * 19 + digit()) % n;
+        row[far as usize] = digit() as i64 - 9;
+    }
+    let ports: Vec<i64> = (0..n).map(|_| digit() as i64 - 9).collect();
+    let columns: Vec<Vec<i64>> = ports.iter().map(|x| vec![*x]).collect();
+    serde_json::json!({ "A": rows, "B": columns, "C": [ports] }).to_string()
+}
+
+/// What a process gets to end after a signal; measured it is less than half a second, but checks share their machine.
+const AT_MOST: Duration = Duration::from_secs(5);
+
+/// Signals a job after longer and longer times, until what it says satisfies `wanted`. Each time it ends soon, with exit code 2 and an
+/// object of JSON, and nothing half written stays.
+fn signalled(at: &Path, arguments: &[&str], wanted: &dyn Fn(&Value) -> bool) -> (Value, String) {
+    for tenths in (3..300).step_by(6) {
+        let mut child = kardan(at, arguments);
+        // Its pipes are read while it runs.
+        let mut pipes = [child.stdout.take().map(drain), child.stderr.take().map(drain)];
+        sleep(Duration::from_millis(100 * tenths));
+        signal(&child, "-INT");
+        let since = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            assert!(since.elapsed() < AT_MOST, "{arguments:?} does not end");
+            sleep(Duration::from_millis(5));
+        }
+        let status = child.wait().unwrap();
+        let [out, told] = pipes.each_mut().map(|pipe| pipe.take().unwrap().join().unwrap());
+        assert_eq!(status.code(), Some(2), "{arguments:?} after {tenths} tenths of a second: {told}");
+        assert!(told.contains("stopped by a signal"), "{told}");
+        let files = fs::read_dir(at).unwrap().chain(fs::read_dir(at.join("out")).into_iter().flatten());
+        for file in files {
+            assert!(file.unwrap().path().extension().is_none_or(|e| e != "part"));
+        }
+        let json: Value = serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}{told}"));
+        if wanted(&json) {
+            return (json, told);
+        }
+    }
+    panic!("{arguments:?} never has a part of its results");
+}
+
+fn drain(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = String::new();
+        pipe.read_to_string(&mut text).unwrap();
+        text
+    })
+}
+
+/// Marked in the JSON and on the page, which is whole.
+fn is_unfinished(at: &Path, json: &Value, missing: &str) {
+    let why = json["unfinished"].as_str().unwrap();
+    assert!(json["complete"] == false && why.contains("stopped by a signal") && why.contains(missing), "{why}");
+    let page = fs::read_to_string(at.join("page.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"), "{why}");
+    fs::remove_file(at.join("page.html")).unwrap();
+}
+
+#[test]
+fn a_signal_keeps_what_an_analysis_has() {
+    let at = folder("signal-analyze");
+    fs::write(at.join("large.json"), state_space(800)).unwrap();
+    let arguments = ["analyze", "--state-space", "large.json", "--json", "--report", "page.html"];
+    let (json, _) = signalled(&at, &arguments, &|json| json["complete"] == false);
+    assert_eq!((&json["states"], &json["modes"]), (&Value::from(800), &Value::Array(Vec::new())));
+    assert!(json["controllable"].is_boolean() && json["certificate"]["proven"] == false);
+    is_unfinished(&at, &json, "modes");
+    // Of proofs asked for what was found before stays, and claims no proof.
+    fs::write(at.join("large.json"), state_space(500)).unwrap();
+    let (json, _) = signalled(&at, &[&arguments[..], &["--certify"]].concat(), &|json| json["complete"] == false);
+    assert_eq!(json["certificate"]["proven"], false);
+    is_unfinished(&at, &json, "proofs asked for");
+}
+
+#[test]
+fn a_signal_keeps_what_a_design_has() {
+    let at = folder("signal-design");
+    let arguments =
+        ["design", "sia-steering-ecu", "--tolerance", "20%", "--no-simulation", "--json", "--report", "page.html"];
+    let (json, _) = signalled(&at, &arguments, &|json| json["complete"] == false && json["margins"].is_object());
+    assert!(json["warnings"].is_array() && !json["controller_data"].as_object().unwrap().is_empty());
+    is_unfinished(&at, &json, "");
+}
+
+/// What was read of the logs is fitted; the model is not written over with it.
+#[test]
+fn a_signal_keeps_what_an_identification_has() {
+    let at = folder("signal-identify");
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
+    fs::write(at.join("model.toml"), model).unwrap();
+    let mut log = String::from("time,a.w,m.tau\ns,rad/s,N m\n");
+    for k in 0..300_000_u32 {
+        let speed = f64::from(1 + k / 500 % 9);
+        let _ = writeln!(log, "{:.3},{speed},{:.4}", 0.001 * f64::from(k), 2.0 * speed + 1e-3 * f64::from(k % 7));
+    }
+    fs::write(at.join("0.csv"), log).unwrap();
+    let names: Vec<String> = (0..60).map(|k| format!("{k}.csv")).collect();
+    for name in &names[1..] {
+        fs::hard_link(at.join("0.csv"), at.join(name)).unwrap();
+    }
+    let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
+    arguments.extend(names.iter().map(String::as_str));
+    let (json, told) = signalled(&at, &arguments, &|json| json["complete"] == false);
+    assert!(json["logs"].as_array().unwrap().len() < names.len(), "{}", json["unfinished"]);
+    let found = json["parameters"][0]["value"].as_f64().unwrap();
+    assert!((found - 2.0).abs() < 1e-3 && json["sound"] == false, "{found}");
+    is_unfinished(&at, &json, "of the logs");
+    assert!(told.contains("is not written: the identification is not complete"), "{told}");
+    assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), model);
+}
+
+/// Runs that are complete stay complete while the designs of their report are computed.
+#[test]
+fn a_signal_keeps_complete_runs() {
+    let at = folder("signal-run");
+    let arguments = ["run", "sia-steering-ecu", "--variants", "rack", "--json", "--out", "out"];
+    let (json, told) =
+        signalled(&at, &arguments, &|json| json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true);
+    assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
+    assert!(told.contains("designs of the report are missing"), "{told}");
+    assert!(fs::read_to_string(at.join("out/rack.csv")).unwrap().ends_with('\n'));
+    let page = fs::read_to_string(at.join("out/report.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"));
+}
+
+/// The logs of a study are there, whole, and named; the study is missing.
+#[test]
+fn a_signal_keeps_the_logs_of_a_study() {
+    let at = folder("signal-study");
+    let arguments = ["bench", "harmonic-drive-bench", "--study", "--json", "--out", "out"];
+    let (json, told) = signalled(&at, &arguments, &|json| {
+        json["logs"].as_array().is_some_and(|logs| logs.iter().all(|log| log["outcome"]["completed"] == true))
+    });
+    assert!(told.contains("the study is not complete"), "{told}");
+    let log = json["logs"][0]["files"][0].as_str().unwrap();
+    assert!(fs::read_to_string(at.join(log)).unwrap().ends_with('\n'));
+    assert!(!at.join("out/report.html").exists());
+}
+
 /// What has no partial results ends too, and says so.
 #[test]
 fn a_signal_ends_what_has_nothing_to_keep() {
     let at = folder("nothing_to_keep");
-    // A pipe that nobody writes to: the model is waited for.
-    let child = Command::new(env!("CARGO_BIN_EXE_kardan"))
-        .current_dir(&at)
-        .args(["analyze", "-", "--json"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn();
-    let mut child = child.unwrap();
-    let open = child.stdin.take();
-    sleep(Duration::from_millis(500));
-    signal(&child, "-INT");
-    let out = ended(child);
-    drop(open);
-    assert_eq!(out.status.code(), Some(2), "{out:?}");
-    assert!(String::from_utf8_lossy(&out.stderr).contains("no partial results"), "{out:?}");
-    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
-    assert!(json["error"].to_string().contains("stopped by a signal"), "{json}");
+    fs::write(at.join("log.csv"), "time\n").unwrap();
+    for arguments in [
+        &["analyze", "-", "--json"][..],
+        &["check", "-"],
+        &["equations", "-"],
+        &["design", "-"],
+        &["run", "-"],
+        &["bench", "-"],
+        &["identify", "-", "log.csv"],
+    ] {
+        // A pipe that nobody writes to: the model is waited for.
+        let child = Command::new(env!("CARGO_BIN_EXE_kardan"))
+            .current_dir(&at)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = child.unwrap();
+        let open = child.stdin.take();
+        sleep(Duration::from_millis(500));
+        signal(&child, "-INT");
+        let out = ended(child);
+        drop(open);
+        assert_eq!(out.status.code(), Some(2), "{out:?}");
+        assert!(String::from_utf8_lossy(&out.stderr).contains("no partial results"), "{out:?}");
+        if arguments.contains(&"--json") {
+            let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+            assert!(json["error"].to_string().contains("stopped by a signal"), "{json}");
+        }
+    }
 }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
-use kardan::study::AnalyzeSettings;
+use kardan::study::{AnalyzeSettings, Part};
 use kardan::{export, report, study};
 
-use super::DONE;
+use super::{DONE, ERROR, told};
 use crate::analysis_text;
 use crate::args::AnalyzeArgs;
 use crate::input::{self, Origin, Source};
@@ -27,18 +27,23 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
         Some(path) => of_matrices(path, args, &settings, quiet)?,
         None => of_model(args, &settings, quiet)?,
     };
+    tell(&analysis, args, &origin, quiet)
+}
+
+/// Writes and prints what was found, all of it or not.
+fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
-        save(path, report::analysis_html(&analysis).as_bytes())?;
+        save(path, report::analysis_html(analysis).as_bytes())?;
     }
     if args.json {
-        print(&(export::analysis_json(&analysis) + "\n"))?;
+        print(&(export::analysis_json(analysis) + "\n"))?;
     } else {
-        print(&analysis_text::text(&analysis, &origin))?;
+        print(&analysis_text::text(analysis, origin))?;
     }
     if let (Some(path), false) = (&args.report, quiet) {
         note(&format!("wrote {}", path.display()));
     }
-    Ok(DONE)
+    Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
@@ -48,8 +53,8 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     let mut warnings = study::check(&source.text);
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
-    let found = with_bars(quiet, |bars| study::analyze(&source.text, settings, bars));
     let origin = source.to_string();
+    let found = with_bars(args, &origin, quiet, |bars| study::analyze(&source.text, settings, bars));
     let analysis = found.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
         Failure { source: Some(source), diagnostics }
@@ -65,7 +70,7 @@ fn of_matrices(
 ) -> Result<(Analysis, String), Failure> {
     let (name, bytes) = input::read_matrices(path)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
-    let found = with_bars(quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
+    let found = with_bars(args, &name, quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
     let analysis = found.map_err(|diagnostics| {
         // Places in a file that is no text cannot be shown.
         let text = String::from_utf8(bytes).unwrap_or_default();
@@ -75,10 +80,16 @@ fn of_matrices(
 }
 
 fn with_bars(
+    args: &AnalyzeArgs,
+    origin: &str,
     quiet: bool,
     work: impl FnOnce(&Bars) -> Result<Analysis, Vec<Diagnostic>>,
 ) -> Result<Analysis, Vec<Diagnostic>> {
-    let bars = Bars::new(quiet);
+    let (args, origin) = (args.clone(), origin.to_owned());
+    let bars = Bars::new(quiet).showing(move |part| match part {
+        Part::Analysis(found) => told(tell(&found, &args, &origin, quiet), args.json),
+        _ => ERROR,
+    });
     let found = work(&bars);
     bars.finish();
     found

@@ -74,27 +74,45 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
                 run: BenchRun::Control(control),
                 ..settings
             };
-            Some(output.study(&source, &bench, &logs, &formats, &settings, (args.limits, quiet))?)
+            output.study(&source, &bench, &logs, &formats, &settings, args, quiet)?
         }
         _ => None,
     };
-    let Output { files, problems, .. } = output;
-    render::show(None, &problems);
-    if args.json {
-        let text = match &found {
-            Some(found) => export::bench_study_json(found, &logs, &files),
-            None => export::bench_json(bench.name(), bench.plan(), bench.truth(), &logs, bench.notes()),
-        };
-        print(&(text + "\n"))?;
-    } else {
-        let plan = bench.plan().map(|plan| bench_text::plan(bench.name(), plan)).unwrap_or_default();
-        let told = found.as_ref().map(bench_text::study).unwrap_or_default();
-        print(&(plan + &told + &bench_text::summary(bench.truth(), bench.notes(), &files, SHOWN)))?;
+    if let (true, None, Some(reason)) = (args.study, &found, stop::reason()) {
+        output.problems.push(missing(&reason));
     }
+    print(&told(&bench, &logs, found.as_ref(), &output.files, args.json))?;
+    let Output { problems, .. } = output;
+    render::show(None, &problems);
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
     let whole = outcomes.chain(logs.iter().map(|log| &log.outcome)).all(|outcome| *outcome == Outcome::Completed);
     Ok(if problems.is_empty() && whole && stop::reason().is_none() { DONE } else { ERROR })
+}
+
+/// A study that ended early.
+fn missing(reason: &str) -> Diagnostic {
+    Diagnostic::error("bench::study", format!("{reason}: the study is not complete, its report is not written"))
+        .help("the files named are complete; `kardan identify` and `kardan design` take it up from there")
+}
+
+/// What was found as an object of JSON, or as text.
+fn told(
+    bench: &PreparedBench,
+    logs: &[WrittenLog],
+    found: Option<&BenchStudy>,
+    files: &[String],
+    json: bool,
+) -> String {
+    if json {
+        return match found {
+            Some(found) => export::bench_study_json(found, logs, files),
+            None => export::bench_json(bench.name(), bench.plan(), bench.truth(), logs, bench.notes()),
+        } + "\n";
+    }
+    let plan = bench.plan().map(|plan| bench_text::plan(bench.name(), plan)).unwrap_or_default();
+    let told = found.map(bench_text::study).unwrap_or_default();
+    plan + &told + &bench_text::summary(bench.truth(), bench.notes(), files, SHOWN)
 }
 
 /// What is written, and what could not be.
@@ -154,7 +172,20 @@ impl Output {
         logs
     }
 
-    /// From the logs on: identify, write the model, design on it, run in simulation and on the bench, report.
+    /// Should what is computed now end early, the files are named that are there.
+    fn keep_told(&self, bench: &PreparedBench, logs: &[WrittenLog], json: bool) {
+        let (text, mut problems) = (told(bench, logs, None, &self.files, json), self.problems.clone());
+        stop::keep(Some(Box::new(move |reason| {
+            problems.push(missing(reason));
+            problems.extend(print(&text).err());
+            render::show(None, &problems);
+            ERROR
+        })));
+    }
+
+    /// From the logs on: identify, write the model, design on it, run in simulation and on the bench, report; nothing if it was to
+    /// end before.
+    #[allow(clippy::too_many_arguments)]
     fn study(
         &mut self,
         source: &Source,
@@ -162,19 +193,25 @@ impl Output {
         logs: &[WrittenLog],
         formats: &[Format],
         settings: &BenchSettings,
-        (limits, quiet): (Limits, bool),
-    ) -> Result<BenchStudy, Failure> {
+        args: &BenchArgs,
+        quiet: bool,
+    ) -> Result<Option<BenchStudy>, Failure> {
         let failed = |diagnostics| Failure { source: Some(source.clone()), diagnostics };
         // One file of each log: the formats hold the same.
         let paths: Vec<PathBuf> = logs.iter().filter_map(|log| log.files.first()).map(PathBuf::from).collect();
         let asked = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
         let bars = Bars::new(quiet);
+        self.keep_told(bench, logs, args.json);
         let found = study::identify(&source.text, opened(&paths)?, &asked, &bars);
         bars.finish();
+        if stop::reason().is_some() {
+            return Ok(None);
+        }
         let found = found.map_err(failed)?;
         let (text, left) = study::written(&source.text, &found).map_err(failed)?;
         self.keep("identified", "toml", text.as_bytes());
-        let bars = Bars::within(quiet, limits);
+        let bars = Bars::within(quiet, args.limits);
+        self.keep_told(bench, logs, args.json);
         let closed_loop = study::closed_loop(&text, settings, &bars);
         bars.finish();
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
@@ -197,6 +234,6 @@ impl Output {
             notes,
         };
         self.keep("report", "html", report::bench_html(&found).as_bytes());
-        Ok(found)
+        Ok(Some(found))
     }
 }

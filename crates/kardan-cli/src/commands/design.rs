@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
-use kardan::study::{DesignSettings, ToleranceBox};
+use kardan::results::Design;
+use kardan::study::{DesignSettings, Part, ToleranceBox};
 use kardan::{export, report, study};
 
-use super::{DONE, ERROR};
+use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};
 use crate::design_text;
 use crate::input;
 use crate::output::{prepare_files, print, save};
-use crate::progress::Bars;
+use crate::progress::{Bars, because};
 use crate::render::{self, Failure, note};
 use crate::stop;
 
@@ -30,29 +31,43 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     }
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
-    let bars = Bars::within(quiet, args.limits);
+    let origin = source.to_string();
+    let bars = Bars::within(quiet, args.limits).showing({
+        let (args, origin) = (args.clone(), origin.clone());
+        move |part| match part {
+            Part::Design(found) => told(tell(&found, &args, &origin, quiet), args.json),
+            _ => ERROR,
+        }
+    });
     let found = study::design(&source.text, &settings, &bars);
     bars.finish();
-    let origin = source.to_string();
-    let design = found.map_err(|mut diagnostics| {
+    let mut design = found.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
         Failure { source: Some(source), diagnostics }
     })?;
+    if let Some(reason) = stop::reason() {
+        because(&mut design.unfinished, &reason);
+    }
+    tell(&design, args, &origin, quiet)
+}
+
+/// Writes and prints what was designed, all of it or not.
+fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     if let Some(path) = &args.report {
-        save(path, report::design_html(&design).as_bytes())?;
+        save(path, report::design_html(design).as_bytes())?;
     }
     if let Some(path) = &args.controller {
-        save(path, export::controller_json(&design).as_bytes())?;
+        save(path, export::controller_json(design).as_bytes())?;
     }
     if args.json {
-        print(&(export::design_json(&design) + "\n"))?;
+        print(&(export::design_json(design) + "\n"))?;
     } else {
-        print(&design_text::text(&design, &origin))?;
+        print(&design_text::text(design, origin))?;
     }
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));
     }
-    Ok(if stop::reason().is_none() { DONE } else { ERROR })
+    Ok(if design.unfinished.is_none() { DONE } else { ERROR })
 }
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {

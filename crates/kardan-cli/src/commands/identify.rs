@@ -6,18 +6,19 @@ use std::sync::Arc;
 
 use kardan::diagnostics::{Diagnostic, nearest};
 use kardan::results::Identification;
-use kardan::study::{IdentifySettings, LogFile};
+use kardan::study::{IdentifySettings, LogFile, Part};
 use kardan::tables::read::{Bytes, ReadSeek};
 use kardan::units::{Dimension, parse_quantity};
 use kardan::{export, report, study};
 
-use super::{DONE, REQUIREMENT_FAILED};
+use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::IdentifyArgs;
 use crate::identify_text;
 use crate::input::{self, Source};
 use crate::output::{prepare_files, print, protect, reason, save, save_over};
-use crate::progress::Bars;
+use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
+use crate::stop;
 
 /// A file that can be opened as often as a format asks for.
 struct OnDisk(PathBuf);
@@ -43,34 +44,57 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
         confidence: args.confidence.map(|percent| percent / 100.0),
         compare: args.compare,
     };
-    let bars = Bars::new(quiet);
+    let bars = Bars::new(quiet).showing({
+        let (args, source) = (args.clone(), source.clone());
+        move |part| match part {
+            Part::Identification(found) => told(tell(&found, &args, &source, quiet), args.json),
+            _ => ERROR,
+        }
+    });
     let found = study::identify(&source.text, files, &settings, &bars);
     bars.finish();
-    let origin = source.to_string();
-    let found = match found {
-        Ok(found) => found,
-        Err(diagnostics) => return Err(Failure { source: Some(source), diagnostics }),
-    };
-    if let Some(path) = &args.report {
-        save(path, report::identification_html(&found).as_bytes())?;
+    match found {
+        Ok(mut found) => {
+            if let Some(reason) = stop::reason() {
+                because(&mut found.unfinished, &reason);
+            }
+            tell(&found, args, &source, quiet)
+        }
+        Err(diagnostics) => Err(Failure { source: Some(source), diagnostics }),
     }
-    let left = args.write.as_deref().map(|path| write(path, &args.model, &source, &found)).transpose();
+}
+
+/// Writes and prints what was found, all of it or not; into a model goes nothing that is not complete.
+fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
+    if let Some(path) = &args.report {
+        save(path, report::identification_html(found).as_bytes())?;
+    }
+    let whole = found.unfinished.is_none();
+    let write_to = args.write.as_deref().filter(|_| whole);
+    let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
     // What was found is told also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
     if args.json {
-        print(&(export::identification_json(&found) + "\n"))?;
+        print(&(export::identification_json(found) + "\n"))?;
     } else {
-        print(&identify_text::text(&found, &origin))?;
+        print(&identify_text::text(found, &source.to_string()))?;
     }
     let left = left?.unwrap_or_default();
-    for path in args.report.iter().chain(&args.write).filter(|_| !quiet) {
+    for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));
+    }
+    if let (Some(path), false) = (&args.write, whole) {
+        note(&format!("`{}` is not written: the identification is not complete", path.display()));
     }
     for why in left.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
     let (sound, _) = found.verdict();
-    Ok(if args.strict && !sound { REQUIREMENT_FAILED } else { DONE })
+    Ok(match () {
+        () if !whole => ERROR,
+        () if args.strict && !sound => REQUIREMENT_FAILED,
+        () => DONE,
+    })
 }
 
 /// The logs, each known to be a file that can be opened, and no other one of them.

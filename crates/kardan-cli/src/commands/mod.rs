@@ -14,9 +14,11 @@ mod run;
 use std::ffi::OsString;
 
 use clap::Parser;
+use kardan::diagnostics::Diagnostic;
 
 use crate::args::{Cli, Command};
 use crate::output::print;
+use crate::panics;
 use crate::render::Failure;
 use crate::stop;
 
@@ -49,6 +51,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         _ => false,
     };
     stop::listen(json);
+    panics::answer(json);
     let limits = match &cli.command {
         Command::Run(args) => Some(&args.limits),
         Command::Design(args) => Some(&args.limits),
@@ -58,7 +61,16 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
-    dispatch(&cli).unwrap_or_else(|failure| {
+    told(dispatch(&cli), json)
+}
+
+/// The exit code; what went wrong is said, and why if the command was to end early.
+pub fn told(done: Result<u8, Failure>, json: bool) -> u8 {
+    done.unwrap_or_else(|mut failure| {
+        if let Some(reason) = stop::reason() {
+            let early = Diagnostic::error("command::early", format!("{reason}: what was there by then is not enough"));
+            failure.diagnostics.insert(0, early);
+        }
         if json {
             let object = kardan::export::json_error(&failure.message(), failure.text(), &failure.diagnostics);
             let _ = print(&(object + "\n"));

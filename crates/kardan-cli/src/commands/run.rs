@@ -1,14 +1,16 @@
 //! `kardan run`: the study of a model file, its tables, plots and report.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
-use kardan::study::Settings;
+use kardan::study::{Part, Settings};
 use kardan::{report, study};
 
-use super::{DONE, ERROR, REQUIREMENT_FAILED};
+use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::{Format, RunArgs};
-use crate::input::{self, Source};
+use crate::input;
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
@@ -25,30 +27,42 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
-    let folder = Folder::prepare(&args.out)?;
-    let study = compute(&source, args, quiet).map_err(|mut diagnostics| {
+    let folder = Arc::new(Mutex::new(Folder::prepare(&args.out)?));
+    let origin = source.to_string();
+    let bars = Bars::within(quiet, args.limits).showing({
+        let (args, origin, folder) = (args.clone(), origin.clone(), Arc::clone(&folder));
+        move |part| match part {
+            Part::Study(study) => told(tell(&study, &folder, &args, &origin), args.json),
+            _ => ERROR,
+        }
+    });
+    let study = study::run(&source.text, &Settings { variants: args.variants.clone(), force: args.force }, &bars);
+    bars.finish();
+    let study = study.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
-    let (files, problems) = write(&study, folder, args);
+    tell(&study, &folder, args, &origin)
+}
+
+/// Writes and prints what was computed, all of it or not.
+fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> Result<u8, Failure> {
+    let mut folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
+    let (files, problems) = write(study, &mut folder, args);
     render::show(None, &problems);
     if args.json {
-        print(&(export::json(&study, &files) + "\n"))?;
+        print(&(export::json(study, &files) + "\n"))?;
     } else {
-        print(&summary(&study, &files, &source.to_string()))?;
+        print(&summary(study, &files, origin))?;
+    }
+    if let (Some(_), Some(warning)) = (stop::reason(), study.warnings.last()) {
+        render::note(warning);
     }
     Ok(if problems.is_empty() && stop::reason().is_none() { verdict(&study.runs) } else { ERROR })
 }
 
-fn compute(source: &Source, args: &RunArgs, quiet: bool) -> Result<Study, Vec<Diagnostic>> {
-    let bars = Bars::within(quiet, args.limits);
-    let study = study::run(&source.text, &Settings { variants: args.variants.clone(), force: args.force }, &bars);
-    bars.finish();
-    study
-}
-
 /// Writes everything that can be written, tables first; gives what could not.
-fn write(study: &Study, mut folder: Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
+fn write(study: &Study, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
     let mut files = Files::default();
     let mut problems = Vec::new();
     for run in &study.runs {

@@ -179,6 +179,14 @@ pub trait Log: Send {
     }
 }
 
+/// What is wrong with the log, should the foreign code panic that decodes it on this thread at this moment; `None`: none runs.
+///
+/// Such a panic is caught and told as an error. In a program that is built to abort on a panic nothing can be caught: its panic hook
+/// may say this and end it.
+pub fn decoding() -> Option<LogError> {
+    parquet::decoding()
+}
+
 /// Why a log cannot be read, or not any further.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LogError {

@@ -3,7 +3,7 @@
 mod pages;
 mod units;
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::{Arc, Mutex, Once};
 
@@ -64,8 +64,17 @@ struct Cursor {
 }
 
 thread_local! {
-    /// Whether this thread runs the crate `parquet`.
-    static DECODING: Cell<bool> = const { Cell::new(false) };
+    /// Where in the file, while this thread runs the crate `parquet`.
+    static DECODING: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// See [`super::decoding`].
+pub(super) fn decoding() -> Option<LogError> {
+    DECODING.with_borrow(|place| place.as_ref().map(|place| contradiction(place)))
+}
+
+fn contradiction(place: &str) -> LogError {
+    LogError::damaged(PARQUET, place, "its numbers contradict each other")
 }
 
 /// Keeps panics of the crate `parquet`, which are caught, from being printed; all others are reported as before.
@@ -74,8 +83,8 @@ fn keep_quiet() {
     ONCE.call_once(|| {
         let usual = take_hook();
         set_hook(Box::new(move |panic| {
-            // Nothing is caught in a build that aborts: then it is the only word.
-            if !DECODING.get() || cfg!(not(panic = "unwind")) {
+            // Nothing is caught in a build that aborts: then it is for the program to say what `decoding` tells.
+            if DECODING.with_borrow(Option::is_none) || cfg!(not(panic = "unwind")) {
                 usual(panic);
             }
         }));
@@ -86,13 +95,13 @@ fn keep_quiet() {
 /// abort on a panic too; that it asserts nothing else is caught here, without a word on the terminal.
 fn guarded<T>(place: &str, work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
     keep_quiet();
-    DECODING.set(true);
+    DECODING.set(Some(place.to_owned()));
     let done = catch_unwind(AssertUnwindSafe(work));
-    DECODING.set(false);
+    DECODING.set(None);
     match done {
         Ok(Ok(value)) => Ok(value),
         Ok(Err(error)) => Err(LogError::damaged(PARQUET, place, error.to_string())),
-        Err(_) => Err(LogError::damaged(PARQUET, place, "its numbers contradict each other")),
+        Err(_) => Err(contradiction(place)),
     }
 }
 

@@ -81,6 +81,8 @@ pub fn analysis_json(analysis: &Analysis) -> String {
         "constraint_forces": analysis.constraint_forces.as_ref().map(constraint_forces),
         "certificate": certificate(&structure.certificate),
         "notes": analysis.notes,
+        "complete": analysis.unfinished.is_none(),
+        "unfinished": analysis.unfinished,
     })
     .to_string()
 }

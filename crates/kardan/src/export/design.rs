@@ -96,6 +96,8 @@ pub fn design_json(design: &Design) -> String {
         "observer_data": design.observer_data.as_ref().map(|found| Value::Object(data(found))),
         "warnings": design.warnings,
         "notes": design.notes,
+        "complete": design.unfinished.is_none(),
+        "unfinished": design.unfinished,
     })
     .to_string()
 }

@@ -78,6 +78,8 @@ pub(super) fn value(found: &Identification) -> Value {
         })).collect::<Vec<_>>(),
         "warnings": found.warnings,
         "notes": found.notes,
+        "complete": found.unfinished.is_none(),
+        "unfinished": found.unfinished,
     })
 }
 

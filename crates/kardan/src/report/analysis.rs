@@ -51,6 +51,13 @@ pub(super) fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
     Some((structure.minimal(), text))
 }
 
+/// What stands above the contents: that it ended early.
+pub(super) fn alerts(analysis: &Analysis) -> String {
+    analysis.unfinished.as_ref().map_or(String::new(), |why| {
+        format!("<div class=\"failure\" role=\"alert\"><strong>Not complete:</strong> {}</div>\n", escape(why))
+    })
+}
+
 /// The parts that apply: anchor, title, body.
 fn parts(analysis: &Analysis) -> Vec<(&'static str, &'static str, String)> {
     let structure = &analysis.structure;

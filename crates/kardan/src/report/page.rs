@@ -71,8 +71,8 @@ pub(super) fn analysis_html(analysis: &Analysis) -> String {
     let page = Page {
         name: if analysis.name.is_empty() { "Structure analysis" } else { &analysis.name },
         description: &analysis.description,
-        verdict: analysis::verdict(analysis),
-        alerts: String::new(),
+        verdict: analysis::verdict(analysis).map(|(good, text)| (good && analysis.unfinished.is_none(), text)),
+        alerts: analysis::alerts(analysis),
         sections: &analysis::sections(analysis),
         credits: "",
         style: "",

@@ -30,6 +30,8 @@ pub struct Analysis {
     pub sensitivity: Option<Sensitivity>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
+    /// Of an analysis that ended early: why, and which parts are missing. They are empty then, which says nothing of the model.
+    pub unfinished: Option<String>,
 }
 
 /// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].

@@ -101,6 +101,8 @@ pub struct Design {
     pub warnings: Vec<String>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
+    /// Of a design that ended early: why, and which parts are missing. They are empty then, which says nothing of the loop.
+    pub unfinished: Option<String>,
 }
 
 impl Design {

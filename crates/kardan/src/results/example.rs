@@ -103,6 +103,7 @@ pub fn two_bodies() -> Analysis {
         sampling: None,
     };
     Analysis {
+        unfinished: None,
         name: "two-bodies".into(),
         elimination: None,
         description: "Two equal bodies joined by a spring and a damper".into(),
@@ -283,6 +284,7 @@ pub fn train() -> Analysis {
         efficient: cost < 3.0,
     };
     Analysis {
+        unfinished: None,
         name: "train".into(),
         elimination: Some(Elimination {
             motions: 1,
@@ -583,6 +585,7 @@ pub fn decoupled_steering() -> Design {
     };
     let zero = (-93.636_363_636_363_6, 948.853_587_154);
     Design {
+        unfinished: None,
         model: "sia-steering".into(),
         description: "Car steering with a harmonic drive in differential mode.".into(),
         variant: "beta-0deg".into(),

@@ -67,6 +67,8 @@ pub struct Identification {
     pub warnings: Vec<String>,
     /// One sentence each.
     pub notes: Vec<String>,
+    /// Of an identification that ended early: why, and what is missing.
+    pub unfinished: Option<String>,
 }
 
 /// Probability below which a test of what is left over speaks.
@@ -78,7 +80,7 @@ const NAMED: usize = 3;
 
 impl Identification {
     /// What came of it in one sentence, with all that stands against it; `true` if every parameter has an interval, the logs are
-    /// whole and their clocks sound, and there is no warning.
+    /// whole and their clocks sound, there is no warning, and nothing ended early.
     ///
     /// ```
     /// use kardan::results::{Found, Identification, LogRead};
@@ -106,8 +108,10 @@ impl Identification {
             1 => "; 1 warning".into(),
             many => format!("; {many} warnings"),
         };
-        let sound = told == all && self.warnings.is_empty() && reservations.is_empty();
-        (sound, format!("{parameters}{reservations}{}{warnings}.", self.tested()))
+        let sound =
+            told == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
+        let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
+        (sound, format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()))
     }
 
     /// `; what is left over looks like noise`

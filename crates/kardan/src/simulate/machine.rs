@@ -632,26 +632,39 @@ impl Machine {
         !self.modes.is_empty()
     }
 
-    /// How far each direction is from leaving its mode at this point: the part of the breakaway torque that holding directions
-    /// have left, the speed (rad/s) of slipping ones.
-    pub fn margins(&mut self, time: f64, state: &[f64]) -> Vec<f64> {
+    /// Evaluates forces and accelerations in the present modes.
+    pub fn evaluate(&mut self, time: f64, state: &[f64]) {
         self.forces(time, state);
         self.slip_forces();
         self.accelerate();
-        self.margins_here()
     }
 
-    /// [`Machine::margins`] at the point last evaluated.
-    pub fn margins_here(&self) -> Vec<f64> {
+    /// How far each direction is from leaving its mode at the point last evaluated: the part of the breakaway torque that holding
+    /// directions have left, the speed (rad/s) of slipping ones; infinite for those that follow others.
+    pub fn margins_here(&self, out: &mut [f64]) {
+        for (k, margin) in out.iter_mut().enumerate() {
+            *margin = self.slip_margin(k);
+        }
         let c = self.dynamics.breakaway_torques();
-        let mut out: Vec<f64> = self.modes.iter().map(|_| f64::INFINITY).collect();
         for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
             out[k] = 1.0 - torque.abs() / c[k];
         }
-        for (k, mode) in self.modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Stick) {
-            out[k] = mode.sign() * self.dynamics.friction_speed(k, &self.work);
+    }
+
+    /// [`Machine::margins_here`] of one direction.
+    pub fn margin_here(&self, direction: usize) -> f64 {
+        let held = self.holding.iter().zip(&self.hold_torque).find(|(k, _)| **k == direction);
+        held.map_or_else(
+            || self.slip_margin(direction),
+            |(&k, torque)| 1.0 - torque.abs() / self.dynamics.breakaway_torques()[k],
+        )
+    }
+
+    fn slip_margin(&self, direction: usize) -> f64 {
+        match self.modes[direction] {
+            Mode::Stick => f64::INFINITY,
+            mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
         }
-        out
     }
 
     /// Slipping directions whose speed has the wrong sign at this point of the step, beyond rounding.

@@ -83,11 +83,59 @@ struct Runner<'a> {
     moved: Vec<f64>,
     reversed: Vec<usize>,
     switching: Vec<usize>,
+    looks: Looks,
     initial_energy: f64,
     located: usize,
     most_steps: usize,
     /// Steps since the progress was told.
     unheard: usize,
+}
+
+/// The margins of all directions (columns) at the looks into the last step (rows), made once.
+struct Looks {
+    times: [f64; LOOKS + 1],
+    count: usize,
+    margins: Vec<f64>,
+    directions: usize,
+    bends: Vec<f64>,
+}
+
+impl Looks {
+    fn new(directions: usize) -> Self {
+        let margins = vec![0.0; (LOOKS + 1) * directions];
+        Self { times: [f64::NAN; LOOKS + 1], count: 0, margins, directions, bends: vec![0.0; directions] }
+    }
+
+    /// Takes the margins at the point that the machine has evaluated last.
+    fn take(&mut self, row: usize, time: f64, machine: &Machine) {
+        self.times[row] = time;
+        self.count = row + 1;
+        machine.margins_here(&mut self.margins[row * self.directions..][..self.directions]);
+    }
+
+    /// Begins with the look at this time that was taken last, or first; false: there is none.
+    fn begin(&mut self, time: f64) -> bool {
+        if self.count > 0 && self.times[self.count - 1] == time {
+            let last = (self.count - 1) * self.directions;
+            self.margins.copy_within(last..last + self.directions, 0);
+            self.times[0] = time;
+        }
+        let known = self.count > 0 && self.times[0] == time;
+        self.count = usize::from(known);
+        known
+    }
+
+    fn at(&self, row: usize, watch: usize) -> f64 {
+        self.margins[row * self.directions + watch]
+    }
+
+    /// How far each margin bends between three looks.
+    fn measure_bends(&mut self) {
+        for watch in 0..self.directions {
+            let second = |row: usize| (self.at(row, watch) - 2.0 * self.at(row + 1, watch) + self.at(row + 2, watch)).abs();
+            self.bends[watch] = (0..self.count.saturating_sub(2)).map(second).fold(0.0, f64::max);
+        }
+    }
 }
 
 /// Runs a closed loop through its scenario.
@@ -100,7 +148,8 @@ struct Runner<'a> {
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     let (reduced, scenario) = (setup.reduced, setup.scenario);
-    let names = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
+    let names: Vec<String> = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
+    let directions = names.len();
     let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
     let outputs = Outputs::new(reduced, scenario);
     let mut machine = Machine::new(setup);
@@ -136,6 +185,7 @@ pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut
         moved: vec![0.0; size],
         reversed: Vec::new(),
         switching: Vec::new(),
+        looks: Looks::new(directions),
         state,
         initial_energy: 0.0,
         located: 0,
@@ -305,6 +355,8 @@ impl Runner<'_> {
     fn restart(&mut self, time: f64) {
         let machine = &mut self.machine;
         self.solver.start(time, &self.state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+        // Which has evaluated the machine there.
+        self.looks.take(0, time, machine);
     }
 
     fn settle(&mut self, time: f64, crossing: &[usize]) {
@@ -342,10 +394,11 @@ impl Runner<'_> {
     fn look_for_event(&mut self, length: f64) -> Option<f64> {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
-        let mut seen: Vec<(f64, Vec<f64>)> = Vec::new();
-        if self.machine.has_friction() {
+        let friction = self.machine.has_friction();
+        if friction && !self.looks.begin(from) {
             self.solver.interpolate(from, &mut self.looked);
-            seen.push((from, self.machine.margins(from, &self.looked)));
+            self.machine.evaluate(from, &self.looked);
+            self.looks.take(0, from, &self.machine);
         }
         let (mut before, mut left) = (from, None);
         for k in 1..=LOOKS {
@@ -358,11 +411,12 @@ impl Runner<'_> {
                 break;
             }
             before = at;
-            if self.machine.has_friction() {
-                seen.push((at, self.machine.margins_here()));
+            if friction {
+                self.looks.take(self.looks.count, at, &self.machine);
             }
         }
-        let (low, high) = self.dip(&seen).or(left.map(|at| (before, at)))?;
+        let dip = if friction { self.dip() } else { None };
+        let (low, high) = dip.or(left.map(|at| (before, at)))?;
         let (mut low, mut high) = (low, high);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -381,47 +435,55 @@ impl Runner<'_> {
 
     /// An excess that comes and goes between two looks: a margin that has its minimum there and may fall below zero. Gives
     /// the look before and a time at which a mode is left.
-    fn dip(&mut self, seen: &[(f64, Vec<f64>)]) -> Option<(f64, f64)> {
-        let count = seen.first().map_or(0, |(_, margins)| margins.len());
-        let bend = |watch: usize| {
-            let second =
-                |three: &[(f64, Vec<f64>)]| (three[0].1[watch] - 2.0 * three[1].1[watch] + three[2].1[watch]).abs();
-            seen.windows(3).map(second).fold(0.0, f64::max)
-        };
-        let bends: Vec<f64> = (0..count).map(bend).collect();
-        for gap in seen.windows(2) {
-            for (watch, bend) in bends.iter().enumerate() {
-                let (left, right) = (gap[0].1[watch], gap[1].1[watch]);
+    fn dip(&mut self) -> Option<(f64, f64)> {
+        self.looks.measure_bends();
+        for row in 1..self.looks.count {
+            for watch in 0..self.looks.directions {
+                let bend = self.looks.bends[watch];
+                let (left, right) = (self.looks.at(row - 1, watch), self.looks.at(row, watch));
                 // The slope changes by the bend in a gap, so that a margin that falls by more has no minimum in it; and one
                 // that stands higher does not reach zero.
-                let turns = (right - left).abs() <= *bend && left.min(right) <= *bend;
+                let turns = (right - left).abs() <= bend && left.min(right) <= bend;
                 if !turns {
                     continue;
                 }
-                let (mut low, mut high) = (gap[0].0, gap[1].0);
-                let margin = |runner: &mut Self, time: f64| {
-                    runner.solver.interpolate(time, &mut runner.looked);
-                    runner.machine.margins(time, &runner.looked)[watch]
-                };
+                let (begin, end) = (self.looks.times[row - 1], self.looks.times[row]);
+                let (mut low, mut high) = (begin, end);
+                let (mut first, mut second) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+                let (mut a, mut b) = (self.margin(first, watch), self.margin(second, watch));
                 for _ in 0..SECTIONS {
-                    let (first, second) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
                     if !(low < first && first < second && second < high) {
                         break;
                     }
-                    let (a, b) = (margin(self, first), margin(self, second));
                     let (time, least) = if a <= b { (first, a) } else { (second, b) };
                     if least < 0.0 && self.leaves(time) {
-                        return Some((gap[0].0, time));
+                        return Some((begin, time));
                     }
                     // What the bend still lets it fall.
-                    if !(least <= bend * ((high - low) / (gap[1].0 - gap[0].0)).powi(2)) {
+                    if !(least <= bend * ((high - low) / (end - begin)).powi(2)) {
                         break;
                     }
-                    if a <= b { high = second } else { low = first }
+                    // One of the two points serves again.
+                    if a <= b {
+                        (high, second, b) = (second, first, a);
+                        first = high - GOLDEN * (high - low);
+                        a = self.margin(first, watch);
+                    } else {
+                        (low, first, a) = (first, second, b);
+                        second = low + GOLDEN * (high - low);
+                        b = self.margin(second, watch);
+                    }
                 }
             }
         }
         None
+    }
+
+    /// How far a direction is from leaving its mode at a time within the last step.
+    fn margin(&mut self, time: f64, direction: usize) -> f64 {
+        self.solver.interpolate(time, &mut self.looked);
+        self.machine.evaluate(time, &self.looked);
+        self.machine.margin_here(direction)
     }
 
     /// Records all rows and sensor readings before a time; with `last`, those at the end from the final state.

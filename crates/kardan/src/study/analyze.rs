@@ -7,9 +7,9 @@ use super::checks::signals_of;
 use super::massless::{Mechanical, not_eliminated, state_name};
 use super::prepare::{Purpose, prepare_for};
 use super::sensitivity::sensitivity;
-use super::{AnalysisSpec, Prepared, PreparedVariant, Progress};
+use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, bases,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError, bases,
     certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes,
     linear_system, place, reduction, structure, with_candidates,
 };
@@ -56,9 +56,19 @@ pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let mut analysis = analyze_variant(&prepared, variant, settings, progress)?;
+    keep(progress, &analysis, "what the tolerances allow");
     sensitivity(source, &prepared, variant, settings, &mut analysis, progress)?;
     analysis.notes.extend(diagnostics.into_iter().map(|warning| warning.message));
+    progress.release();
     Ok(analysis)
+}
+
+/// Keeps what is found of an analysis, without what it has not come to.
+fn keep(progress: &dyn Progress, analysis: &Analysis, missing: &str) {
+    progress.keep(&|| {
+        let unfinished = Some(format!("{missing} are missing"));
+        Part::Analysis(Box::new(Analysis { unfinished, ..analysis.clone() }))
+    });
 }
 
 /// Analyses one variant of a file without mistakes.
@@ -98,17 +108,31 @@ pub(super) fn analyze_variant(
         (rest.system, Some(told))
     };
     linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
-    let mut structure = decided(&linear, settings.certify, progress, &variant.name)?;
-    let found = if regular {
-        exact_modes(&system, &reduction(&system, &reduced.coordinates), &structure.factors)
-    } else {
-        notes.push("after the elimination the modes are those of the states that remain: without energies".into());
-        exact_modes_of_pencil(&linear, &structure.factors)
+    let mut analysis = Analysis {
+        name: prepared.name.clone(),
+        description: prepared.description.clone(),
+        class: Some(class(reduced, &position, &stuck)),
+        coordinates: names,
+        elimination,
+        notes,
+        ..Analysis::default()
     };
-    let mut modes = listed(found, &mut notes);
-    construct(&mut structure, &linear, &mut notes);
+    let rest = "modes, the construction of inputs, bases and places";
+    decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest)?;
+    let found = if regular {
+        exact_modes(&system, &reduction(&system, &reduced.coordinates), &analysis.structure.factors)
+    } else {
+        let note = "after the elimination the modes are those of the states that remain: without energies";
+        analysis.notes.push(note.into());
+        exact_modes_of_pencil(&linear, &analysis.structure.factors)
+    };
+    list(&mut analysis, found);
     let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
-    failing_modes(&mut structure, &mut modes, &linear, mechanics);
+    failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
+    keep(progress, &analysis, "the construction of inputs, bases and places");
+    construct(&mut analysis, &linear);
+    keep(progress, &analysis, "bases and places");
+    let notes = &mut analysis.notes;
     let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
     let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
         let forces =
@@ -123,29 +147,20 @@ pub(super) fn analyze_variant(
         (Vec::new(), None)
     };
     let massless = (!regular).then_some(&mechanical);
-    let placement = placement(spec, &system, &basis, (&linear, massless), &structure, &mut notes);
-    Ok(Analysis {
-        name: prepared.name.clone(),
-        description: prepared.description.clone(),
-        class: Some(class(reduced, &position, &stuck)),
-        coordinates: names,
-        bases,
-        constraint_forces,
-        elimination,
-        modes,
-        structure,
-        placement,
-        notes,
-        ..Analysis::default()
-    })
+    (analysis.bases, analysis.constraint_forces) = (bases, constraint_forces);
+    keep(progress, &analysis, "places");
+    let notes = &mut analysis.notes;
+    analysis.placement = placement(spec, &system, &basis, (&linear, massless), &analysis.structure, notes);
+    Ok(analysis)
 }
 
 /// The modes, or a note that there are none.
-fn listed(modes: Option<Vec<Mode>>, notes: &mut Vec<String>) -> Vec<Mode> {
-    modes.unwrap_or_else(|| {
-        notes.push("the eigenvalue iteration failed: no modes are listed, the structure is exact all the same".into());
+fn list(analysis: &mut Analysis, modes: Option<Vec<Mode>>) {
+    analysis.modes = modes.unwrap_or_else(|| {
+        let note = "the eigenvalue iteration failed: no modes are listed, the structure is exact all the same";
+        analysis.notes.push(note.into());
         Vec::new()
-    })
+    });
 }
 
 /// Coordinates that are charges of a circuit, not angles.
@@ -184,31 +199,46 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
-    let mut structure = decided(&system, settings.certify, progress, "state space")?;
-    let mut notes = Vec::new();
-    let mut modes = listed(exact_modes_of_pencil(&system, &structure.factors), &mut notes);
-    construct(&mut structure, &system, &mut notes);
-    failing_modes(&mut structure, &mut modes, &system, None);
-    Ok(Analysis { name: "state space".into(), modes, structure, notes, ..Analysis::default() })
+    let mut analysis = Analysis { name: "state space".into(), ..Analysis::default() };
+    let rest = "modes and the construction of inputs";
+    decide(&mut analysis, &system, settings.certify, (progress, "state space"), rest)?;
+    let modes = exact_modes_of_pencil(&system, &analysis.structure.factors);
+    list(&mut analysis, modes);
+    failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
+    keep(progress, &analysis, "the construction of inputs");
+    construct(&mut analysis, &system);
+    progress.release();
+    Ok(analysis)
 }
 
-/// The exact structure; with `certify` every answer proven, which may take long and reports how far it is.
-fn decided(
+/// The exact structure; with `certify` every answer proven, which may take long and reports how far it is: what random primes tell
+/// comes first then, and is kept.
+fn decide(
+    analysis: &mut Analysis,
     system: &LinearSystem,
     certify: bool,
-    progress: &dyn Progress,
-    name: &str,
-) -> Result<Structure, Vec<Diagnostic>> {
-    let report = |fraction: f64| progress.advance(0, name, fraction);
-    let found = if certify { certified_structure(system, &report) } else { structure(system) };
-    found.map_err(|error| vec![Diagnostic::error("analysis::structure", error.to_string())])
+    (progress, name): (&dyn Progress, &str),
+    rest: &str,
+) -> Result<(), Vec<Diagnostic>> {
+    let failed = |error: StructureError| vec![Diagnostic::error("analysis::structure", error.to_string())];
+    progress.advance(0, name, 0.0);
+    if certify {
+        analysis.structure = structure(system).map_err(failed)?;
+        keep(progress, analysis, &format!("the proofs asked for, {rest}"));
+        let report = |fraction: f64| progress.advance(0, name, fraction);
+        analysis.structure = certified_structure(system, &report).map_err(failed)?;
+    } else {
+        analysis.structure = structure(system).map_err(failed)?;
+    }
+    keep(progress, analysis, rest);
+    Ok(())
 }
 
 /// Builds the least number of inputs, or says that it is not done.
-fn construct(structure: &mut Structure, system: &LinearSystem, notes: &mut Vec<String>) {
-    structure.construction = construction(system);
-    if structure.construction.is_none() {
-        notes.push("the model is too large to construct the least number of inputs step by step".into());
+fn construct(analysis: &mut Analysis, system: &LinearSystem) {
+    analysis.structure.construction = construction(system);
+    if analysis.structure.construction.is_none() {
+        analysis.notes.push("the model is too large to construct the least number of inputs step by step".into());
     }
 }
 

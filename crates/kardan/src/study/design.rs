@@ -9,7 +9,7 @@ use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::strain::scenario_strains;
-use super::{PreparedVariant, Progress, overrule};
+use super::{Part, Prepared, PreparedVariant, Progress, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -84,11 +84,7 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
-            let mut design = designed(&prepared.description, variant, number, settings, progress);
-            if settings.simulate {
-                scenario_strains(&prepared, &mut design, progress);
-            }
-            return Ok(design);
+            return Ok(tried(&prepared, variant, number, settings, progress));
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
@@ -159,11 +155,35 @@ fn of_document(
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
+    Ok(tried(&prepared, variant, number, settings, progress))
+}
+
+/// The design of a controller, and what the scenario asks of its motors.
+fn tried(
+    prepared: &Prepared,
+    variant: &PreparedVariant,
+    number: usize,
+    settings: &DesignSettings,
+    progress: &dyn Progress,
+) -> Design {
     let mut design = designed(&prepared.description, variant, number, settings, progress);
     if settings.simulate {
-        scenario_strains(&prepared, &mut design, progress);
+        keep(progress, &design, &["the scenario"]);
+        scenario_strains(prepared, &mut design, progress);
     }
-    Ok(design)
+    if progress.stop().is_some() {
+        design.unfinished = Some("what was not simulated by then is missing".into());
+    }
+    progress.release();
+    design
+}
+
+/// Keeps what is found of a design, and says what it has not come to.
+fn keep(progress: &dyn Progress, design: &Design, missing: &[&str]) {
+    progress.keep(&|| {
+        let unfinished = Some(format!("not looked at: {}", missing.join(", ")));
+        Part::Design(Box::new(Design { unfinished, ..design.clone() }))
+    });
 }
 
 /// The table of a controller for these inputs and outputs.
@@ -317,6 +337,11 @@ pub(super) fn designed(
         }
     }
     judge(&mut design);
+    let mut rest = vec!["margins", "cross coupling", "the loop with the parameters of the variant"];
+    rest.extend(settings.explore.then_some("other designs"));
+    rest.extend(settings.tolerance.map(|_| "the box of plants"));
+    rest.extend(settings.simulate.then_some("the scenario"));
+    keep(progress, &design, &rest);
     let mut margins = survey(variant, number, &laws, &design);
     if settings.simulate {
         let references = laws[number].references().to_vec();
@@ -332,6 +357,7 @@ pub(super) fn designed(
     }
     design.warnings.extend(margin_warnings(&margins));
     design.margins = Some(margins);
+    keep(progress, &design, &rest[2..]);
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
             design.warnings.extend(passage_warnings(&found));
@@ -342,6 +368,7 @@ pub(super) fn designed(
         }
         None => {}
     }
+    keep(progress, &design, &rest[3..]);
     if settings.explore {
         match explore(variant, number, progress) {
             Ok(found) => design.exploration = Some(found),
@@ -349,6 +376,7 @@ pub(super) fn designed(
         }
     }
     if let Some(range) = settings.tolerance {
+        keep(progress, &design, &rest[3 + usize::from(settings.explore)..]);
         match robustness(variant, number, &variant.running, range, progress) {
             Ok(found) => {
                 design.warnings.extend(robustness_warnings(&found));

@@ -34,6 +34,8 @@ pub use identification::{IdentifySettings, LogFile, identify, written};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
 pub use robustness::ToleranceBox;
 
+use std::sync::Arc;
+
 use analyze::analyze_variant;
 use design::designed;
 use prepare::Purpose;
@@ -44,7 +46,7 @@ use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
 use crate::results::{
-    Analysis, Design, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot, RequirementResult, Run,
+    Analysis, Design, Identification, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot, RequirementResult, Run,
     Series, Study,
 };
 use crate::simulate::{Setup, Tolerance, signal_names, simulate};
@@ -61,10 +63,30 @@ pub trait Progress: Sync {
         None
     }
 
+    /// Something is finished that is worth to be shown should nothing more come; it takes the place of what was kept before. Told
+    /// between parts that cannot be ended in their middle, such as proofs and eigenvalues. `part` makes a copy.
+    fn keep(&self, _part: &dyn Fn() -> Part) {}
+
+    /// What was kept is not needed any more: all is done.
+    fn release(&self) {}
+
     /// Steps of the integrator that one run may take.
     fn most_steps(&self) -> usize {
         Tolerance::default().most_steps
     }
+}
+
+/// What is finished of a command; what it has not come to is named in it (`unfinished`, of a study in its warnings).
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// Of [`run`]: all runs.
+    Study(Arc<Study>),
+    /// Of [`analyze`] and [`analyze_state_space`].
+    Analysis(Box<Analysis>),
+    /// Of [`design()`].
+    Design(Box<Design>),
+    /// Of [`identify`].
+    Identification(Box<Identification>),
 }
 
 /// Hears nothing.
@@ -123,10 +145,24 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         .iter()
         .filter(|variant| settings.variants.is_empty() || settings.variants.contains(&variant.name))
         .collect();
-    let (runs, analysis): (Vec<Run>, _) = rayon::join(
-        || chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect(),
-        || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose(),
-    );
+    let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
+    // From here on the runs are kept, whatever becomes of the rest.
+    let ran = || {
+        let runs: Vec<Run> =
+            chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect();
+        let study = Arc::new(Study {
+            model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
+            runs,
+            plots: chosen_plots(&prepared, &settings.variants),
+            warnings: [&warnings[..], &["structure and designs of the report are missing".into()]].concat(),
+            ..Study::default()
+        });
+        progress.keep(&|| Part::Study(Arc::clone(&study)));
+        study
+    };
+    let (study, analysis) =
+        rayon::join(ran, || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose());
+    let runs = &study.runs;
     let mut designs: Vec<Design> = Vec::new();
     for variant in &chosen {
         for (number, control) in variant.model.controls.iter().enumerate() {
@@ -137,14 +173,13 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         }
     }
     for design in &mut designs {
-        for (variant, run) in chosen.iter().zip(&runs) {
+        for (variant, run) in chosen.iter().zip(runs) {
             if variant.model.controls.iter().any(|control| control.name == design.controller) {
                 strain::tell(design, &run.name, run.length(), &run.strains);
             }
         }
         strain::warn(design);
     }
-    let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
     if let Some(why) = progress.stop() {
         warnings.push(format!("{why}: what was not computed by then is left out"));
     }
@@ -152,14 +187,8 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         warnings.push(why);
         None
     });
-    Ok(Study {
-        model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
-        runs,
-        plots: chosen_plots(&prepared, &settings.variants),
-        warnings,
-        analysis,
-        designs,
-    })
+    progress.release();
+    Ok(Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) })
 }
 
 /// What stands in the way of a run only for its user's good becomes a warning.

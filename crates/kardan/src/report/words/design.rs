@@ -58,7 +58,9 @@ pub fn verdict(design: &Design) -> (bool, String) {
         many => format!("; {many} warnings"),
     };
     let grows = grows || design.passage.as_ref().is_some_and(|found| !found.stable);
-    (decoupled && stable && !grows, format!("{first}{own}{loop_}{hidden}{strained}{warnings}."))
+    let early = design.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
+    let good = decoupled && stable && !grows && design.unfinished.is_none();
+    (good, format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}."))
 }
 
 /// How far the proof reaches: `proven exactly`, with its conditions.

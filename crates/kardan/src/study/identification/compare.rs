@@ -67,6 +67,10 @@ pub(super) fn compare(
     let count = specs.len();
     for (k, spec) in specs.into_iter().enumerate() {
         progress.advance(1, "candidates", k as f64 / count as f64);
+        if progress.stop().is_some() {
+            // Of some of them none is the best.
+            return Ok(out);
+        }
         let mut mistakes = Vec::new();
         let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
         let mut own = super::asked::asked(document, &plant.model, set, &given, &mut mistakes);

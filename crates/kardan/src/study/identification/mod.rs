@@ -19,7 +19,7 @@ use plant::{Columns, columns, plant, slots};
 use reading::{Counted, Recording, read as read_logs, usual_window};
 use rows::{Built, Material, rows, settled};
 
-use super::Progress;
+use super::{Part, Progress};
 use super::prepare::is_error;
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, nearest, quoted};
@@ -157,9 +157,18 @@ pub fn identify(
         if bytes > 0 { (read as f64 / bytes as f64).min(0.999) } else { 0.0 }
     };
     let mut recorded = Vec::new();
+    let heard = |part: f64| {
+        progress.advance(0, "logs", part);
+        progress.stop().is_some()
+    };
+    // What was read of the logs by the time that all is to end is fitted all the same.
+    let mut early = None;
     for logs in experiments {
-        let heard = |part: f64| progress.advance(0, "logs", part);
         recorded.push(read_logs(logs, &slots, window, &part, &heard).map_err(failed)?);
+        if progress.stop().is_some() {
+            early = Some(format!("of the logs {:.1} % were read", 100.0 * part()));
+            break;
+        }
     }
     progress.advance(0, "logs", 1.0);
 
@@ -189,38 +198,46 @@ pub fn identify(
     if !best.scale.is_finite() || !(0..best.values.len()).all(told) {
         return Err(vec![too_large()]);
     }
+    let tell = |unseen: Option<&[f64]>, unfinished: Option<String>| {
+        let story = told::Story {
+            plant: &plant,
+            asked: &asked,
+            columns: &columns,
+            samples: &samples,
+            fit: &best,
+            unseen,
+            method: method.word(),
+            window,
+            noise: &built.noise,
+        };
+        let mut out = told::told(&story);
+        out.logs = recorded.iter().flat_map(|recording| logs_told(recording, &slots)).collect();
+        out.windows = count;
+        out.notes.splice(0..0, notes.iter().cloned());
+        out.unfinished = unfinished;
+        out
+    };
+    let missing = |what: &str| Some([early.as_deref(), Some(what)].into_iter().flatten().collect::<Vec<_>>().join("; "));
+    let keep = |found: &dyn Fn() -> Identification| progress.keep(&|| Part::Identification(Box::new(found())));
+    keep(&|| tell(None, missing("validation and comparison are missing")));
+    let ends = || early.is_some() || progress.stop().is_some();
     let folds = folds(&samples, method);
-    let unseen = cross_validate(&samples, &chosen, &folds, &options);
-    let candidates = if settings.compare {
+    let unseen = (!ends()).then(|| cross_validate(&samples, &chosen, &folds, &options)).flatten();
+    let mut out = tell(unseen.as_deref(), None);
+    keep(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
+    if settings.compare && !ends() {
         let (document, settings) = (&document, &set[..]);
         let whole = Whole { document, settings, asked: &asked, plant: &plant, built: &built, method };
-        compare(&whole, &material, progress)?
-    } else {
-        Vec::new()
-    };
-    let mut notes = notes;
-    if settings.compare && candidates.is_empty() {
-        notes.push(
-            "there is nothing to compare: the terms asked for are one model, and the file has no other candidate"
-                .into(),
-        );
+        out.candidates = compare(&whole, &material, progress)?;
+        if out.candidates.is_empty() {
+            let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
+            out.notes.insert(0, note.into());
+        }
     }
-    let story = told::Story {
-        plant: &plant,
-        asked: &asked,
-        columns: &columns,
-        samples: &samples,
-        fit: &best,
-        unseen: unseen.as_deref(),
-        method: method.word(),
-        window,
-        noise: &built.noise,
-    };
-    let mut out = told::told(&story);
-    out.logs = recorded.into_iter().flat_map(|recording| logs_told(recording, &slots)).collect();
-    out.windows = count;
-    out.candidates = candidates;
-    out.notes.splice(0..0, notes);
+    if ends() {
+        out.unfinished = missing("what was left to validate and to compare is missing");
+    }
+    progress.release();
     Ok(out)
 }
 
@@ -395,8 +412,8 @@ fn too_little(taken: &Taken, needed: usize, window: f64) -> Diagnostic {
 }
 
 /// The logs of a recording, with the noise of their channels.
-fn logs_told(recording: Recording, slots: &[Quantity]) -> Vec<LogRead> {
-    let mut logs = recording.logs;
+fn logs_told(recording: &Recording, slots: &[Quantity]) -> Vec<LogRead> {
+    let mut logs = recording.logs.clone();
     for channel in logs.iter_mut().flat_map(|log| &mut log.channels) {
         if let Some(slot) = slots.iter().position(|slot| slot.signal() == channel.signal) {
             (channel.noise, channel.stated) = recording.noise[slot];

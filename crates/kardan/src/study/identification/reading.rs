@@ -146,13 +146,14 @@ struct Ticking {
     zeros: Vec<(usize, f64, f64)>,
 }
 
-/// Reads logs that were recorded together. `slots` are the quantities asked for; `progress` hears the part of the bytes read.
+/// Reads logs that were recorded together. `slots` are the quantities asked for; `progress` hears the part of the bytes read and says
+/// whether that is enough.
 pub(super) fn read(
     logs: Vec<OpenLog>,
     slots: &[Quantity],
     width: f64,
     bytes: &dyn Fn() -> f64,
-    progress: &dyn Fn(f64),
+    progress: &dyn Fn(f64) -> bool,
 ) -> Result<Recording, (String, LogError)> {
     let mut out = Recording {
         windows: BTreeMap::new(),
@@ -169,7 +170,7 @@ pub(super) fn read(
         let mut failed = None;
         let mut smooth = |block: &mut Block| {
             let group = block.group;
-            let Some(clock) = clocks.get(group).copied().flatten() else { return };
+            let Some(clock) = clocks.get(group).copied().flatten() else { return true };
             let own: Vec<_> = wired.iter().filter(|one| one.group == group).collect();
             let first_column = usize::from(matches!(clock, Clock::Channel(..)));
             for (column, wired) in block.columns[first_column..].iter_mut().zip(&own) {
@@ -215,7 +216,7 @@ pub(super) fn read(
             });
             tick.zero(&mut block.columns[first_column..]);
             tick.block(block, first_column, offset, slots.len(), &mut out.windows, &mut read.remarks);
-            progress(bytes());
+            !progress(bytes())
         };
         stream(&mut *log, &mut smooth, &mut |error| failed = failed.take().or(Some(error)));
         for (group, tick) in ticking.iter_mut().enumerate() {
@@ -271,14 +272,18 @@ pub(super) fn read(
 /// More damaged places of one log are not looked at.
 const DAMAGED: usize = 100;
 
-/// All blocks of a log, one after the other: where a thread can wait, one reads while the other one smooths. A worker of the pool that
+/// All blocks of a log, one after the other, until `smooth` has enough: where a thread can wait, one reads while the other one smooths. A worker of the pool that
 /// readers share work in must not wait for them: there it is done in turn.
-fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block), failed: &mut dyn FnMut(LogError)) {
+fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block) -> bool, failed: &mut dyn FnMut(LogError)) {
     if rayon::current_thread_index().is_some() {
         let (mut block, mut damaged) = (Block::default(), 0);
         while damaged < DAMAGED {
             match log.next(&mut block) {
-                Ok(true) => smooth(&mut block),
+                Ok(true) => {
+                    if !smooth(&mut block) {
+                        return;
+                    }
+                }
                 Ok(false) => return,
                 Err(error) => {
                     damaged += 1;
@@ -319,12 +324,15 @@ fn stream(log: &mut dyn Log, smooth: &mut dyn FnMut(&mut Block), failed: &mut dy
         for block in filled {
             match block {
                 Ok(mut block) => {
-                    smooth(&mut block);
+                    if !smooth(&mut block) {
+                        break; // the one that reads finds nobody to send to
+                    }
                     let _ = empty.send(block);
                 }
                 Err(error) => failed(error),
             }
         }
+        drop(empty); // nothing is read any more
     });
 }
 
