@@ -102,6 +102,7 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         channels: (0..task.references.len()).collect(),
         behind: None,
         inverts: true,
+        law: None,
     };
     Ok(Box::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
 }
