@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json as object};
 
 use super::json::motor_strain;
 use crate::results::{
-    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
+    FreeKnown,    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
     Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Passage, PassedInteraction, Pole,
     Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
 };
@@ -45,7 +45,7 @@ const VERSION: u32 = 1;
 /// | `decoupled` | whether every entry of another channel is exactly zero; `null` where no such claim is made |
 /// | `blocks_decoupled` | the same between different blocks; `null` for a law that does not decouple blocks |
 /// | `cross_coupling` | steps in the nonlinear simulation: `reference`, `step`, `step_unit`, `output`, `unit`, `own` (the same channel), `peak`, `rms`, `window_s`, `failure` |
-/// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `free` (shafts that move in motions at zero which nobody holds), `free_poles`, `drift_per_s` (how fast these grow at the sample time), `channels` (`name`, `reading` or motor, `gain` below and above one, `gain_rad_s`, `phase_rad`, `phase_rad_s`, `delay_s`, `delay_rad_s`, `disk`, `disk_rad_s`, `disk_gain`, `disk_phase_rad`; `null`: not limited), `together` (`disk` from below and above, `rad_s`, `worst`: `motor`, `factor`, `turn_rad`) or `null`, `hardly` (stable, but not with 10 % more or less torque of a motor), `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
+/// | `margins` | `sample_time_s` (`null`: continuous time), `delay_s`, `single`, `spectral_radius` (per sample time of this controller), `stable` (`null`: not known), `rates` (slowest stable ones: `delay_samples`, `rate_hz`: 0 for any, `null` for none below 1 MHz, `motion`), `longest_delay_s`, `longest_lag_s`, `gain_margin` (smallest, largest), each `value` (`null`: not limited) and `motion` or `null`, `free` (shafts that move in motions at zero which nobody holds), `free_poles`, `free_known` (`exactly, gains of the design`, `exactly, gains as rounded`, `to rounding`), `next_to_zero_1_s` (poles that only exact arithmetic tells from zero), `proven` (`stable` is decided over the rationals), `drift_per_s` (how fast these grow at the sample time), `channels` (`name`, `reading` or motor, `gain` below and above one, `gain_rad_s`, `phase_rad`, `phase_rad_s`, `delay_s`, `delay_rad_s`, `disk`, `disk_rad_s`, `disk_gain`, `disk_phase_rad`, `searched` over the common period of several clocks; `null`: not limited, or not known), `together` (`disk` from below and above, `rad_s`, `worst`: `motor`, `factor`, `turn_rad`) or `null`, `hardly` (stable, but not with 10 % more or less torque of a motor), `peaks` (`reference`, `step`, `step_unit`, `input`, `peak_n_m`, `limit_n_m`), `verdict` |
 /// | `strains` | what the scenario of the file asks of its motors, where it was run: `variant`, `duration_s`, `motor` (`name`, `controller`, `torque_limit_n_m`, `rate_limit_n_m_per_s`, `asked_n_m`, `time_at_torque_limit_s`, `time_at_rate_limit_s`, `first_at_torque_limit_s`) |
 /// | `passage` | the loop with the parameters of the variant where its joints stand, linear, in floating point: `turned` (what turns, in words; empty if no joint is bent), `positions` (how many), `range_rad`, `stable`, `growth_per_s` (of the motion that grows most; negative: it decays), `growth_at_rad`, `interactions` (`reference`, `step`, `step_unit`, `signal`, `unit`, `largest` or `null` if unstable, `at_rad`, `acceptable`); `null` where it is the linear loop of the design |
 /// | `exploration` | designs beside this one: `interaction` (what is meant by it), `unit`, `limited` (whether torque and noise are parts of the motors' limits, else N m), `failed` (combinations without a stable design), `not_judged` (whose sample times have no short common period), `designs` (that of the file first) and `sensors` (with one more, by `name`), each `sample_time_s`, `delay_s`, `bandwidth` and `effort` (factors), `sensors`, `interaction`, `torque`, `noise`, `spectral_radius`, `best`; `advice` (sentences); `null` if it was not asked for |
@@ -182,12 +182,19 @@ fn margins(found: &Margins) -> Value {
         "gain_margin": found.gain_margin.as_ref().map(|both| list(both, limit)),
         "free": found.free,
         "free_poles": found.free_poles,
+        "free_known": match found.free_known {
+            FreeKnown::Design => "exactly, gains of the design",
+            FreeKnown::Rounded => "exactly, gains as rounded",
+            FreeKnown::Within(_) => "to rounding",
+        },
+        "next_to_zero_1_s": found.next_to_zero,
+        "proven": found.proven,
         "drift_per_s": found.drift,
         "channels": list(&found.channels, |one| object!({
             "name": one.name, "reading": one.reading, "gain": one.gain, "gain_rad_s": one.gain_frequency,
             "phase_rad": one.phase, "phase_rad_s": one.phase_frequency, "delay_s": one.delay,
             "delay_rad_s": one.delay_frequency, "disk": one.disk, "disk_rad_s": one.disk_frequency,
-            "disk_gain": one.disk_gain, "disk_phase_rad": one.disk_phase,
+            "disk_gain": one.disk_gain, "disk_phase_rad": one.disk_phase, "searched": one.searched,
         })),
         "together": found.together.as_ref().map(|all| object!({
             "disk": all.disk, "rad_s": all.frequency,

@@ -23,7 +23,7 @@ mod scalar;
 mod sparse;
 mod wide;
 
-pub use at_zero::{AtZero, at_zero};
+pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub use eigen::eigenvalues;

@@ -24,24 +24,48 @@ pub struct Margins {
     pub longest_lag: Option<LoopLimit>,
     /// Smallest and largest factor of its torques that the loop tolerates; `None` if it is unstable.
     pub gain_margin: Option<[LoopLimit; 2]>,
-    /// Shafts that move in motions which nobody holds: exactly at zero, to the rounding of the loop. They are left out of all
-    /// limits.
+    /// Whether it was decided over the rationals that a loop in continuous time is stable or not; otherwise from eigenvalues,
+    /// whose rounding is bounded.
+    pub proven: bool,
+    /// Shafts that move in motions which nobody holds, which are at zero. They are left out of all limits.
     pub free: Vec<String>,
     /// How many poles at zero (multipliers at one) these motions are.
     pub free_poles: usize,
+    /// How it is known that they are at zero.
+    pub free_known: FreeKnown,
+    /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
+    /// 1/s, as far as rounding shows them. They are left out of all limits.
+    pub next_to_zero: Vec<f64>,
     /// How fast they grow at the sample time, 1/s; 0 if they stay.
     pub drift: f64,
-    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable or has several
-    /// clocks.
+    /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable. With several clocks
+    /// only those of the motors of a sampled controller.
     pub channels: Vec<ChannelMargin>,
     /// How wrong all torques may be at once; `None` with one motor.
     pub together: Option<TogetherMargin>,
-    /// Whether it is stable, but the torque of a motor may not be wrong by 10 %.
+    /// Whether it is stable, but the torque of a motor may not be wrong by 10 %, or its disk margin is not larger than that.
     pub hardly: bool,
     /// What a step of each reference asks of each motor.
     pub peaks: Vec<TorquePeak>,
     /// All this in one paragraph.
     pub verdict: String,
+}
+
+/// How it is known that poles are at zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FreeKnown {
+    /// Exactly, with the gains of the design, before they are rounded.
+    Design,
+    /// Exactly, with gains that are the fractions which their doubles are.
+    Rounded,
+    /// Numbers below this size, 1/s, counted as zero.
+    Within(f64),
+}
+
+impl Default for FreeKnown {
+    fn default() -> Self {
+        Self::Within(0.0)
+    }
 }
 
 /// The slowest rate at which a sampled controller keeps the loop stable.
@@ -80,14 +104,22 @@ pub struct ChannelMargin {
     pub phase: f64,
     /// Where.
     pub phase_frequency: Option<f64>,
-    /// The least delay that is too much, s; infinite if none is, `None` for a sampled loop.
+    /// The least delay that is too much, s, beside the one that is there; infinite if none is (of a sampled loop: none up to ten
+    /// samples, looked at every tenth of one). `None` where it is not known: of what a sampled controller reads.
     pub delay: Option<f64>,
     /// Where.
     pub delay_frequency: Option<f64>,
     /// The balanced disk margin α: errors of gain and phase at once, `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
     pub disk: f64,
-    /// Where a larger disk is too large.
+    /// Where a larger disk is too large; NaN where that is not known.
     pub disk_frequency: f64,
+    /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
+    pub own_time: Option<f64>,
+    /// Whether the controller of that motor is sampled.
+    pub sampled: bool,
+    /// Whether phase and disk were searched over the common period of several clocks, for errors that are the same at each
+    /// sample; otherwise they come from the frequency response.
+    pub searched: bool,
     /// The factors that this disk holds.
     pub disk_gain: [f64; 2],
     /// The turns of the phase, either way, that it holds, rad.

@@ -352,8 +352,9 @@ pub(super) fn designed(
         design.warnings.extend(warnings);
     }
     margins.verdict = verdict(&margins);
-    if margins.stable == Some(false) && margins.sample_time.is_some() {
-        design.warnings.push("at its sample time the loop is unstable: this is not a design".into());
+    if margins.stable == Some(false) {
+        let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
+        design.warnings.push(format!("{when} the loop is unstable: this is not a design"));
     }
     design.warnings.extend(margin_warnings(&margins));
     design.margins = Some(margins);

@@ -6,12 +6,15 @@ use super::PreparedVariant;
 use crate::analysis::OutputSignal;
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
-use crate::num::{Matrix, multiply};
-use crate::reduce::linearise;
-use crate::results::{ChannelMargin, Design, LoopLimit, Margins, RateLimit, TogetherMargin};
+use crate::num::{Matrix, Rational, eigenvalues, multiply, split_off};
+use crate::reduce::{LinearModel, linearise};
+use crate::results::{ChannelMargin, Design, FreeKnown, LoopLimit, Margins, RateLimit, TogetherMargin};
 use crate::simulate::Profile;
-use crate::synthesis::margins::{Response, channel_margins, together as all_at_once};
-use crate::synthesis::{Clock, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Survey, clock};
+use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
+use crate::synthesis::{
+    Clock, ExactMotions, Law, Limit, LoopPlant, Plant, SampledLoop, SampledPart, Slowest, Stability, Survey, clock,
+    exact_motions,
+};
 
 /// Relative distance of two frequencies that belong to one motion.
 const SAME_MOTION: f64 = 0.3;
@@ -21,6 +24,12 @@ const HARDLY: f64 = 1.1;
 const DISK: f64 = 0.4;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
+/// Turn of the phase of one channel, rad, that a loop must bear, or is hardly stable: 15°.
+const PHASE: f64 = std::f64::consts::PI / 12.0;
+/// Part of its lag, or of one sample, by which a motor must be allowed to be late.
+const LATE: f64 = 0.25;
+/// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
+const WORSE: f64 = 0.75;
 /// Part of the largest movement below which a shaft stands still.
 const STILL: f64 = 1e-9;
 
@@ -35,7 +44,7 @@ fn shortest(clocks: &[Option<Clock>]) -> f64 {
 
 /// The linear plant of a variant at zero angles, with its motors.
 fn linear(variant: &PreparedVariant) -> LoopPlant {
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let model = model_of(variant);
     let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
     LoopPlant::new(&model, &lags).with_sensors(&variant.reduced)
 }
@@ -218,13 +227,22 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn L
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
-    let stable = as_it_is.as_ref().map(|found| found.stable);
-    let gain_margin = survey.gain_margin();
+    let exact = exact_motions(&model_of(variant), &plant.lags, laws);
+    let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
+    let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
+    let stable = known.as_ref().map(|known| known.stable);
+    let tolerated = stable != Some(false);
+    let gain_margin = survey.gain_margin().filter(|_| tolerated);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &survey) } else { Default::default() };
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
-    let hardly = channels.iter().any(|one| !one.reading && hard(one.gain))
+    let hardly = channels.iter().any(|one| !one.reading && (hard(one.gain) || hard(one.disk_gain)))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
-    let free = survey.free_motions(survey.unchanged()).or(as_it_is.as_ref().map(|found| found.free.clone()));
+    let free = match &exact {
+        Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
+        None => as_it_is.as_ref().map_or_else(Vec::new, |found| {
+            moving(&found.free, &plant, &variant.reduced.equations.shafts)
+        }),
+    };
     Margins {
         sample_time: own.map(|clock| clock.period),
         delay: own.map_or(0.0, |clock| clock.delay),
@@ -234,12 +252,15 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn L
             .filter(|_| clocks.iter().any(Option::is_some))
             .map(|found| radius(found.growth)),
         stable,
+        proven: known.as_ref().is_some_and(|known| known.proven),
         rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
-        longest_delay: survey.longest_delay().map(limit),
-        longest_lag: survey.longest_lag().map(limit),
+        longest_delay: survey.longest_delay().filter(|_| tolerated).map(limit),
+        longest_lag: survey.longest_lag().filter(|_| tolerated).map(limit),
         gain_margin: gain_margin.map(|both| both.map(limit)),
-        free: free.as_ref().map(|free| moving(free, &plant, &variant.reduced.equations.shafts)).unwrap_or_default(),
-        free_poles: as_it_is.as_ref().map_or(0, |found| found.left_out),
+        free,
+        free_poles: known.as_ref().map_or(0, |known| known.zeros),
+        free_known: known.as_ref().map(|known| known.how).unwrap_or_default(),
+        next_to_zero: known.map(|known| known.next_to_zero).unwrap_or_default(),
         drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
         channels,
         together,
@@ -247,6 +268,79 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn L
         peaks: Vec::new(),
         verdict: String::new(),
     }
+}
+
+/// What is decided about the loop as it is, exactly where it can be.
+struct Known {
+    stable: bool,
+    proven: bool,
+    zeros: usize,
+    how: FreeKnown,
+    next_to_zero: Vec<f64>,
+}
+
+impl Known {
+    fn of(
+        found: &Slowest,
+        exact: Option<&ExactMotions>,
+        plant: &LoopPlant,
+        laws: &[Box<dyn Law>],
+        continuous: bool,
+    ) -> Self {
+        let rounded = Self {
+            stable: found.stable,
+            proven: false,
+            zeros: found.left_out,
+            how: FreeKnown::Within(found.rounding),
+            next_to_zero: Vec::new(),
+        };
+        let Some(exact) = exact else { return rounded };
+        let how = if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded };
+        if !continuous {
+            // Of a map only what goes on whatever the clocks is known exactly.
+            return if exact.sampled == found.left_out { Self { how, ..rounded } } else { rounded };
+        }
+        if exact.zeros() != found.left_out && !exact.designed {
+            // Rounding of the gains moves what the design leaves at zero.
+            return rounded;
+        }
+        let rest = exact.rest();
+        let held = matches!(rest, Some(Stability::Stable | Stability::Marginal));
+        let next_to_zero = match found.left_out.checked_sub(exact.zeros()) {
+            Some(more) if more > 0 => beside_zero(exact, plant, laws, more),
+            _ => Vec::new(),
+        };
+        let decided = rest.is_some() && (held || exact.designed);
+        Self {
+            stable: if decided { held } else { found.stable },
+            proven: decided,
+            zeros: exact.zeros(),
+            how,
+            next_to_zero,
+        }
+    }
+}
+
+/// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
+fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Box<dyn Law>], count: usize) -> Vec<f64> {
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant)).collect();
+    let split = split_off(&SampledLoop::flow_of(plant, &parts), &exact.motions.to_f64());
+    let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
+    poles.iter().take(count).map(|(re, _)| *re).collect()
+}
+
+/// The linear model of a variant at zero angles.
+fn model_of(variant: &PreparedVariant) -> LinearModel {
+    linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()])
+}
+
+/// Shafts that move in some of these motions, exactly.
+fn moving_exactly(motions: &Matrix<Rational>, model: &LinearModel, shafts: &[String]) -> Vec<String> {
+    let r = model.basis.columns();
+    let part = |first: usize| Matrix::from_fn(r, motions.columns(), |i, k| motions[(first + i, k)].clone());
+    let moved = [0, r].map(|first| model.basis.multiply(&part(first)));
+    let moves = |shaft: &usize| moved.iter().any(|moved| moved.row(*shaft).iter().any(|x| !x.is_zero()));
+    (0..shafts.len()).filter(moves).map(|shaft| shafts[shaft].clone()).collect()
 }
 
 /// Shafts that move in some of these motions.
@@ -267,37 +361,77 @@ fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<St
     (0..shafts.len()).filter(|shaft| moves(*shaft)).map(|shaft| shafts[shaft].clone()).collect()
 }
 
-/// How wrong each channel may be alone, and all motors at once; nothing where the loop has several clocks.
+/// A channel's margins with its name.
+fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
+    ChannelMargin {
+        name: name.into(),
+        reading,
+        gain: found.gain,
+        gain_frequency: found.gain_frequency,
+        phase: found.phase,
+        phase_frequency: found.phase_frequency,
+        delay: found.delay,
+        delay_frequency: found.delay_frequency,
+        disk: found.disk,
+        disk_frequency: found.disk_frequency,
+        own_time: None,
+        sampled: false,
+        searched: false,
+        disk_gain: found.disk_gain(),
+        disk_phase: found.disk_phase(),
+    }
+}
+
+/// How wrong the torque of each motor may be alone; with `late` the delay that a sampled loop tolerates is searched too.
+fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: bool) -> Vec<ChannelMargin> {
+    let clock = survey.clocks[survey.number];
+    let law = &survey.laws[survey.number];
+    let lag = |name: &String| {
+        let input = survey.plant.inputs.iter().position(|input| input == name)?;
+        Some(survey.plant.lags[input]).filter(|lag| *lag > 0.0)
+    };
+    let one = |(motor, name): (usize, &String)| {
+        let mut out = match response {
+            Some(response) => named(name, false, &channel_margins(&response.channel(motor))?),
+            None => searched(survey, motor, name)?,
+        };
+        out.sampled = clock.is_some();
+        out.own_time = clock.map_or_else(|| lag(name), |clock| Some(clock.period));
+        if clock.is_some() && late {
+            let limit = survey.motor_delay(motor);
+            out.delay = limit.map(|limit| limit.value);
+            out.delay_frequency = limit.filter(|limit| limit.value.is_finite()).map(|limit| limit.frequency);
+        }
+        Some(out)
+    };
+    law.inputs().iter().enumerate().filter_map(one).collect()
+}
+
+/// The margins of a motor of a sampled controller in a loop with several clocks, searched on the map over their common period.
+fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMargin> {
+    let lifted = survey.lifted(motor)?;
+    let [down, up] = survey.motor_gain(motor)?;
+    let limited = |limit: &Limit| (limit.value > 0.0 && limit.value.is_finite()).then_some(limit.frequency);
+    let found = ChannelMargins {
+        gain: [down.value, up.value],
+        gain_frequency: [limited(&down), limited(&up)],
+        phase: lifted.phase(),
+        disk: lifted.disk(),
+        disk_frequency: f64::NAN,
+        ..ChannelMargins::default()
+    };
+    Some(ChannelMargin { searched: true, ..named(name, false, &found) })
+}
+
+/// How wrong each channel may be alone, and all motors at once.
 fn errors(
     variant: &PreparedVariant,
     number: usize,
     survey: &Survey<'_>,
 ) -> (Vec<ChannelMargin>, Option<TogetherMargin>) {
-    let mut out = Vec::new();
-    let mut add = |names: &[String], response: &Response, reading: bool| {
-        for (k, name) in names.iter().enumerate() {
-            let Some(found) = channel_margins(&response.channel(k)) else { continue };
-            out.push(ChannelMargin {
-                name: name.clone(),
-                reading,
-                gain: found.gain,
-                gain_frequency: found.gain_frequency,
-                phase: found.phase,
-                phase_frequency: found.phase_frequency,
-                delay: found.delay,
-                delay_frequency: found.delay_frequency,
-                disk: found.disk,
-                disk_frequency: found.disk_frequency,
-                disk_gain: found.disk_gain(),
-                disk_phase: found.disk_phase(),
-            });
-        }
-    };
     let law = &survey.laws[number];
     let motors = survey.motors();
-    if let Some(motors) = &motors {
-        add(law.inputs(), motors, false);
-    }
+    let mut out = of_motors(survey, motors.as_ref(), true);
     let model = &variant.design_models[number];
     let rows = |signal: &OutputSignal| {
         let found = model.system(law.inputs(), std::slice::from_ref(signal));
@@ -305,7 +439,8 @@ fn errors(
     };
     let sensors: Vec<(String, Vec<f64>)> = law.sensors().iter().map(rows).collect();
     if let Some((names, readings)) = survey.readings(&sensors, model.shafts()) {
-        add(&names, &readings, true);
+        let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&readings.channel(k))));
+        out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
     }
     let together = motors.filter(|motors| motors.channels() > 1).and_then(|motors| {
         let found = all_at_once(&motors)?;
@@ -321,36 +456,35 @@ fn errors(
 
 /// What of the margins must not be overlooked.
 pub(super) fn warnings(found: &Margins) -> Vec<String> {
-    let mut out = Vec::new();
-    let at = |frequency: Option<f64>| frequency.map_or(String::new(), at);
-    for one in &found.channels {
-        let [low, high] = one.gain;
-        let what =
-            if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) };
-        let (factor, frequency) =
-            if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
-        if low > 1.0 / HARDLY || high < HARDLY {
-            out.push(format!("stable, but hardly: {what} times {factor:.4} makes the loop unstable{}", at(frequency)));
-        } else if one.disk < DISK {
-            out.push(format!(
-                "{what} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is \
-                 {:.3}{}, and below {DISK} (a factor of 1.5, 23°) small errors of the model are too much",
-                one.disk_gain[0],
-                one.disk_gain[1],
-                one.disk_phase.to_degrees(),
-                one.disk,
-                at(Some(one.disk_frequency))
-            ));
-        }
-    }
+    let mut out: Vec<String> = found.channels.iter().filter_map(close).collect();
+    let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < DISK;
+    out.extend(found.channels.iter().filter(wrong).map(|one| {
+        format!(
+            "{} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is {:.3}{}, and \
+             below {DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+            of(one),
+            one.disk_gain[0],
+            one.disk_gain[1],
+            one.disk_phase.to_degrees(),
+            one.disk,
+            at(one.disk_frequency)
+        )
+    }));
+    out.extend(found.channels.iter().filter_map(late));
     let common = found.gain_margin.as_ref().filter(|_| out.is_empty());
     if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / HARDLY || up.value < HARDLY) {
+        let motion = if up.value < HARDLY { &up.motion } else { &down.motion };
         out.push(format!(
-            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only",
-            down.value, up.value
+            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only{}",
+            down.value,
+            up.value,
+            because(motion)
         ));
     }
-    if let Some(all) = found.together.as_ref().filter(|all| out.is_empty() && all.disk[1] < DISK_TOGETHER) {
+    // All at once are never better than each alone: said where they are much worse.
+    let alone = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
+    let worse = |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * alone);
+    if let Some(all) = found.together.as_ref().filter(worse) {
         out.push(format!(
             "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
             at_once(all)
@@ -359,13 +493,100 @@ pub(super) fn warnings(found: &Margins) -> Vec<String> {
     out
 }
 
+/// Of which channel something is said.
+fn of(one: &ChannelMargin) -> String {
+    if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
+}
+
+/// A channel that a small factor, or a small turn of the phase, makes unstable.
+fn close(one: &ChannelMargin) -> Option<String> {
+    let ([low, high], what) = (one.gain, of(one));
+    let (factor, frequency) =
+        if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
+    let place = |frequency: Option<f64>| frequency.map_or(String::new(), at);
+    if low > 1.0 / HARDLY || high < HARDLY {
+        return Some(format!(
+            "stable, but hardly: {what} times {factor:.4} makes the loop unstable{}",
+            place(frequency)
+        ));
+    }
+    (one.phase < PHASE).then(|| {
+        format!(
+            "stable, but hardly: {:.1}° of phase in {what} make the loop unstable{}",
+            one.phase.to_degrees(),
+            place(one.phase_frequency)
+        )
+    })
+}
+
+/// A motor that may be late by a small part of its own time only.
+fn late(one: &ChannelMargin) -> Option<String> {
+    let (delay, own) = (one.delay?, one.own_time?);
+    (delay < LATE * own).then(|| {
+        format!(
+            "{} may come {} later, no more{}: that is {:.1} % of {}",
+            of(one),
+            time(delay),
+            one.delay_frequency.map_or(String::new(), at),
+            100.0 * delay / own,
+            if one.sampled { format!("one sample, {}", time(own)) } else { format!("the lag of its motor, {}", time(own)) },
+        )
+    })
+}
+
+/// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
+/// are not stable.
+pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    let (laws, clocks, plant) = (variant.design_laws(), clocks(&variant.model.controls), linear(variant));
+    let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
+    for (number, control) in variant.model.controls.iter().enumerate() {
+        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number };
+        let Some(found) = survey.slowest(survey.unchanged()) else { continue };
+        let stable = if continuous {
+            // Only what floating point takes for zero needs more.
+            let exact = (found.left_out > 0).then(|| exact_motions(&model_of(variant), &plant.lags, &laws)).flatten();
+            Known::of(&found, exact.as_ref(), &plant, &laws, true).stable
+        } else {
+            found.stable
+        };
+        if !stable {
+            if continuous && number == 0 {
+                let message = format!(
+                    "in continuous time the loop is unstable: a motion at {:.4} rad/s grows (linear loop, lag of the motors included)",
+                    found.frequency
+                );
+                let told = Diagnostic::warning("control::grows", message).at(control.span.clone(), "in this loop");
+                out.push(told.help("`kardan design` lists the poles and what the loop tolerates"));
+            }
+            continue;
+        }
+        let Some(response) = survey.motors() else { continue };
+        for message in of_motors(&survey, Some(&response), false).iter().filter_map(close) {
+            let message = format!("control `{}`: {message}", control.name);
+            let told = Diagnostic::warning("control::hardly", message).at(control.span.clone(), "this controller");
+            out.push(told.help("ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins"));
+        }
+    }
+}
+
 fn at(frequency: f64) -> String {
     if frequency == 0.0 {
         ", at rest".into()
     } else if frequency.is_finite() {
         format!(", at {frequency:.4} rad/s")
+    } else if frequency.is_nan() {
+        String::new()
     } else {
         ", at infinite frequency".into()
+    }
+}
+
+/// A time in words.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
+        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
+        s => format!("{s:.3} s"),
     }
 }
 
@@ -409,11 +630,6 @@ pub(super) fn verdict(margins: &Margins) -> String {
     let hertz = |rate: f64| {
         if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
     };
-    let time = |seconds: f64| match seconds {
-        s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
-        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
-        s => format!("{s:.3} s"),
-    };
     match (margins.sample_time, margins.stable) {
         (Some(period), stable) => out.push(format!(
             "Sampled every {} with a delay of {} the loop is {}{}.",
@@ -428,14 +644,30 @@ pub(super) fn verdict(margins: &Margins) -> String {
             },
             margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
         )),
-        (None, Some(false)) => out.push("The loop in continuous time is not stable.".into()),
-        (None, _) => {}
+        (None, stable) => out.push(format!(
+            "In continuous time the loop is {}{}.",
+            match stable {
+                Some(true) => "stable",
+                Some(false) => "UNSTABLE",
+                None => "not judged: its eigenvalues could not be computed, simulate it",
+            },
+            match stable {
+                None => "",
+                _ if margins.proven => " (decided exactly)",
+                _ => " (eigenvalues in floating point, their rounding bounded)",
+            }
+        )),
     }
     if margins.free_poles > 0 {
         let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
         let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
+        let how = match margins.free_known {
+            FreeKnown::Design => "exactly (over the rationals, with the gains before they are rounded)".to_string(),
+            FreeKnown::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
+            FreeKnown::Within(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
+        };
         out.push(format!(
-            "Nobody holds a motion of {of}: {} {poles} at zero, to the rounding of the loop, left out of all that is said here.",
+            "Nobody holds a motion of {of}: {} {poles} at zero, {how}, left out of all that is said here.",
             margins.free_poles
         ));
         if margins.drift > 0.0 {
@@ -444,6 +676,14 @@ pub(super) fn verdict(margins: &Margins) -> String {
                 margins.drift
             ));
         }
+    }
+    if !margins.next_to_zero.is_empty() {
+        let all: Vec<String> = margins.next_to_zero.iter().map(|re| format!("{re:.2e}")).collect();
+        out.push(format!(
+            "Not at zero, but too close to it for floating point, which would take it for zero: {} 1/s; this was decided exactly, and \
+             limits are told without it.",
+            all.join(", ")
+        ));
     }
     let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
     if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {
@@ -491,8 +731,20 @@ pub(super) fn verdict(margins: &Margins) -> String {
             worst.disk_gain[1],
             worst.disk_phase.to_degrees()
         ));
+        if worst.searched {
+            out.push(
+                "With several clocks these margins of its motors are searched on the exact map over the common period, each for an \
+                 error that is the same at each sample: factor and delay in steps, phase every 5°, the disk in 25 directions. Those \
+                 of readings, and of all motors at once, are not known."
+                    .into(),
+            );
+        }
     } else if margins.stable == Some(true) {
-        out.push("Margins of single motors and readings are known for loops with one sample time only.".into());
+        out.push(
+            "Margins of single motors and readings are not known: of a loop with several clocks those of sampled controllers are, if \
+             the clocks have a short common period."
+                .into(),
+        );
     }
     if let Some(all) = &margins.together {
         let said = at_once(all);

@@ -9,7 +9,7 @@ use super::checks::{
 };
 use super::circuit::check_circuit;
 use super::effort::check_effort;
-use super::margins::check_sampled;
+use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::scenario::scenario;
 use crate::assemble::assemble;
@@ -337,6 +337,7 @@ fn prepare_variant(
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
         if !out.iter().any(is_error) {
+            check_margins(&variant, out);
             check_effort(document, &variant, out);
         }
         check_passage(&variant, out);

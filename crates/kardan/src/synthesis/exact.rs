@@ -20,10 +20,39 @@ pub struct ExactLoop {
     pub behind: Option<Polynomial>,
     /// Whether the law inverts the plant, so that it cancels zeros.
     pub inverts: bool,
+    /// What the law does, before its gains are rounded; `None` if that is not known as a whole.
+    pub law: Option<ExactLaw>,
+}
+
+/// A law `ξ̇ = A ξ + B x`, `u = C ξ + D x` over the state x of the design model, its reduced coordinates (rad) and their
+/// speeds (rad/s); references are left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactLaw {
+    /// A, states × states.
+    pub a: Matrix<Rational>,
+    /// B, states × twice the coordinates.
+    pub b: Matrix<Rational>,
+    /// C, inputs × states.
+    pub c: Matrix<Rational>,
+    /// D, inputs × twice the coordinates.
+    pub d: Matrix<Rational>,
+}
+
+impl ExactLaw {
+    /// `u = D x`
+    pub fn gain(d: Matrix<Rational>) -> Self {
+        Self {
+            a: Matrix::zeros(0, 0),
+            b: Matrix::zeros(0, d.columns()),
+            c: Matrix::zeros(d.rows(), 0),
+            d,
+        }
+    }
 }
 
 impl ExactLoop {
-    /// The loop of `ẋ = A x + B u`, `y = C x + D u` (the system) under `u = −K x + L r`, one reference for each output.
+    /// The loop of `ẋ = A x + B u`, `y = C x + D u` (the system) under `u = −K x + L r`, one reference for each output. Its law
+    /// is known if the system is the design model as a whole.
     ///
     /// # Panics
     /// If the shapes do not fit each other.
@@ -48,7 +77,9 @@ impl ExactLoop {
         };
         let (units, channels) =
             (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());
-        Self { plant, system, closed, units, channels, behind: None, inverts: true }
+        // With integrators, or of a part of the state, the caller knows it.
+        let law = (plant.states == system.states).then(|| ExactLaw::gain(feedback));
+        Self { plant, system, closed, units, channels, behind: None, inverts: true, law }
     }
 }
 

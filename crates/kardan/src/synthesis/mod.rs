@@ -8,6 +8,7 @@ mod closed_loop;
 pub mod decoupling;
 mod error;
 mod exact;
+mod exact_motions;
 pub mod inversion;
 mod law;
 mod linear_law;
@@ -25,15 +26,16 @@ mod zeros;
 
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
-pub use exact::{ExactLoop, named, rounded};
+pub use exact::{ExactLaw, ExactLoop, named, rounded};
+pub use exact_motions::{ExactMotions, exact_motions};
 pub use law::{
     ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY,
     design_noninteracting, find,
 };
 pub use observed::OBSERVER;
 pub use sampled::{
-    Block, Change, Clock, Firmware, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor,
-    Slowest, Survey, VariedPlant, reading_variance, sampled,
+    Block, Change, Clock, Firmware, Lifted, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor,
+    Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
 pub use words::in_words;

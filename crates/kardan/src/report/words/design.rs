@@ -46,10 +46,15 @@ pub fn verdict(design: &Design) -> (bool, String) {
         Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
         Some(Margins { hardly: true, .. }) => "; stable at its sample time, but hardly",
         Some(_) => "; stable at its sample time",
-        None if design.margins.as_ref().is_some_and(|margins| margins.hardly) => "; stable, but hardly",
-        None => "",
+        None => match &design.margins {
+            Some(Margins { stable: Some(false), .. }) => "; in continuous time the loop is unstable",
+            Some(Margins { stable: None, .. }) => "; whether it is stable in continuous time is not known",
+            Some(Margins { hardly: true, .. }) => "; stable in continuous time, but hardly",
+            Some(_) => "; stable in continuous time",
+            None => "",
+        },
     };
-    let grows = grows || sampled.is_some_and(|margins| margins.stable == Some(false));
+    let grows = grows || design.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
     let strained = design.strains.iter().any(|found| found.strain.strained());
     let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
     let warnings = match design.warnings.len() {
@@ -179,10 +184,12 @@ pub fn channels(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[Strin
         let phase = if one.phase.is_finite() { degrees(one.phase) + &at(one.phase_frequency) } else { "any".into() };
         let delay = match one.delay {
             Some(delay) if delay.is_finite() => format!("{} s{}", number(delay), at(one.delay_frequency)),
+            Some(_) if one.sampled => "10 samples and more".into(),
             Some(_) => "any".into(),
             None => "–".into(),
         };
         let disk = number(one.disk) + &at(Some(one.disk_frequency));
+        let disk = if one.searched { format!("{disk}, searched") } else { disk };
         let [from, to] = one.disk_gain;
         let to = if to.is_finite() { number(to) } else { "any".into() };
         let held = format!("{} to {to}, {}", number(from), degrees(one.disk_phase));

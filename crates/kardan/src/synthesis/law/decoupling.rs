@@ -13,7 +13,7 @@ use crate::synthesis::inversion::{
 use crate::synthesis::linear_law::{Linear, LinearBlock};
 use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references, template};
 use crate::synthesis::zeros::{check_stable, check_zeros, roots};
-use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
+use crate::synthesis::{ExactLaw, ExactLoop, Law, LawKind, Request, SynthesisError, named};
 
 /// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
 pub const DECOUPLING: LawKind = LawKind {
@@ -256,8 +256,10 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         ..Design::default()
     };
     let block = block(&found, &quotient.projection);
+    let law = exact_law(&found, &quotient.projection);
     let mut exact = ExactLoop::feedback(quotient.system, found.system, [&found.k, &found.l], &task.units());
     exact.behind = found.behind;
+    exact.law = Some(law);
     let inputs = &plant.reduced.equations.inputs;
     let number = |name: &String| inputs.iter().position(|input| input.element == *name);
     let limits: Vec<Option<f64>> =
@@ -268,6 +270,25 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 /// `rk.phi''` for the relative degree 2: what the rows of the decoupling matrix belong to.
 fn derivatives(outputs: &[String], degrees: &[Option<usize>]) -> Vec<String> {
     outputs.iter().zip(degrees).map(|(output, degree)| output.clone() + &"'".repeat(degree.unwrap_or(0))).collect()
+}
+
+/// The law before its gains are rounded, z = P [q_r; q̇_r].
+fn exact_law(found: &Gains, projection: &Matrix<Rational>) -> ExactLaw {
+    let Gains { system, k, from_state, from_input, .. } = found;
+    let (minus, shown) = (Rational::NEG_ONE, projection.rows());
+    let feedback = from_state.plus(&from_input.multiply(k).scale(&minus));
+    let closed = system.a.plus(&system.b.multiply(k).scale(&minus));
+    let own = system.states.len() - shown;
+    let part = |matrix: &Matrix<Rational>, first: usize, rows: usize, from: usize, columns: usize| {
+        Matrix::from_fn(rows, columns, |i, j| matrix[(first + i, from + j)].clone())
+    };
+    let inputs = feedback.rows();
+    ExactLaw {
+        a: part(&closed, shown, own, shown, own),
+        b: part(&closed, shown, own, 0, shown).multiply(projection),
+        c: part(&feedback, 0, inputs, shown, own),
+        d: part(&feedback, 0, inputs, 0, shown).multiply(projection),
+    }
 }
 
 /// The law over the reduced coordinates and their speeds, z = P [q_r; q̇_r].

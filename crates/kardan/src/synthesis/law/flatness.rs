@@ -104,6 +104,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         channels: (0..task.references.len()).collect(),
         behind: None,
         inverts: true,
+        law: None,
     };
     Ok(Arc::new(Linear::new(request, design, Some(exact), task.references.clone(), block)))
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use faer::c64;
+
 use super::places::Places;
 use super::{Clock, LoopPlant, SampledPart};
 use crate::num::{AtZero, Matrix, at_zero, balance, discretise, eigenvalues};
@@ -69,6 +71,8 @@ enum Happening {
     Fresh(usize),
     /// z changes.
     Jump(usize),
+    /// A command has been put on a wire, at this place of z.
+    Launch(usize),
 }
 
 /// The exact map of a linear loop over the period after which all clocks begin anew, without limits, friction and rounding:
@@ -123,6 +127,8 @@ pub struct Slowest {
     pub left_out: usize,
     /// How fast the one of them grows that grows most, 1/s; 0 of those that are exactly at zero.
     pub drift: f64,
+    /// Below which size numbers counted as zero when they were told from others, 1/s.
+    pub rounding: f64,
 }
 
 impl Slowest {
@@ -133,8 +139,8 @@ impl Slowest {
             found.held.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0.0));
         let stable = re < 0.0 || re <= error(&found.split.rest, (re, im));
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
-        let left_out = found.left_out();
-        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions, left_out, drift })
+        let (left_out, rounding) = (found.left_out(), found.split.rounding);
+        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions, left_out, drift, rounding })
     }
 }
 
@@ -218,6 +224,7 @@ pub enum SampledLoopError {
 /// What is due at an instant, in the order in which it happens there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Due {
+    Arrive(usize),
     Apply(usize),
     Read(usize, usize),
     Compute(usize),
@@ -290,7 +297,7 @@ impl SampledLoop {
                 match what {
                     Due::Compute(law) => course.extend(places.laws[law].fresh().map(Happening::Fresh)),
                     Due::Read(law, slow) => course.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
-                    Due::Apply(_) => {}
+                    Due::Apply(_) | Due::Arrive(_) => {}
                 }
                 let known = dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
                 let jump = known.unwrap_or_else(|| {
@@ -298,12 +305,19 @@ impl SampledLoop {
                         Due::Compute(law) => places.compute(law),
                         Due::Read(law, slow) => places.read(law, slow),
                         Due::Apply(law) => places.apply(law),
+                        Due::Arrive(law) => places.arrive(law),
                     });
                     dues.push((what, jumps.len() - 1));
                     jumps.len() - 1
                 });
                 course.push(Happening::Jump(jump));
                 let late = |law: usize| parts[law].clock.is_some_and(|clock| clock.delay > 0.0);
+                let launches = match what {
+                    Due::Apply(law) => Some(law),
+                    Due::Compute(law) if !late(law) => Some(law),
+                    _ => None,
+                };
+                course.extend(launches.and_then(|law| places.launched(law)).map(Happening::Launch));
                 match what {
                     Due::Apply(law) => applied[law].push(course.len()),
                     Due::Compute(law) if !late(law) => applied[law].push(course.len()),
@@ -372,9 +386,31 @@ impl SampledLoop {
             match happening {
                 Happening::Jump(jump) => self.jumps[*jump].change(z, &mut memory),
                 Happening::Look => look(z),
-                Happening::Fresh(_) => {}
+                Happening::Fresh(_) | Happening::Launch(_) => {}
             }
         }
+    }
+
+    /// The map if what is put on wires is multiplied by a complex number: real and imaginary part, without constants.
+    pub(super) fn with_factor(&self, factor: c64) -> [Matrix<f64>; 2] {
+        let n = self.map.rows();
+        let (mut re, mut im) = (Matrix::identity(n), Matrix::zeros(n, n));
+        for happening in &self.course {
+            match happening {
+                Happening::Jump(jump) => {
+                    self.jumps[*jump].change_rows(&mut re);
+                    self.jumps[*jump].change_rows(&mut im);
+                }
+                Happening::Launch(place) => {
+                    for j in 0..n {
+                        let entry = factor * c64::new(re[(*place, j)], im[(*place, j)]);
+                        (re[(*place, j)], im[(*place, j)]) = (entry.re, entry.im);
+                    }
+                }
+                Happening::Look | Happening::Fresh(_) => {}
+            }
+        }
+        [re, im].map(|m| Matrix::from_fn(self.constants, self.constants, |i, j| m[(i, j)]))
     }
 
     /// The map over some periods, Φᵏ.
@@ -422,7 +458,7 @@ impl SampledLoop {
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
         let per_second = |change: (f64, f64)| 0.5 * grows(change).ln_1p() / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
-        let left_out = found.left_out();
+        let (left_out, rounding) = (found.left_out(), found.split.rounding / self.period);
         let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
             return Some(Slowest {
                 growth: 0.0,
@@ -431,6 +467,7 @@ impl SampledLoop {
                 free: found.split.motions,
                 left_out,
                 drift,
+                rounding,
             });
         };
         let own = (1.0 + change.0, change.1);
@@ -442,7 +479,7 @@ impl SampledLoop {
         };
         let growth = (1.0 + grows(change)).max(0.0).powf(0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
-        Some(Slowest { growth, frequency, stable, free: found.split.motions, left_out, drift })
+        Some(Slowest { growth, frequency, stable, free: found.split.motions, left_out, drift, rounding })
     }
 
     /// The map from just after new commands of a law are in force to the same instant a period later; `None` if that is more
@@ -543,6 +580,7 @@ impl SampledLoop {
                         sum[(*place, *place)] = variance(*place);
                     }
                     Happening::Look => look(sum),
+                    Happening::Launch(_) => {}
                 }
             }
         };
@@ -595,6 +633,11 @@ fn due(parts: &[SampledPart], period: f64, shortest: f64) -> Vec<(f64, Vec<Due>)
                 let applied = (at + clock.delay) % period;
                 let same = (period - applied).min(applied) < SAME * shortest;
                 all.push((if same { 0.0 } else { applied }, Due::Apply(number)));
+            }
+            if let Some(wire) = part.wire.filter(|wire| wire.delay > 0.0) {
+                let arrived = (at + clock.delay + wire.delay) % period;
+                let same = (period - arrived).min(arrived) < SAME * shortest;
+                all.push((if same { 0.0 } else { arrived }, Due::Arrive(number)));
             }
         }
         for (slow, (_, sensor)) in part.slow.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::places::Places;
-use super::{Clock, LoopPlant, SampledLoop, SampledPart, Slowest};
+use super::{Clock, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
 use crate::num::{Matrix, at_zero};
 use crate::synthesis::Law;
 use crate::synthesis::margins::Response;
@@ -14,6 +14,8 @@ const STEP: f64 = 1.04;
 const RANGE: [f64; 2] = [1e-6, 1.0];
 /// Largest factor of the loop gain that is looked at, either way.
 const GAINS: f64 = 100.0;
+/// Steps in a sample time in which a late motor is looked at.
+const LATE_STEPS: f64 = 10.0;
 /// Longest delay that is looked at, in sample times.
 const DELAYS: f64 = crate::synthesis::LONGEST_DELAY;
 
@@ -38,6 +40,10 @@ pub struct Change {
     pub lag: Option<f64>,
     /// Factor of its torques.
     pub gain: f64,
+    /// Which of its motors that factor is for; `None`: all of them.
+    pub motor: Option<usize>,
+    /// How late commands reach that motor, beside the delay of the clock, s; of a sampled controller.
+    pub late: f64,
 }
 
 /// Where a loop becomes unstable.
@@ -52,7 +58,7 @@ pub struct Limit {
 impl Survey<'_> {
     /// The loop as it is.
     pub fn unchanged(&self) -> Change {
-        Change { clock: self.clocks[self.number], lag: None, gain: 1.0 }
+        Change { clock: self.clocks[self.number], lag: None, gain: 1.0, motor: None, late: 0.0 }
     }
 
     /// The loop with a change: its parts and its plant; `None` if a number overflows or a law cannot have that clock.
@@ -77,7 +83,10 @@ impl Survey<'_> {
                 part.slow.clear();
             }
             if number == self.number {
-                part.gain = change.gain;
+                let changed = |motor: &usize| change.motor.is_none_or(|one| one == *motor);
+                (0..part.gains.len()).filter(changed).for_each(|motor| part.gains[motor] = change.gain);
+                let wire = |input: usize| Wire { input, delay: change.late };
+                part.wire = change.motor.filter(|_| change.late > 0.0).map(wire);
                 if let Some(lag) = change.lag {
                     part.inputs.iter().for_each(|input| plant.lags[*input] = plant.lags[*input].max(lag));
                 }
@@ -257,12 +266,42 @@ impl Survey<'_> {
         self.first(std::iter::once(now).chain(more), 0, |lag| Change { lag: Some(lag), ..self.unchanged() })
     }
 
+    /// How much later its commands may reach one motor of the sampled controller, s: the least delay, beside that of the clock,
+    /// at which the exact map is unstable. Looked at every tenth of a sample, up to ten samples, then halved until it is known to
+    /// rounding. `None` if the controller has no clock or the loop is unstable as it is.
+    pub fn motor_delay(&self, motor: usize) -> Option<Limit> {
+        let period = self.clocks[self.number]?.period;
+        let free = self.slowest(self.unchanged())?.left_out;
+        let steps = (0..=(LATE_STEPS * DELAYS) as usize).map(|k| period * k as f64 / LATE_STEPS);
+        self.first(steps, free, |late| Change { motor: Some(motor), late, ..self.unchanged() })
+    }
+
+    /// The map over the common period of all clocks, for complex factors of one motor of the sampled controller; `None` if it has
+    /// no clock, or there is no such map.
+    pub fn lifted(&self, motor: usize) -> Option<Lifted> {
+        let (mut parts, plant) = self.changed(self.unchanged())?;
+        let part = &mut parts[self.number];
+        part.clock?;
+        part.wire = Some(Wire { input: motor, delay: 0.0 });
+        let found = SampledLoop::new(&plant, &parts).ok()?;
+        Lifted::new(found, self.slowest(self.unchanged())?.free.columns())
+    }
+
     /// The factors of the controller's torques, below and above one, that the loop tolerates; `None` if it is unstable.
     ///
     /// A motion that nobody holds, at zero because the law balances a torque exactly, moves with the factor; as many as there are
     /// are left out, those next to zero.
     pub fn gain_margin(&self) -> Option<[Limit; 2]> {
-        let change = |gain: f64| Change { gain, ..self.unchanged() };
+        self.factors(None)
+    }
+
+    /// The same for one motor of the controller, the others as they are.
+    pub fn motor_gain(&self, motor: usize) -> Option<[Limit; 2]> {
+        self.factors(Some(motor))
+    }
+
+    fn factors(&self, motor: Option<usize>) -> Option<[Limit; 2]> {
+        let change = |gain: f64| Change { gain, motor, ..self.unchanged() };
         let free = self.slowest(self.unchanged())?.left_out;
         let up = self.first(path(1.0, GAINS), free, change)?;
         let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;

@@ -1,6 +1,15 @@
 use super::{Clock, LoopPlant, SlowSensor};
 use crate::synthesis::{Law, LinearLaw};
 
+/// A wire on which the commands of a sampled law to one of its motors are late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wire {
+    /// Which of the law's inputs.
+    pub input: usize,
+    /// How late they are, beside the delay of the law's clock, s.
+    pub delay: f64,
+}
+
 /// A law in a sampled loop.
 #[derive(Debug, Clone)]
 pub struct SampledPart {
@@ -10,8 +19,10 @@ pub struct SampledPart {
     pub clock: Option<Clock>,
     /// Numbers of the inputs that it commands, among those of the plant.
     pub inputs: Vec<usize>,
-    /// What its motors give of what they are told, 1 for the loop as it is; the law does not know of it.
-    pub gain: f64,
+    /// What each of its motors gives of what it is told, 1 for the loop as it is; the law does not know of it.
+    pub gains: Vec<f64>,
+    /// A wire between the law and one of its motors, on which commands are late; the law does not know of it.
+    pub wire: Option<Wire>,
     /// Which of its readings come from sensors with a sample time of their own. All others are new whenever it computes.
     pub slow: Vec<(usize, SlowSensor)>,
 }
@@ -53,7 +64,8 @@ impl SampledPart {
         });
         // In continuous time sensors are ideal.
         let slow = if clock.is_some() { slow.collect() } else { Vec::new() };
-        Self { linear, clock, inputs: law.inputs().iter().map(number).collect(), gain: 1.0, slow }
+        let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
+        Self { linear, clock, gains: vec![1.0; inputs.len()], inputs, wire: None, slow }
     }
 
     /// The linear part without what slow sensors tell it: that comes from the readings that they hold.

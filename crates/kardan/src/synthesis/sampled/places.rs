@@ -1,5 +1,5 @@
 use super::loop_map::Jump;
-use super::{LoopPlant, Reads, SampledPart, on_their_way};
+use super::{Clock, LoopPlant, Reads, SampledPart, on_their_way};
 use crate::num::Matrix;
 use crate::synthesis::LinearLaw;
 
@@ -20,6 +20,8 @@ pub(super) struct LawPlaces<'a> {
     pub held: usize,
     /// Commands on their way, the next first.
     queue: Vec<usize>,
+    /// Of a late motor: which input, the command that it has received, and those on the wire, the next first.
+    wire: Option<(usize, usize, Vec<usize>)>,
     states: usize,
     /// Of each slow sensor the reading that it holds, and the angle that it read last, if it takes differences.
     slow: Vec<(usize, Option<usize>)>,
@@ -81,6 +83,10 @@ impl<'a> Places<'a> {
                 let waiting = part.clock.map_or(0, on_their_way);
                 let held = take(if part.clock.is_some() { inputs } else { 0 });
                 let queue = (0..waiting).map(|_| take(inputs)).collect();
+                let wire = part.clock.zip(part.wire).map(|(clock, wire)| {
+                    let waiting = on_their_way(Clock { delay: wire.delay, ..clock });
+                    (wire.input, take(1), (0..waiting).map(|_| take(1)).collect())
+                });
                 let states = take(part.linear.states.rows());
                 let slow = part.slow.iter().map(|(_, sensor)| {
                     let reading = take(1);
@@ -91,6 +97,7 @@ impl<'a> Places<'a> {
                     direct: part.direct(),
                     held,
                     queue,
+                    wire,
                     states,
                     slow: slow.collect(),
                     references: None,
@@ -170,7 +177,10 @@ impl<'a> Places<'a> {
         let mut commands = Matrix::zeros(plant.inputs.len(), self.size);
         for (number, law) in self.laws.iter().enumerate() {
             if law.part.clock.is_some() {
-                law.part.inputs.iter().enumerate().for_each(|(i, &input)| commands[(input, law.held + i)] += 1.0);
+                for (i, &input) in law.part.inputs.iter().enumerate() {
+                    let received = law.wire.as_ref().filter(|(wired, ..)| *wired == i).map(|(_, place, _)| *place);
+                    commands[(input, received.unwrap_or(law.held + i))] += 1.0;
+                }
                 continue;
             }
             let own = self.command(number);
@@ -182,7 +192,7 @@ impl<'a> Places<'a> {
         let mut excess = vec![None; plant.inputs.len()];
         for law in &self.laws {
             for (i, &input) in law.part.inputs.iter().enumerate() {
-                gains[input] = law.part.gain;
+                gains[input] = law.part.gains[i];
                 excess[input] = law.excess.map(|first| first + i);
             }
         }
@@ -239,16 +249,38 @@ impl<'a> Places<'a> {
         out.set(law.states, &self.rates(number, &torques));
         // The last place is free: the command that was in it has moved on when the one before took effect.
         out.set(law.queue.last().copied().unwrap_or(law.held), &command);
+        if let Some(place) = self.launched(number).filter(|_| law.queue.is_empty()) {
+            let input = law.wire.as_ref().map_or(0, |wire| wire.0);
+            out.push(place, command.row(input).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect());
+        }
+        out
+    }
+
+    /// Where a command is put that starts on the wire of a law.
+    pub fn launched(&self, number: usize) -> Option<usize> {
+        let (_, received, waiting) = self.laws[number].wire.as_ref()?;
+        Some(waiting.last().copied().unwrap_or(*received))
+    }
+
+    /// The next command on the wire of a law reaches its motor, those behind it move up.
+    pub fn arrive(&self, number: usize) -> Jump {
+        let mut out = Jump::default();
+        let Some((_, received, waiting)) = &self.laws[number].wire else { return out };
+        let chain: Vec<usize> = std::iter::once(*received).chain(waiting.iter().copied()).collect();
+        chain.windows(2).for_each(|pair| out.push(pair[0], vec![(pair[1], 1.0)]));
         out
     }
 
     /// The next command of a law that is on its way takes effect, those behind it move up.
     pub fn apply(&self, number: usize) -> Jump {
-        let LawPlaces { held, queue, part, .. } = &self.laws[number];
+        let LawPlaces { held, queue, part, wire, .. } = &self.laws[number];
         let mut out = Jump::default();
         let chain: Vec<usize> = std::iter::once(*held).chain(queue.iter().copied()).collect();
         for pair in chain.windows(2) {
             (0..part.inputs.len()).for_each(|i| out.push(pair[0] + i, vec![(pair[1] + i, 1.0)]));
+        }
+        if let (Some(place), Some((input, ..)), Some(next)) = (self.launched(number), wire, queue.first()) {
+            out.push(place, vec![(next + input, 1.0)]);
         }
         out
     }

@@ -1,0 +1,217 @@
+use super::decoupling::characteristic_polynomial;
+use super::{ExactLaw, Law, Stability, stability};
+use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon, exact_rank, rational_from_f64};
+use crate::reduce::LinearModel;
+
+/// States up to which the polynomial of a loop is computed.
+const MOST: usize = 32;
+
+/// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
+///
+/// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`. The plant is exact. So are the gains of a law that is
+/// designed exactly and has no observer; other gains, and lags, are the fractions that their doubles are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactMotions {
+    /// F of `ż = F z`.
+    pub matrix: Matrix<Rational>,
+    /// A basis of what powers of F send to zero, columns over z: as many as eigenvalues exactly at zero.
+    pub motions: Matrix<Rational>,
+    /// How many of these go on in the same way if the laws are sampled, whatever their clocks: of those the laws see nothing
+    /// that changes.
+    pub sampled: usize,
+    /// Whether all gains are those before rounding; if not, some are the fractions that their doubles are.
+    pub designed: bool,
+}
+
+impl ExactMotions {
+    /// How many eigenvalues are exactly at zero.
+    pub fn zeros(&self) -> usize {
+        self.motions.columns()
+    }
+
+    /// Where all other eigenvalues are, decided exactly; `None` above 32 states. A pair exactly on the axis counts as marginal.
+    pub fn rest(&self) -> Option<Stability> {
+        if self.matrix.rows() > MOST {
+            return None;
+        }
+        let all = characteristic_polynomial(&self.matrix);
+        let rest = Polynomial::new(all.coefficients()[self.zeros()..].to_vec());
+        Some(if rest.degree() == 0 { Stability::Stable } else { stability(&rest) })
+    }
+}
+
+/// The loop of a linear model, motors with these lags in s, and laws in continuous time, exactly.
+///
+/// Eigenvalues at zero are counted by ranks: a staircase of kernels over the rationals, after a rank modulo a prime has told
+/// that there are some. `None` if a law is made for a sample time, or a number is not finite.
+///
+/// ```
+/// use kardan::num::rational_to_f64;
+/// use kardan::synthesis::exact_motions;
+/// let source = kardan::model::builtin("two-bodies").unwrap().source;
+/// let (prepared, _) = kardan::study::prepare(source);
+/// let variant = &prepared.variants[0];
+/// let model = kardan::reduce::linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+/// // Without a law both bodies roll on together: an angle that stays, and a speed that stays.
+/// let found = exact_motions(&model, &vec![0.0; model.inputs.len()], &[]).unwrap();
+/// assert_eq!(found.zeros(), 2);
+/// ```
+///
+/// # Panics
+/// If the inertia matrix is singular, there is not one lag for each input, or a law names an input that is not there.
+pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Box<dyn Law>]) -> Option<ExactMotions> {
+    assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
+    let known: Vec<(Part, bool)> = laws.iter().map(|law| Part::of(&**law, model)).collect::<Option<_>>()?;
+    let designed = known.iter().all(|(_, designed)| *designed);
+    let parts: Vec<Part> = known.into_iter().map(|(part, _)| part).collect();
+    let (matrix, signals) = whole(model, lags, &parts)?;
+    let n = matrix.rows();
+    let motions = if exact_rank(&matrix) == n { Matrix::zeros(n, 0) } else { sent_to_zero(&matrix) };
+    // What a law reads and commands, and its states, must not change along the motion: S Fᵏ z = 0, k ≥ 1.
+    let mut rows = Vec::new();
+    let mut moved = motions.clone();
+    for _ in 0..motions.columns() {
+        moved = matrix.multiply(&moved);
+        let seen = signals.multiply(&moved);
+        (0..seen.rows()).for_each(|i| rows.push(seen.row(i).to_vec()));
+    }
+    let seen = Matrix::from_fn(rows.len(), motions.columns(), |i, j| rows[i][j].clone());
+    let sampled = motions.columns() - if rows.is_empty() { 0 } else { exact_rank(&seen) };
+    Some(ExactMotions { matrix, motions, sampled, designed })
+}
+
+/// A basis of the generalised null space.
+fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
+    let n = matrix.rows();
+    let mut known = Matrix::<Rational>::zeros(n, 0);
+    loop {
+        // F x = V y: as V is independent, x determines y.
+        let k = known.columns();
+        let both = Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
+        let order: Vec<usize> = (n..n + k).chain(0..n).collect();
+        let kernel = echelon(&both, &order).kernel();
+        if kernel.columns() == k {
+            return known;
+        }
+        known = Matrix::from_fn(n, kernel.columns(), |i, j| kernel[(i, j)].clone());
+    }
+}
+
+/// A law in the loop.
+struct Part {
+    law: ExactLaw,
+    /// Bτ, states × inputs.
+    torques: Matrix<Rational>,
+    inputs: Vec<usize>,
+}
+
+impl Part {
+    /// And whether its gains are those before rounding.
+    fn of(law: &dyn Law, model: &LinearModel) -> Option<(Self, bool)> {
+        if law.clock().is_some() {
+            return None;
+        }
+        let number =
+            |name: &String| model.inputs.iter().position(|input| input == name).expect("a law commands inputs");
+        let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
+        let states = law.states().len();
+        let width = 2 * model.basis.columns();
+        let exact = law.exact().and_then(|exact| exact.law).filter(|exact| {
+            law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width
+        });
+        if let Some(exact) = exact {
+            return Some((Self { torques: Matrix::zeros(states, inputs.len()), law: exact, inputs }, true));
+        }
+        let linear = law.linear();
+        let over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
+            let (angles, speeds) = (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
+            let r = width / 2;
+            let entry = |i: usize, j: usize| if j < r { angles[(i, j)].clone() } else { speeds[(i, j - r)].clone() };
+            Some(Matrix::from_fn(angles.rows(), width, entry))
+        };
+        let law = ExactLaw {
+            a: fractions(&linear.states)?,
+            b: over(&linear.angles, &linear.speeds)?,
+            c: fractions(&linear.on_states)?,
+            d: over(&linear.on_angles, &linear.on_speeds)?,
+        };
+        Some((Self { torques: fractions(&linear.torques)?, law, inputs }, false))
+    }
+}
+
+fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
+    let all: Vec<Rational> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect::<Option<_>>()?;
+    Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| all[i * matrix.columns() + j].clone()))
+}
+
+/// F, and over z what the laws command and how their states change.
+fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Rational>, Matrix<Rational>)> {
+    let r = model.inertia.rows();
+    let mut n = 2 * r;
+    let mut take = |count: usize| {
+        n += count;
+        n - count
+    };
+    let lagged: Vec<Option<usize>> = lags.iter().map(|lag| (*lag > 0.0).then(|| take(1))).collect();
+    let firsts: Vec<usize> = parts.iter().map(|part| take(part.law.a.rows())).collect();
+    let over = |first: usize, states: &Matrix<Rational>, plant: &Matrix<Rational>| {
+        Matrix::from_fn(plant.rows(), n, |i, j| match j {
+            j if j < 2 * r => plant[(i, j)].clone(),
+            j if (first..first + states.columns()).contains(&j) => states[(i, j - first)].clone(),
+            _ => Rational::ZERO,
+        })
+    };
+    let own: Vec<Matrix<Rational>> =
+        parts.iter().zip(&firsts).map(|(part, &first)| over(first, &part.law.c, &part.law.d)).collect();
+    let mut commands = Matrix::<Rational>::zeros(model.inputs.len(), n);
+    for (part, own) in parts.iter().zip(&own) {
+        for (i, &input) in part.inputs.iter().enumerate() {
+            (0..n).for_each(|j| commands[(input, j)] = commands[(input, j)].plus(&own[(i, j)]));
+        }
+    }
+    let solve = |right: &Matrix<Rational>| model.inertia.solve(right).expect("reduced inertia is positive definite");
+    let (stiffness, damping, per_torque) = (solve(&model.stiffness), solve(&model.damping), solve(&model.input));
+    let mut flow = Matrix::<Rational>::zeros(n, n);
+    for i in 0..r {
+        flow[(i, r + i)] = Rational::ONE;
+        for j in 0..r {
+            flow[(r + i, j)] = -stiffness[(i, j)].clone();
+            flow[(r + i, r + j)] = -damping[(i, j)].clone();
+        }
+    }
+    let at = |place: usize, j: usize| if j == place { Rational::ONE } else { Rational::ZERO };
+    for (input, place) in lagged.iter().enumerate() {
+        let torque: Vec<Rational> = match place {
+            Some(place) => {
+                let rate = Rational::ONE.over(&rational_from_f64(lags[input])?);
+                for j in 0..n {
+                    flow[(*place, j)] = rate.times(&commands[(input, j)].minus(&at(*place, j)));
+                }
+                (0..n).map(|j| at(*place, j)).collect()
+            }
+            None => commands.row(input).to_vec(),
+        };
+        for i in 0..r {
+            for (j, torque) in torque.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
+                flow[(r + i, j)] = flow[(r + i, j)].plus(&per_torque[(i, input)].times(torque));
+            }
+        }
+    }
+    let mut signals: Vec<Vec<Rational>> = own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
+    for (part, &first) in parts.iter().zip(&firsts) {
+        let told = |i: usize, j: usize| match lagged[part.inputs[i]] {
+            Some(place) => at(place, j),
+            None => commands[(part.inputs[i], j)].clone(),
+        };
+        let told = part.torques.multiply(&Matrix::from_fn(part.inputs.len(), n, told));
+        let plant = over(first, &part.law.a, &part.law.b);
+        for i in 0..part.law.a.rows() {
+            (0..n).for_each(|j| flow[(first + i, j)] = plant[(i, j)].plus(&told[(i, j)]));
+            // What drives the states, and the states themselves.
+            signals.push((0..n).map(|j| flow[(first + i, j)].clone()).collect());
+            signals.push((0..n).map(|j| at(first + i, j)).collect());
+        }
+    }
+    let signals = Matrix::from_fn(signals.len(), n, |i, j| signals[i][j].clone());
+    Some((flow, signals))
+}
