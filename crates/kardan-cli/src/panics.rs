@@ -4,7 +4,7 @@
 //! way that nobody has thought of; the program says the same as in other builds, where it would go on with the rows before.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::log;
+use kardan::tables::read as log;
 
 use crate::commands::told;
 use crate::render::Failure;

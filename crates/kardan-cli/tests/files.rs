@@ -447,7 +447,14 @@ mod faults {
         (
             "design",
             &[
-                "design", "axle.toml", "--outputs", "axle.phi", "--report", "page.html", "--controller", "c.json",
+                "design",
+                "axle.toml",
+                "--outputs",
+                "axle.phi",
+                "--report",
+                "page.html",
+                "--controller",
+                "c.json",
                 "--no-simulation",
             ],
             true,

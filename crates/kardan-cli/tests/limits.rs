@@ -255,8 +255,9 @@ fn a_signal_keeps_what_an_identification_has() {
 fn a_signal_keeps_complete_runs() {
     let at = folder("signal-run");
     let arguments = ["run", "sia-steering-ecu", "--variants", "rack", "--json", "--out", "out"];
-    let (json, told) =
-        signalled(&at, &arguments, &|json| json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true);
+    let (json, told) = signalled(&at, &arguments, &|json| {
+        json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true
+    });
     assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
     assert!(told.contains("designs of the report are missing"), "{told}");
     assert!(fs::read_to_string(at.join("out/rack.csv")).unwrap().ends_with('\n'));

@@ -239,9 +239,9 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn L
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
-        None => as_it_is.as_ref().map_or_else(Vec::new, |found| {
-            moving(&found.free, &plant, &variant.reduced.equations.shafts)
-        }),
+        None => as_it_is
+            .as_ref()
+            .map_or_else(Vec::new, |found| moving(&found.free, &plant, &variant.reduced.equations.shafts)),
     };
     Margins {
         sample_time: own.map(|clock| clock.period),
@@ -284,7 +284,7 @@ impl Known {
         found: &Slowest,
         exact: Option<&ExactMotions>,
         plant: &LoopPlant,
-        laws: &[Box<dyn Law>],
+        laws: &[Arc<dyn Law>],
         continuous: bool,
     ) -> Self {
         let rounded = Self {
@@ -322,7 +322,7 @@ impl Known {
 }
 
 /// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
-fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Box<dyn Law>], count: usize) -> Vec<f64> {
+fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], count: usize) -> Vec<f64> {
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant)).collect();
     let split = split_off(&SampledLoop::flow_of(plant, &parts), &exact.motions.to_f64());
     let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
@@ -529,7 +529,11 @@ fn late(one: &ChannelMargin) -> Option<String> {
             time(delay),
             one.delay_frequency.map_or(String::new(), at),
             100.0 * delay / own,
-            if one.sampled { format!("one sample, {}", time(own)) } else { format!("the lag of its motor, {}", time(own)) },
+            if one.sampled {
+                format!("one sample, {}", time(own))
+            } else {
+                format!("the lag of its motor, {}", time(own))
+            },
         )
     })
 }
@@ -537,15 +541,15 @@ fn late(one: &ChannelMargin) -> Option<String> {
 /// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
 /// are not stable.
 pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
-    let (laws, clocks, plant) = (variant.design_laws(), clocks(&variant.model.controls), linear(variant));
+    let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), linear(variant));
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let stable = if continuous {
             // Only what floating point takes for zero needs more.
-            let exact = (found.left_out > 0).then(|| exact_motions(&model_of(variant), &plant.lags, &laws)).flatten();
-            Known::of(&found, exact.as_ref(), &plant, &laws, true).stable
+            let exact = (found.left_out > 0).then(|| exact_motions(&model_of(variant), &plant.lags, laws)).flatten();
+            Known::of(&found, exact.as_ref(), &plant, laws, true).stable
         } else {
             found.stable
         };
@@ -564,7 +568,9 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         for message in of_motors(&survey, Some(&response), false).iter().filter_map(close) {
             let message = format!("control `{}`: {message}", control.name);
             let told = Diagnostic::warning("control::hardly", message).at(control.span.clone(), "this controller");
-            out.push(told.help("ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins"));
+            out.push(told.help(
+                "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
+            ));
         }
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use super::decoupling::characteristic_polynomial;
 use super::{ExactLaw, Law, Stability, stability};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon, exact_rank, rational_from_f64};
@@ -59,7 +61,7 @@ impl ExactMotions {
 ///
 /// # Panics
 /// If the inertia matrix is singular, there is not one lag for each input, or a law names an input that is not there.
-pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Box<dyn Law>]) -> Option<ExactMotions> {
+pub fn exact_motions(model: &LinearModel, lags: &[f64], laws: &[Arc<dyn Law>]) -> Option<ExactMotions> {
     assert_eq!(lags.len(), model.inputs.len(), "one lag for each input");
     let known: Vec<(Part, bool)> = laws.iter().map(|law| Part::of(&**law, model)).collect::<Option<_>>()?;
     let designed = known.iter().all(|(_, designed)| *designed);
@@ -87,7 +89,8 @@ fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     loop {
         // F x = V y: as V is independent, x determines y.
         let k = known.columns();
-        let both = Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
+        let both =
+            Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
         let order: Vec<usize> = (n..n + k).chain(0..n).collect();
         let kernel = echelon(&both, &order).kernel();
         if kernel.columns() == k {
@@ -116,15 +119,17 @@ impl Part {
         let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
         let states = law.states().len();
         let width = 2 * model.basis.columns();
-        let exact = law.exact().and_then(|exact| exact.law).filter(|exact| {
-            law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width
-        });
+        let exact = law
+            .exact()
+            .and_then(|exact| exact.law)
+            .filter(|exact| law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width);
         if let Some(exact) = exact {
             return Some((Self { torques: Matrix::zeros(states, inputs.len()), law: exact, inputs }, true));
         }
         let linear = law.linear();
         let over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            let (angles, speeds) = (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
+            let (angles, speeds) =
+                (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
             let r = width / 2;
             let entry = |i: usize, j: usize| if j < r { angles[(i, j)].clone() } else { speeds[(i, j - r)].clone() };
             Some(Matrix::from_fn(angles.rows(), width, entry))
@@ -197,7 +202,8 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
             }
         }
     }
-    let mut signals: Vec<Vec<Rational>> = own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
+    let mut signals: Vec<Vec<Rational>> =
+        own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
     for (part, &first) in parts.iter().zip(&firsts) {
         let told = |i: usize, j: usize| match lagged[part.inputs[i]] {
             Some(place) => at(place, j),
