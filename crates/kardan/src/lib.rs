@@ -8,6 +8,7 @@ pub mod equations;
 pub mod export;
 pub mod identify;
 pub mod model;
+pub mod names;
 pub mod num;
 pub mod reduce;
 pub mod report;

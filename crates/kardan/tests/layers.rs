@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 /// because the keys of a `[control.<name>]` table come from the registry of laws.
 const LAYERS: &[&str] = &[
     "num",         // numbers and small matrices; no mechanics
+    "names",       // names in sentences
     "diagnostics", // mistakes with a place in a file
     "units",       // exact quantities
     "schema",      // the shape of a table

@@ -1,3 +1,4 @@
+use super::Keeper;
 use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 
@@ -180,6 +181,11 @@ impl Random {
         // FNV-1a over the name, from what the seed draws.
         let start = Self(seed).next_u64();
         Self(name.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)))
+    }
+
+    /// Where it stands in its sequence.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.word(&mut self.0);
     }
 
     /// The next 64 bits.

@@ -6,6 +6,7 @@ use kardan_rt::Health;
 
 use super::sampler::{Period, Quantity, Sampler, stiffness};
 use super::{FaultKind, Scenario, SensorFault};
+use crate::num::Keeper;
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::{Block, Clock, Law, Seen};
 
@@ -82,6 +83,17 @@ impl Tally {
         count(&mut self.kept, health.estimate_kept);
     }
 
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.count(&mut self.samples);
+        let Self { readings_held, references_held, bounded, governed, kept, .. } = self;
+        for counted in [readings_held, references_held, bounded, governed, kept] {
+            let (mut count, mut first) = counted.unwrap_or((0, 0.0));
+            keeper.count(&mut count);
+            keeper.number(&mut first);
+            *counted = (count > 0).then_some((count, first));
+        }
+    }
+
     fn notes(&self, control: &str) -> Vec<String> {
         let all = [
             (self.readings_held, "a reading was no number, and the last good one was held"),
@@ -137,6 +149,27 @@ impl Clocked {
             average: vec![0.0; inputs],
             tally: Tally::default(),
         }
+    }
+
+    /// Where its clock stands and all that it remembers.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.word(&mut self.next);
+        for list in [&mut self.held, &mut self.states, &mut self.new_states, &mut self.readings, &mut self.average] {
+            keeper.numbers(list);
+        }
+        let width = self.held.len();
+        let mut waiting: Vec<(f64, Vec<f64>)> = self.queue.drain(..).collect();
+        keeper.list(&mut waiting, (0.0, vec![0.0; width]), |keeper, (time, command)| {
+            keeper.number(time);
+            keeper.numbers(command);
+        });
+        self.queue.extend(waiting);
+        for Source { sampler, last, .. } in &mut self.sensors {
+            sampler.keep(keeper);
+            keeper.number(last);
+        }
+        self.tally.keep(keeper);
+        self.block.keep(keeper);
     }
 
     /// Sets the law's states at the start of a run.

@@ -8,6 +8,8 @@
 //! Ordinary Differential Equations II*, 2nd ed. 1996, section IV.2: the PI controller. The coefficients are the
 //! published ones, rounded to the nearest `f64`. Below, \[HNW\] and \[HW\] are these two books.
 
+use crate::num::Keeper;
+
 /// Why a step could not be made. The solver then still stands at its last accepted point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum StepError {
@@ -124,6 +126,21 @@ impl Dop853 {
             last_error: LEAST_ERROR,
             counts: Counts::default(),
         }
+    }
+
+    /// Everything that its next steps depend on.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.last_error] {
+            keeper.number(time);
+        }
+        for list in [&mut self.previous, &mut self.state] {
+            keeper.numbers(list);
+        }
+        self.slopes.iter_mut().chain(&mut self.dense).for_each(|list| keeper.numbers(list));
+        keeper.flag(&mut self.slope_at_end);
+        keeper.flag(&mut self.dense_ready);
+        let Counts { accepted, rejected, evaluations } = &mut self.counts;
+        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
     }
 
     /// Puts the solver at `state` (n components) at `time` and evaluates the slope there; all history but the counts

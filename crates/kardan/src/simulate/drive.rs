@@ -1,5 +1,7 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
+use crate::num::Keeper;
+
 /// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
 /// precision.
 const AT_LIMIT: f64 = 1e-6;
@@ -69,7 +71,29 @@ impl Spans {
     }
 }
 
+impl Spans {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.list(&mut self.closed, (0.0, 0.0), |keeper, (from, until)| {
+            keeper.number(from);
+            keeper.number(until);
+        });
+        keeper.optional(&mut self.since);
+    }
+}
+
 impl Drive {
+    /// Its modes, and what it remembers of its limits.
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        let mut mode = match (self.limit_mode, self.rate_mode) {
+            (limit, rate) => [limit as usize, rate as usize],
+        };
+        mode.iter_mut().for_each(|number| keeper.count(number));
+        self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
+        self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];
+        self.at_limit.keep(keeper);
+        self.at_rate_limit.keep(keeper);
+    }
+
     pub(super) fn limited(&self, command: f64) -> f64 {
         match (self.limit, self.limit_mode) {
             (Some(limit), Limit::High) => limit,

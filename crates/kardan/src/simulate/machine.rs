@@ -8,7 +8,7 @@ use super::drive::{Drive, Limit, Rate, Spans};
 use super::friction::{BoxProblem, Mode, OUTSIDE, Span};
 use super::scenario::{Profile, Scenario, SourceTarget};
 use crate::equations::InputKind;
-use crate::num::{Cholesky, dot};
+use crate::num::{Cholesky, Keeper, dot};
 use crate::reduce::{Dynamics, Kinematics, Reduced, Work};
 use crate::results::MotorStrain;
 use crate::synthesis::{Continuous, Law, Running, Seen};
@@ -219,6 +219,41 @@ impl Machine {
             dynamics,
             work,
         }
+    }
+
+    /// Everything that the motion to come depends on, besides the state itself.
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        for mode in &mut self.modes {
+            let mut number = *mode as usize;
+            keeper.count(&mut number);
+            *mode = [Mode::Stick, Mode::Forward, Mode::Backward][number.min(2)];
+        }
+        for list in [&mut self.holding, &mut self.following, &mut self.still] {
+            keeper.counts(list);
+        }
+        keeper.number(&mut self.step_length);
+        for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
+            keeper.numbers(list);
+        }
+        for (value, slope, start) in &mut self.lines {
+            [value, slope, start].into_iter().for_each(|x| keeper.number(x));
+        }
+        self.profiles.iter_mut().for_each(|profile| profile.keep(keeper));
+        self.drives.iter_mut().for_each(|drive| drive.keep(keeper));
+        for wired in &mut self.laws {
+            for list in [&mut wired.reference_values, &mut wired.commands, &mut wired.torques] {
+                keeper.numbers(list);
+            }
+            match &mut wired.computer {
+                Computer::Continuous(law) => law.keep(keeper),
+                Computer::Clocked(clocked) => clocked.keep(keeper),
+            }
+        }
+    }
+
+    /// From a time on a source has one value, whatever the scenario says.
+    pub(super) fn take_over(&mut self, source: usize, from: f64, value: f64) {
+        self.profiles[source] = Profile::held(from, value);
     }
 
     /// Number of state variables.

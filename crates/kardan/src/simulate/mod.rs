@@ -9,8 +9,10 @@ mod outputs;
 mod run;
 mod sampler;
 mod scenario;
+mod simulation;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
 pub use run::{RunResult, Tolerance, simulate};
 pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceTarget};
+pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

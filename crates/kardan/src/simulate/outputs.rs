@@ -5,7 +5,7 @@ use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured};
-use crate::num::{dot, rational_to_f64};
+use crate::num::{Keeper, dot, rational_to_f64};
 use crate::reduce::{Multipliers, Reduced};
 use crate::results::{Physical, Signal};
 
@@ -224,6 +224,16 @@ impl Outputs {
             lambda: vec![0.0; constraints],
             constraint_force: vec![0.0; shafts],
         }
+    }
+
+    /// What the next readings of the sensors depend on.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.samplers.iter_mut().for_each(|(_, sampler)| sampler.keep(keeper));
+    }
+
+    /// The value of a signal at the point that the machine has observed last.
+    pub fn value(&self, signal: usize, machine: &Machine) -> f64 {
+        self.read(&self.reads[signal], machine)
     }
 
     /// The next time at which a sampled sensor reads, s.

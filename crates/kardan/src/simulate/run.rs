@@ -4,6 +4,7 @@ use super::dop853::{Dop853, StepError};
 use super::outputs::Outputs;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
+use crate::num::Keeper;
 use crate::results::{Effort, Energy, Event, MotorStrain, Outcome, Physical, Series};
 
 /// How accurately a run is integrated.
@@ -63,20 +64,32 @@ const ENERGY: f64 = 10.0;
 const SMALL: f64 = 1e-6;
 /// Relative difference of two times that are one.
 const SAME: f64 = 1e-14;
+/// The longest step where nothing ends the equations of now, s.
+const LONGEST: f64 = 1e9;
 /// A speed that no drivetrain reaches, rad/s.
 const DIVERGED: f64 = 1e6;
 
-struct Runner<'a> {
-    machine: Machine,
+/// The integration of a closed loop: as far as it has come, and what is due there.
+pub(super) struct Runner {
+    pub(super) machine: Machine,
     solver: Dop853,
-    outputs: Outputs,
-    scenario: &'a Scenario,
+    pub(super) outputs: Outputs,
+    pub(super) scenario: Scenario,
     names: Vec<String>,
     input_names: Vec<String>,
     time_grid: Vec<f64>,
     next_row: usize,
-    events: Vec<Event>,
+    pub(super) events: Vec<Event>,
     notes: Vec<String>,
+    /// How far the integration has come, s.
+    pub(super) time: f64,
+    due: Due,
+    /// Where the equations of now end, s: a breakpoint of the scenario, or a sample.
+    segment_end: f64,
+    /// The next breakpoint of the scenario, and the next sample, s.
+    breakpoint: f64,
+    tick: f64,
+    chatter: Chatter,
     state: Vec<f64>,
     looked: Vec<f64>,
     derivative: Vec<f64>,
@@ -104,6 +117,12 @@ impl Looks {
     fn new(directions: usize) -> Self {
         let margins = vec![0.0; (LOOKS + 1) * directions];
         Self { times: [f64::NAN; LOOKS + 1], count: 0, margins, directions, bends: vec![0.0; directions] }
+    }
+
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.numbers(&mut self.times);
+        keeper.count(&mut self.count);
+        keeper.numbers(&mut self.margins);
     }
 
     /// Takes the margins at the point that the machine has evaluated last.
@@ -148,185 +167,292 @@ impl Looks {
 /// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
-    let (reduced, scenario) = (setup.reduced, setup.scenario);
-    let names: Vec<String> = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
-    let directions = names.len();
-    let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
-    let outputs = Outputs::new(reduced, scenario);
-    let mut machine = Machine::new(setup);
-    let (r, size) = (machine.freedoms(), machine.size());
-    let mut absolute = vec![tolerance.absolute; size];
-    absolute[size - 2..].fill(ENERGY * tolerance.relative);
-    for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
-        if reduced.equations.domain(coordinate) == Domain::Charge {
-            absolute[k] *= SMALL;
-            absolute[r + k] *= SMALL;
+    let duration = setup.scenario.duration;
+    let mut runner = Runner::new(setup, tolerance);
+    let outcome = match runner.proceed(duration, progress) {
+        Ok(()) => {
+            // The last row, at the end itself.
+            runner.observe_until(f64::INFINITY, Some(duration));
+            Outcome::Completed
         }
-    }
-    if reduced.equations.domains.iter().all(|domain| *domain == Domain::Charge) {
-        absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
-    }
-    let mut state = vec![0.0; size];
-    state[..r].copy_from_slice(&scenario.position);
-    state[r..2 * r].copy_from_slice(&scenario.speed);
-    machine.start_laws(&mut state);
-    let mut runner = Runner {
-        solver: Dop853::new(tolerance.relative, &absolute),
-        machine,
-        outputs,
-        scenario,
-        names,
-        input_names,
-        time_grid: Vec::with_capacity(scenario.times.len()),
-        next_row: 0,
-        events: Vec::new(),
-        notes: Vec::new(),
-        looked: vec![0.0; size],
-        derivative: vec![0.0; size],
-        moved: vec![0.0; size],
-        reversed: Vec::new(),
-        switching: Vec::new(),
-        looks: Looks::new(directions),
-        state,
-        initial_energy: 0.0,
-        located: 0,
-        most_steps: tolerance.most_steps,
-        unheard: 0,
+        Err(outcome) => outcome,
     };
-    let outcome = runner.run(progress);
     runner.finish(outcome)
 }
 
-impl Runner<'_> {
-    fn run(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Outcome {
-        let duration = self.scenario.duration;
-        let mut breaks: Vec<f64> = (0..self.scenario.sources.len())
-            .flat_map(|k| self.machine.profile(k).breakpoints().collect::<Vec<_>>())
-            .chain(self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]))
-            .filter(|&time| time > 0.0 && time < duration)
-            .collect();
-        breaks.push(duration);
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup();
-        let mut time = 0.0;
+/// What is to be done where the integration stands, before it goes on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Due {
+    /// Everything that happens at the start.
+    start: bool,
+    /// A mode is left: a reversal, a breakaway, a motor at its limit.
+    event: bool,
+    /// A breakpoint of the scenario, a sample, or a signal set from outside.
+    boundary: bool,
+}
+
+/// Events that follow each other within the time of a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct Chatter {
+    since: f64,
+    events: usize,
+    /// The longest step that the equations between them allowed.
+    longest: f64,
+}
+
+impl Runner {
+    /// A loop at its start.
+    pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        let (reduced, scenario) = (setup.reduced, setup.scenario);
+        let names: Vec<String> = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
+        let directions = names.len();
+        let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
+        let outputs = Outputs::new(reduced, scenario);
+        let mut machine = Machine::new(setup);
+        let (r, size) = (machine.freedoms(), machine.size());
+        let mut absolute = vec![tolerance.absolute; size];
+        absolute[size - 2..].fill(ENERGY * tolerance.relative);
+        for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
+            if reduced.equations.domain(coordinate) == Domain::Charge {
+                absolute[k] *= SMALL;
+                absolute[r + k] *= SMALL;
+            }
+        }
+        if reduced.equations.domains.iter().all(|domain| *domain == Domain::Charge) {
+            absolute[size - 2..].fill(SMALL * ENERGY * tolerance.relative);
+        }
+        let mut state = vec![0.0; size];
+        state[..r].copy_from_slice(&scenario.position);
+        state[r..2 * r].copy_from_slice(&scenario.speed);
+        machine.start_laws(&mut state);
+        Runner {
+            solver: Dop853::new(tolerance.relative, &absolute),
+            machine,
+            outputs,
+            names,
+            input_names,
+            time_grid: Vec::with_capacity(scenario.times.len()),
+            next_row: 0,
+            events: Vec::new(),
+            notes: Vec::new(),
+            time: 0.0,
+            due: Due { start: true, ..Due::default() },
+            segment_end: 0.0,
+            breakpoint: 0.0,
+            tick: 0.0,
+            chatter: Chatter::default(),
+            looked: vec![0.0; size],
+            derivative: vec![0.0; size],
+            moved: vec![0.0; size],
+            reversed: Vec::new(),
+            switching: Vec::new(),
+            looks: Looks::new(directions),
+            state,
+            initial_energy: 0.0,
+            located: 0,
+            most_steps: tolerance.most_steps,
+            unheard: 0,
+            scenario: scenario.clone(),
+        }
+    }
+
+    /// Goes on until everything before a time is known; what is due at that time itself is not done yet.
+    ///
+    /// The steps do not depend on where one stops to look: the integration may be ahead of the time asked for.
+    pub(super) fn proceed(
+        &mut self,
+        until: f64,
+        progress: &mut dyn FnMut(f64) -> Option<String>,
+    ) -> Result<(), Outcome> {
+        while self.time < until {
+            self.observe_until(self.time, None);
+            if self.due.start {
+                self.begin();
+            }
+            if self.due.event {
+                self.happen()?;
+            }
+            if self.due.boundary {
+                self.cross();
+            }
+            self.due = Due::default();
+            self.step(progress)?;
+        }
+        self.observe_until(until.min(self.time), None);
+        Ok(())
+    }
+
+    /// Stands at a time that is known already, at most where the integration stands, so that signals may change from there on.
+    pub(super) fn stand(&mut self, at: f64) {
+        if at < self.time {
+            self.solver.interpolate(at, &mut self.state);
+            self.time = at;
+            self.due = Due::default();
+        }
+        self.due.boundary = !self.due.start;
+        // The lines of all signals are taken anew.
+        self.breakpoint = self.breakpoint.min(at);
+    }
+
+    /// Evaluates everything that signals are read from at a time that is known already.
+    pub(super) fn look(&mut self, at: f64) {
+        if at < self.time {
+            self.solver.interpolate(at, &mut self.looked);
+        } else {
+            self.looked.copy_from_slice(&self.state);
+        }
+        self.machine.observe(at, &self.looked);
+        self.outputs.solve_multipliers(&self.machine);
+        self.outputs.sample(at, &self.machine);
+    }
+
+    /// Everything that what is to come depends on.
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.solver.keep(keeper);
+        self.machine.keep(keeper);
+        self.outputs.keep(keeper);
+        for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
+            keeper.number(time);
+        }
+        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary] {
+            keeper.flag(flag);
+        }
+        keeper.number(&mut self.chatter.since);
+        keeper.count(&mut self.chatter.events);
+        keeper.number(&mut self.chatter.longest);
+        keeper.numbers(&mut self.state);
+        keeper.number(&mut self.initial_energy);
+        keeper.counts(&mut self.reversed);
+        self.looks.keep(keeper);
+        for count in [&mut self.located, &mut self.unheard] {
+            keeper.count(count);
+        }
+    }
+
+    /// What is due at the start.
+    fn begin(&mut self) {
         self.machine.enter_segment(0.0);
         self.announce(0.0);
         self.machine.tick(0.0, &self.state);
         self.machine.settle(0.0, &mut self.state, &[], true, &self.names, &self.input_names);
         self.note_shared_friction();
         self.initial_energy = self.machine.energy(&self.state);
-        let mut breaks = breaks.into_iter().peekable();
-        while let Some(&next) = breaks.peek() {
-            // A sample that falls on a breakpoint but for rounding sees what holds from there on.
-            let tick = self.machine.next_tick();
-            let end = if tick < next - SAME * next { tick } else { next };
-            if let Err(outcome) = self.segment(time, end, progress) {
-                return outcome;
-            }
-            time = end;
-            if time >= duration {
-                break;
-            }
-            self.machine.remember_commands(time, &mut self.state);
-            if time >= next {
-                breaks.next();
-                self.machine.enter_segment(time);
-                self.announce(time);
-            }
-            if tick <= time + SAME * time {
-                self.machine.tick(time, &self.state);
-            }
-            self.settle(time, &[]);
-        }
-        // The last row, at the end itself.
-        self.observe_until(f64::INFINITY, Some(duration));
-        Outcome::Completed
+        self.open_segment();
     }
 
-    /// Integrates to the next breakpoint of the scenario; the state at its end is left in `self.state`.
-    fn segment(
-        &mut self,
-        start: f64,
-        end: f64,
-        progress: &mut dyn FnMut(f64) -> Option<String>,
-    ) -> Result<(), Outcome> {
-        // Begin, number of events, and the longest step that the equations between them allowed.
-        let mut recent = (start, 0, 0.0);
+    /// What is due at a breakpoint of the scenario or at a sample.
+    fn cross(&mut self) {
+        let time = self.time;
+        self.machine.remember_commands(time, &mut self.state);
+        if time >= self.breakpoint {
+            self.machine.enter_segment(time);
+            self.announce(time);
+        }
+        if self.tick <= time + SAME * time {
+            self.machine.tick(time, &self.state);
+        }
+        self.settle(time, &[]);
+        self.open_segment();
+    }
+
+    /// Begins to integrate towards the next breakpoint or sample.
+    fn open_segment(&mut self) {
+        let time = self.time;
+        let profiles = (0..self.scenario.sources.len()).flat_map(|k| self.machine.profile(k).breakpoints());
+        let faults = self.scenario.faults.iter().flat_map(|fault| [fault.at, fault.until]);
+        let later = profiles.chain(faults).filter(|at| *at > time).fold(self.scenario.duration, f64::min);
+        self.breakpoint = if later > time { later } else { f64::INFINITY };
+        self.tick = self.machine.next_tick();
+        // A sample that falls on a breakpoint but for rounding sees what holds from there on.
+        let sooner = self.tick < self.breakpoint - SAME * self.breakpoint || self.breakpoint.is_infinite();
+        self.segment_end = if sooner { self.tick } else { self.breakpoint };
+        self.chatter = Chatter { since: time, ..Chatter::default() };
         let step = self.solver.next_step();
-        self.restart(start);
-        if self.machine.next_tick().is_finite() {
+        self.restart(time);
+        if self.tick.is_finite() {
             // Between two samples goes on what went on before.
             self.solver.set_step(step);
         }
-        let mut time = start;
-        while time < end {
-            let most = self.most_steps;
-            if self.solver.counts().accepted as usize > most {
-                return Err(failed(
-                    time,
-                    format!(
-                        "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. What was computed until then is kept; `kardan check` names the fastest motion"
-                    ),
-                ));
+    }
+
+    /// One step of the integrator towards the end of the segment, or as far as something happens in it.
+    fn step(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
+        let most = self.most_steps;
+        if self.solver.counts().accepted as usize > most {
+            return Err(failed(
+                self.time,
+                format!(
+                    "more than {most} steps were needed; the model is too stiff for this mode, or oscillates much faster than the run lasts. What was computed until then is kept; `kardan check` names the fastest motion"
+                ),
+            ));
+        }
+        let end = self.segment_end.min(self.time + LONGEST);
+        let machine = &mut self.machine;
+        let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+        if let Err(error) = step {
+            return Err(self.step_failed(error));
+        }
+        let r = self.machine.freedoms();
+        if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
+            self.state.copy_from_slice(self.solver.state());
+            return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
+        }
+        let machine = &mut self.machine;
+        self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+        let length = self.solver.time() - self.solver.previous_time();
+        let mut event = self.look_for_event(length);
+        if let Some(at) = event {
+            self.shorten_step(at)?;
+            event = self.look_for_event(length);
+        }
+        self.time = event.unwrap_or(self.solver.time());
+        self.due.event = event.is_some();
+        self.due.boundary = self.time >= self.segment_end;
+        match event {
+            Some(at) => {
+                self.located += 1;
+                self.chatter.longest = self.chatter.longest.max(length);
+                self.solver.interpolate(at, &mut self.state);
             }
-            let machine = &mut self.machine;
-            let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
-            if let Err(error) = step {
-                return Err(self.step_failed(error));
+            None => self.state.copy_from_slice(self.solver.state()),
+        }
+        self.unheard += 1;
+        if self.unheard >= STEPS_UNHEARD {
+            self.unheard = 0;
+            if let Some(why) = progress(self.time / self.scenario.duration) {
+                self.observe_until(self.time, None);
+                return Err(failed(self.time, why));
             }
-            let r = self.machine.freedoms();
-            if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
-                self.state.copy_from_slice(self.solver.state());
-                return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
-            }
-            let machine = &mut self.machine;
-            self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
-            let length = self.solver.time() - self.solver.previous_time();
-            let mut event = self.look_for_event(length);
-            if let Some(at) = event {
-                self.shorten_step(at)?;
-                event = self.look_for_event(length);
-            }
-            time = event.unwrap_or(self.solver.time());
-            self.observe_until(time, None);
-            self.unheard += 1;
-            if self.unheard >= STEPS_UNHEARD {
-                self.unheard = 0;
-                if let Some(why) = progress(time / self.scenario.duration) {
-                    match event {
-                        Some(at) => self.solver.interpolate(at, &mut self.state),
-                        None => self.state.copy_from_slice(self.solver.state()),
-                    }
-                    return Err(failed(time, why));
-                }
-            }
-            let Some(at) = event else {
-                self.state.copy_from_slice(self.solver.state());
-                continue;
-            };
-            self.located += 1;
-            let crossing = self.reversed.clone();
-            self.solver.interpolate(at, &mut self.state);
-            self.machine.remember_commands(at, &mut self.state);
-            self.settle(at, &crossing);
-            recent = (recent.0, recent.1 + 1, f64::max(recent.2, length));
-            if at - recent.0 > recent.2 {
-                recent = (at, 0, 0.0);
-            }
-            if recent.1 > CHATTER {
-                let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
-                return Err(failed(
-                    at,
-                    format!(
-                        "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
-                        at - recent.0,
-                        what.join("; ")
-                    ),
-                ));
-            }
-            if at < end {
-                self.restart(at);
-            }
+        }
+        Ok(())
+    }
+
+    /// What happens at the event that the last step ended at.
+    fn happen(&mut self) -> Result<(), Outcome> {
+        let at = self.time;
+        let crossing = std::mem::take(&mut self.reversed);
+        self.machine.remember_commands(at, &mut self.state);
+        self.settle(at, &crossing);
+        self.reversed = crossing;
+        let Chatter { since, events, longest } = &mut self.chatter;
+        *events += 1;
+        if at - *since > *longest {
+            (*since, *events, *longest) = (at, 0, 0.0);
+        }
+        if *events > CHATTER {
+            let since = *since;
+            let what: Vec<&str> = self.events.iter().rev().take(6).map(|event| event.what.as_str()).collect();
+            return Err(failed(
+                at,
+                format!(
+                    "more than {CHATTER} events within {:.1e} s, less than a step of the smooth motion, the last ones: {}",
+                    at - since,
+                    what.join("; ")
+                ),
+            ));
+        }
+        if !self.due.boundary {
+            self.restart(at);
         }
         Ok(())
     }

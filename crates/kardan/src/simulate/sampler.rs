@@ -1,7 +1,7 @@
 //! A sensor in a run: resolution, phase, sample and hold.
 
 use crate::equations::{Measured, Sensor};
-use crate::num::{Random, Rational, rational_to_f64};
+use crate::num::{Keeper, Random, Rational, rational_to_f64};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::units::Exact;
 
@@ -90,6 +90,16 @@ impl Sampler {
     /// The time of the next reading, s; none for a sensor that reads at every instant.
     pub fn next_time(&self) -> Option<f64> {
         self.period.map(|period| period.at(self.next))
+    }
+
+    /// What its next readings depend on.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.word(&mut self.next);
+        keeper.number(&mut self.last_angle);
+        keeper.number(&mut self.held);
+        if let Some((_, random)) = &mut self.noise {
+            random.keep(keeper);
+        }
     }
 
     /// Reads if it is time.

@@ -1,5 +1,6 @@
 //! What happens during a run: steps and ramps of the signals that come from outside.
 
+use crate::num::Keeper;
 use crate::results::Physical;
 
 /// Where a signal of the scenario goes.
@@ -132,6 +133,20 @@ impl Profile {
             }
         }
         out
+    }
+
+    /// One value from a time on, and none before.
+    pub fn held(from: f64, value: f64) -> Self {
+        Self { pieces: vec![(from, value, 0.0)] }
+    }
+
+    /// Its pieces, which may have been set from outside.
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.list(&mut self.pieces, (0.0, 0.0, 0.0), |keeper, (start, value, slope)| {
+            keeper.number(start);
+            keeper.number(value);
+            keeper.number(slope);
+        });
     }
 
     /// The value at a time; at a jump, the value after it.

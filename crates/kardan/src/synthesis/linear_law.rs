@@ -1,8 +1,8 @@
 use kardan_rt::{Bounds, Health, StateSpace};
 
-use super::sampled::{Block, Clock, Firmware, entries, side_by_side};
+use super::sampled::{Block, Clock, Firmware, entries, keep_health, side_by_side};
 use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen};
-use crate::num::{Float, Matrix, discretise, eigenvalues};
+use crate::num::{Float, Keeper, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, Design};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
@@ -252,6 +252,10 @@ impl<T: Float> Runner<T> {
 }
 
 impl Continuous for Runner<f64> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        Block::keep(self, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         if !self.run(seen, false, out) {
             out.fill(f64::NAN);
@@ -266,6 +270,11 @@ impl Continuous for Runner<f64> {
 }
 
 impl<T: Float> Block for Runner<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.floats(&mut self.commands);
+        keep_health(&mut self.health, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.health.commands_bounded = if self.run(seen, false, out) { 0 } else { out.len() };
     }

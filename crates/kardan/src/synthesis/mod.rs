@@ -48,7 +48,7 @@ use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_syst
 use crate::assemble::Along;
 use crate::element::Values;
 use crate::equations::{InputKind, Measured};
-use crate::num::{Matrix, Rational};
+use crate::num::{Keeper, Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
 use crate::schema::{Field, Kind, Sign};
@@ -149,6 +149,8 @@ pub trait Continuous: Send {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
     /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
     fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// What it remembers besides its states, such as the last answer.
+    fn keep(&mut self, keeper: &mut Keeper<'_>);
 }
 
 /// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.

@@ -5,7 +5,7 @@ use kardan_rt::{ComputedTorque, Health, PositionLoop, Situation, Task};
 use super::sampled::{Block, Clock, Firmware};
 use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen, SynthesisError};
 use crate::equations::Measured;
-use crate::num::Float;
+use crate::num::{Float, Keeper};
 use crate::reduce::{MechanismData, MechanismError};
 use crate::results::{ControllerData, Design};
 
@@ -84,6 +84,10 @@ impl<T: Float> Runner<T> {
 }
 
 impl Continuous for Runner<f64> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        Block::keep(self, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         Block::command(self, seen, out);
         if self.kept {
@@ -93,6 +97,11 @@ impl Continuous for Runner<f64> {
 }
 
 impl<T: Float> Block for Runner<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.floats(&mut self.torques);
+        keeper.flag(&mut self.kept);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         for (k, &shaft) in self.coordinates.iter().enumerate() {
             self.position[k] = T::from_f64(seen.angles[shaft]);

@@ -8,7 +8,7 @@ use super::{Continuous, ExactLoop, Law, LinearLaw, Plant, Reference, Running, Se
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::equations::Measured;
-use crate::num::{Float, Matrix, discretise, rational_to_f64};
+use crate::num::{Float, Keeper, Matrix, discretise, rational_to_f64};
 use crate::reduce::{Kinematics, MechanismData};
 use crate::results::{ControllerData, Design, ExactMatrix, ObserverResult, Pole};
 use crate::schema::{Field, Kind, Sign};
@@ -119,6 +119,11 @@ struct Instant {
 }
 
 impl Continuous for Instant {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.seer.keep(keeper);
+        self.law.keep(keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.law.command(self.seer.estimate(&seen), out);
     }
@@ -154,6 +159,11 @@ struct Seer {
 }
 
 impl Seer {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.numbers(&mut self.values);
+        keeper.count(&mut self.held);
+    }
+
     /// Takes the readings: those of the sensors, or ideal ones where there are none. Where one is not finite, the last good one
     /// stays; returns how many are not.
     fn read(&mut self, seen: &Seen<'_>) -> usize {
@@ -471,6 +481,12 @@ struct Sampled<T> {
 }
 
 impl<T: Float> Block for Sampled<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        self.seer.keep(keeper);
+        keeper.flag(&mut self.kept);
+        self.law.keep(keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         self.law.command(self.seer.estimate(&seen), out);
     }

@@ -6,7 +6,7 @@ use super::inverse::Inverse;
 use super::plan::Course;
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
-use crate::num::{Cholesky, Matrix, dot};
+use crate::num::{Cholesky, Keeper, Matrix, dot};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::Design;
 use crate::synthesis::{Block, Clock, Law, LinearLaw, Reference, Running, Seen};
@@ -157,6 +157,13 @@ impl Law for ServoLaw {
 }
 
 impl Block for Servo {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.count(&mut self.sample);
+        for list in [&mut self.start, &mut self.position, &mut self.speed, &mut self.integral] {
+            keeper.numbers(list);
+        }
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let r = self.speed.len();
         let readings = self.measured.len();

@@ -10,7 +10,7 @@ use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
-use crate::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
+use crate::num::{Float, Keeper, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, Design, Feedback, Physical};
 use crate::schema::{Field, Kind, Sign};
@@ -274,6 +274,10 @@ impl<T: Float> Runner<T> {
 }
 
 impl Continuous for Runner<f64> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        Block::keep(self, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         Block::command(self, seen, out);
         if self.kept {
@@ -283,6 +287,11 @@ impl Continuous for Runner<f64> {
 }
 
 impl<T: Float> Block for Runner<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.floats(&mut self.torques);
+        keeper.flag(&mut self.kept);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let Seen { angles, speeds, references, .. } = seen;
         let r = self.coordinate_shafts.len();

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use kardan_rt::{Health, PositionLoop};
 
 use crate::element::Values;
-use crate::num::{Float, Matrix, rational_to_f64};
+use crate::num::{Float, Keeper, Matrix, rational_to_f64};
 use crate::results::{ControllerData, Design, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::sampled::{Block, Clock, Firmware};
@@ -104,6 +104,10 @@ impl<T: Float> Runner<T> {
 }
 
 impl Continuous for Runner<f64> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        Block::keep(self, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         Block::command(self, seen, out);
         if self.kept {
@@ -113,6 +117,11 @@ impl Continuous for Runner<f64> {
 }
 
 impl<T: Float> Block for Runner<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.floats(std::slice::from_mut(&mut self.torque));
+        keeper.flag(&mut self.kept);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let Seen { angles, speeds, references, .. } = seen;
         let [load, reference, angle, speed] =

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use kardan_rt::Health;
 
 use crate::analysis::OutputSignal;
-use crate::num::{Float, Matrix, discretise};
+use crate::num::{Float, Keeper, Matrix, discretise};
 use crate::results::Design;
 use crate::synthesis::{ExactLoop, Law, LinearLaw, Reference, Running, Seen};
 
@@ -26,10 +26,19 @@ pub trait Block: Send {
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
     /// Its own states at the next sample, if its inputs apply these torques (N m) in between.
     fn next(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
+    /// What it remembers besides its states, such as the last answer.
+    fn keep(&mut self, keeper: &mut Keeper<'_>);
     /// What went wrong at the last sample, and was dealt with.
     fn health(&self) -> Health {
         Health::default()
     }
+}
+
+/// What a block says of its last sample.
+pub(in crate::synthesis) fn keep_health(health: &mut Health, keeper: &mut Keeper<'_>) {
+    let Health { readings_held, references_held, commands_bounded, governed, estimate_kept } = health;
+    [readings_held, references_held, commands_bounded].into_iter().for_each(|count| keeper.count(count));
+    [governed, estimate_kept].into_iter().for_each(|flag| keeper.flag(flag));
 }
 
 /// A law at a sample time.

@@ -16,7 +16,7 @@ mod runner;
 
 pub(super) use filter::filter;
 pub use firmware::{Block, Clock, Firmware, sampled};
-pub(super) use firmware::{entries, side_by_side};
+pub(super) use firmware::{entries, keep_health, side_by_side};
 pub(super) use hold::{hold_plant, on_their_way};
 pub(super) use interaction::{Problem, Solution, Target};
 pub use lifted::Lifted;

@@ -1,7 +1,7 @@
 use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
-use super::{Block, entries};
-use crate::num::{Float, Matrix};
+use super::{Block, entries, keep_health};
+use crate::num::{Float, Keeper, Matrix};
 use crate::synthesis::Seen;
 use crate::synthesis::observed::Reading;
 
@@ -100,6 +100,11 @@ impl<T: Float> Runner<T> {
 }
 
 impl<T: Float> Block for Runner<T> {
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.floats(&mut self.memory);
+        keep_health(&mut self.health, keeper);
+    }
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let [n, k, r, p, m] = self.sizes;
         for (number, reading) in self.readings.iter().enumerate() {

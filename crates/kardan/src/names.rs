@@ -1,0 +1,109 @@
+//! Names in sentences, and what to say of those that nobody knows.
+
+/// The candidate nearest to a misspelt word, if one is near enough to be meant.
+///
+/// Letters are compared without regard to case; a single letter has no other letter near it. Among equally near
+/// candidates the one with the same letters in upper and lower case wins, then the one with the same first letter.
+///
+/// ```
+/// use kardan::names::nearest;
+/// assert_eq!(nearest("inerta", ["damping", "inertia"]), Some("inertia"));
+/// assert_eq!(nearest("q", ["a", "b"]), None);
+/// assert_eq!(nearest("Q", ["a", "q"]), Some("q"));
+/// ```
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    const LONGEST: usize = 100; // the distance takes the product of both lengths
+    let length = word.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    let tolerance = if length < 2 { 0 } else { 1 + length / 3 };
+    let lower = word.to_lowercase();
+    let wanted = letters(word);
+    candidates
+        .into_iter()
+        .filter(|candidate| candidate.len() <= 4 * LONGEST)
+        // The distance itself costs a hundred times as much, and thousands of names may stand against thousands.
+        .filter(|candidate| least_distance(wanted, letters(candidate)) <= tolerance)
+        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
+        .filter(|(distance, _)| *distance <= tolerance && (*distance < length || *distance == 0))
+        .min_by_key(|(distance, candidate)| {
+            let exact = strsim::damerau_levenshtein(word, candidate);
+            (*distance, exact, candidate.chars().next() != word.chars().next(), candidate.len())
+        })
+        .map(|(_, candidate)| candidate)
+}
+
+/// Which letters stand in a word, in lower case and in 64 classes: one bit each.
+fn letters(word: &str) -> u64 {
+    word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))
+}
+
+/// Steps that lead from one word to another at least: each adds a letter, takes one away, or puts one in another's place.
+fn least_distance(one: u64, other: u64) -> usize {
+    (one & !other).count_ones().max((other & !one).count_ones()) as usize
+}
+
+/// Names in backquotes for a sentence, at most a dozen of them: `` `a`, `b` and 3 more ``.
+pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const MOST: usize = 12;
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shortened(name))).collect();
+    match names.len() {
+        0..=MOST => names.join(", "),
+        count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
+    }
+}
+
+/// A text of the file inside a message: cut off if it is long.
+pub fn shortened(text: &str) -> String {
+    const MOST: usize = 60;
+    if text.chars().count() <= MOST {
+        return text.to_string();
+    }
+    text.chars().take(MOST).chain(['…']).collect()
+}
+
+/// What to say where a name is not known: the one that was meant, if one is near, or those that there are.
+///
+/// ```
+/// use kardan::names::unknown_name;
+/// assert_eq!(unknown_name("rk.fi", ["rk.phi", "rk.w"]), "did you mean `rk.phi`?");
+/// assert_eq!(unknown_name("x", ["rk.phi", "rk.w"]), "there are `rk.phi`, `rk.w`");
+/// ```
+pub fn unknown_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
+    match nearest(name, known.clone()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("there are {}", quoted(known)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No candidate is passed over that is near.
+    #[test]
+    fn what_is_left_out_is_never_near() {
+        let words = [
+            "inertia",
+            "inerta",
+            "damping",
+            "dampng",
+            "Δφ_1",
+            "Δω_2",
+            "abc",
+            "cba",
+            "",
+            "a",
+            "stiffness",
+            "Tiffness_",
+            "İ",
+        ];
+        for one in words {
+            for other in words {
+                let distance = strsim::damerau_levenshtein(&one.to_lowercase(), &other.to_lowercase());
+                assert!(least_distance(letters(one), letters(other)) <= distance, "{one} {other}");
+            }
+        }
+    }
+}

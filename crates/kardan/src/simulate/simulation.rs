@@ -1,0 +1,333 @@
+//! A closed loop that is stepped from outside: firmware tests, co-simulation, bindings, live pages.
+
+use std::hash::{Hash, Hasher};
+
+use thiserror::Error;
+
+use super::run::Runner;
+use super::{Scenario, Setup, Tolerance};
+use crate::names::unknown_name;
+use crate::num::Keeper;
+use crate::results::{Event, Outcome, Physical};
+
+/// A closed loop that is stepped from outside, in as large or small steps as one likes.
+///
+/// It is the loop that [`simulate`](super::simulate) runs: the same steps of the integrator, the same events. Where one stops to
+/// look changes nothing: the integration may be ahead, and what is asked for comes from its dense output. Setting a signal ends the
+/// step there.
+///
+/// What is due at the very time reached (a sample of a controller, a step of the scenario) happens when the loop goes on, so that a
+/// signal set there counts for it.
+///
+/// Cost: [`advance`](Self::advance) that of the steps of the integrator it takes, none where it is ahead already;
+/// [`get`](Self::get) one evaluation of the equations for the first signal at a time, nothing for the others;
+/// [`set`](Self::set) to another value a restart of the integrator, to the same value nothing. Once the loop has begun to move
+/// nothing is allocated but for events and their sentences.
+///
+/// ```
+/// use kardan::simulate::{Setup, Simulation, Tolerance};
+/// use kardan::{model, study};
+///
+/// let (prepared, _) = study::prepare(model::builtin("two-bodies").unwrap().source);
+/// let variant = &prepared.variants[0];
+/// let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+/// let mut bodies = Simulation::new(setup, Tolerance::default());
+/// let (torque, angle) = (bodies.input("motor.tau")?, bodies.signal("body_2.phi")?);
+///
+/// // A push of one's own for a tenth of a second.
+/// bodies.set(torque, 1.0)?;
+/// bodies.advance(0.1)?;
+/// bodies.set(torque, 0.0)?;
+/// bodies.advance(0.5)?;
+/// assert!(bodies.get(angle) > 0.0);
+/// # Ok::<(), kardan::simulate::SimulationError>(())
+/// ```
+pub struct Simulation {
+    runner: Runner,
+    /// The time reached, s.
+    now: f64,
+    /// Whether the signals at that time have been evaluated.
+    looked: bool,
+    /// The values that are set from outside.
+    own: Vec<Option<f64>>,
+    failed: Option<String>,
+    /// What it is a simulation of.
+    fingerprint: u64,
+}
+
+/// A signal that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SignalId(usize);
+
+/// A signal that can be set: a reference, a disturbance, the torque of a motor without a law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct InputId(usize);
+
+/// What went wrong with a loop that is stepped from outside.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SimulationError {
+    /// There is no such signal.
+    #[error("there is no signal `{name}` that can be {what}; {help}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// `read` or `set`.
+        what: &'static str,
+        /// The nearest name, or all of them.
+        help: String,
+    },
+    /// A value or a time that is no finite number.
+    #[error("{what} must be a finite number, found {value}")]
+    NotFinite {
+        /// Of what.
+        what: String,
+        /// What was given.
+        value: f64,
+    },
+    /// A time before the one reached.
+    #[error("the loop stands at {now} s and cannot go back to {until} s; a snapshot taken there can be restored")]
+    Backwards {
+        /// The time reached, s.
+        now: f64,
+        /// The time asked for, s.
+        until: f64,
+    },
+    /// The integration cannot go on.
+    #[error("{0}")]
+    Failed(String),
+    /// The snapshot is of another model or other controllers, or it is damaged.
+    #[error("the snapshot does not fit: {0}")]
+    Snapshot(&'static str),
+}
+
+/// Where a loop stands, bit for bit: time, motion, modes of friction and motors, clocks and memories of controllers, noise.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Snapshot {
+    fingerprint: u64,
+    words: Vec<u64>,
+}
+
+/// First word of a snapshot as bytes: its name, and the version of its order.
+const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x01");
+
+impl Snapshot {
+    /// As bytes, for a file: little endian words, the last one a sum over the others.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let all = [MARK, self.fingerprint].into_iter().chain(self.words.iter().copied());
+        all.chain([sum(&self.words, self.fingerprint)]).flat_map(u64::to_le_bytes).collect()
+    }
+
+    /// From bytes.
+    ///
+    /// # Errors
+    /// [`SimulationError::Snapshot`] if they are no snapshot, or damaged.
+    ///
+    /// ```
+    /// use kardan::simulate::Snapshot;
+    /// assert!(Snapshot::from_bytes(b"something else").is_err());
+    /// ```
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SimulationError> {
+        let (chunks, rest) = bytes.as_chunks::<8>();
+        let words: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
+        let [MARK, fingerprint, words @ .., last] = &words[..] else {
+            return Err(SimulationError::Snapshot("these bytes are no snapshot of this version"));
+        };
+        if !rest.is_empty() || *last != sum(words, *fingerprint) {
+            return Err(SimulationError::Snapshot("bytes of it are missing or changed"));
+        }
+        Ok(Self { fingerprint: *fingerprint, words: words.to_vec() })
+    }
+}
+
+/// FNV-1a over words.
+fn sum(words: &[u64], start: u64) -> u64 {
+    words.iter().fold(start ^ 0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+/// FNV-1a over bytes: the same on every machine and in every version.
+struct Fnv(u64);
+
+impl Hasher for Fnv {
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
+impl Simulation {
+    /// A loop at its start. The scenario goes on as in a run, for as long as one likes: its duration and rows mean nothing here, and
+    /// a signal that is set from outside is the caller's from then on.
+    ///
+    /// # Panics
+    /// If a law names an input or reference that does not exist (the model checks this before).
+    pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        let Setup { reduced, laws, scenario } = setup;
+        let endless = Scenario { duration: f64::INFINITY, times: Vec::new(), recorded: None, ..scenario.clone() };
+        let runner = Runner::new(Setup { reduced, laws, scenario: &endless }, tolerance);
+        let mut hasher = Fnv(0);
+        for signal in &runner.outputs.signals {
+            signal.name.hash(&mut hasher);
+        }
+        for law in laws {
+            law.states().hash(&mut hasher);
+            let clock = |clock: crate::synthesis::Clock| [clock.period.to_bits(), clock.delay.to_bits()];
+            law.clock().map(clock).hash(&mut hasher);
+        }
+        Self {
+            own: vec![None; scenario.sources.len()],
+            runner,
+            now: 0.0,
+            looked: false,
+            failed: None,
+            fingerprint: hasher.finish(),
+        }
+    }
+
+    /// The time reached, s.
+    pub fn time(&self) -> f64 {
+        self.now
+    }
+
+    /// All signals that can be read, with their kinds.
+    pub fn signals(&self) -> impl Iterator<Item = (SignalId, &str, Physical)> + Clone {
+        let all = self.runner.outputs.signals.iter().enumerate();
+        all.map(|(k, signal)| (SignalId(k), signal.name.as_str(), signal.physical))
+    }
+
+    /// All signals that can be set, with their kinds.
+    pub fn inputs(&self) -> impl Iterator<Item = (InputId, &str, Physical)> + Clone {
+        let all = self.runner.scenario.sources.iter().enumerate();
+        all.map(|(k, source)| (InputId(k), source.name.as_str(), source.physical))
+    }
+
+    /// The signal of that name: `rk.phi`, `wg_motor.tau`.
+    ///
+    /// # Errors
+    /// [`SimulationError::Unknown`] with the nearest name.
+    pub fn signal(&self, name: &str) -> Result<SignalId, SimulationError> {
+        let found = self.signals().find(|(_, other, _)| *other == name).map(|(id, ..)| id);
+        found.ok_or_else(|| unknown(name, "read", self.signals().map(|(_, name, _)| name)))
+    }
+
+    /// The signal of that name that can be set: `ref_rk`, `driver.tau`.
+    ///
+    /// # Errors
+    /// [`SimulationError::Unknown`] with the nearest name.
+    pub fn input(&self, name: &str) -> Result<InputId, SimulationError> {
+        let found = self.inputs().find(|(_, other, _)| *other == name).map(|(id, ..)| id);
+        found.ok_or_else(|| unknown(name, "set", self.inputs().map(|(_, name, _)| name)))
+    }
+
+    /// Sets a signal (SI) from now on.
+    ///
+    /// # Errors
+    /// [`SimulationError::NotFinite`].
+    ///
+    /// # Panics
+    /// If the input belongs to another model.
+    pub fn set(&mut self, input: InputId, value: f64) -> Result<(), SimulationError> {
+        let InputId(source) = input;
+        if !value.is_finite() {
+            let what = format!("the value of {}", self.runner.scenario.sources[source].name);
+            return Err(SimulationError::NotFinite { what, value });
+        }
+        if self.own[source] == Some(value) {
+            return Ok(());
+        }
+        self.own[source] = Some(value);
+        self.runner.stand(self.now);
+        self.runner.machine.take_over(source, self.now, value);
+        self.looked = false;
+        Ok(())
+    }
+
+    /// Goes on to a time, s.
+    ///
+    /// # Errors
+    /// [`SimulationError::Backwards`], [`SimulationError::NotFinite`]; [`SimulationError::Failed`] if the integration cannot go on: the
+    /// loop then stands where it came to.
+    pub fn advance(&mut self, until: f64) -> Result<(), SimulationError> {
+        if !until.is_finite() {
+            return Err(SimulationError::NotFinite { what: "a time".into(), value: until });
+        }
+        if until < self.now {
+            return Err(SimulationError::Backwards { now: self.now, until });
+        }
+        if let Some(cause) = &self.failed {
+            return Err(SimulationError::Failed(cause.clone()));
+        }
+        self.looked = self.looked && until == self.now;
+        if let Err(outcome) = self.runner.proceed(until, &mut |_| None) {
+            let (time, cause) = match outcome {
+                Outcome::Failed { time, cause } => (time, cause),
+                Outcome::Completed => (self.runner.time, "the run ended".into()),
+            };
+            self.now = time.clamp(self.now, until);
+            self.failed = Some(cause.clone());
+            return Err(SimulationError::Failed(cause));
+        }
+        self.now = until;
+        Ok(())
+    }
+
+    /// The value of a signal (SI) at the time reached, before what is due just there.
+    ///
+    /// # Panics
+    /// If the signal belongs to another model.
+    pub fn get(&mut self, signal: SignalId) -> f64 {
+        if !self.looked {
+            self.runner.look(self.now);
+            self.looked = true;
+        }
+        self.runner.outputs.value(signal.0, &self.runner.machine)
+    }
+
+    /// What happened since the last call, before the time reached.
+    pub fn events(&mut self) -> Vec<Event> {
+        let until = self.runner.events.partition_point(|event| event.time < self.now);
+        self.runner.events.drain(..until).collect()
+    }
+
+    /// Where the loop stands. Events that were not asked for are no part of it.
+    pub fn snapshot(&mut self) -> Snapshot {
+        let mut keeper = Keeper::taking();
+        self.keep(&mut keeper);
+        Snapshot { fingerprint: self.fingerprint, words: keeper.words() }
+    }
+
+    /// Goes back (or on) to where a loop of the same model and controllers stood: from there on it gives the same numbers, bit for bit.
+    ///
+    /// # Errors
+    /// [`SimulationError::Snapshot`] if it is of another model; the loop is then as it was.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
+        if snapshot.fingerprint != self.fingerprint {
+            return Err(SimulationError::Snapshot("it is of another model, or of other controllers"));
+        }
+        let before = self.snapshot();
+        let mut keeper = Keeper::putting(&snapshot.words);
+        self.keep(&mut keeper);
+        if !keeper.fits() {
+            self.keep(&mut Keeper::putting(&before.words));
+            return Err(SimulationError::Snapshot("it has not as many numbers as the model"));
+        }
+        self.runner.events.clear();
+        self.looked = false;
+        self.failed = None;
+        Ok(())
+    }
+
+    fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.number(&mut self.now);
+        self.own.iter_mut().for_each(|own| keeper.optional(own));
+        self.runner.keep(keeper);
+    }
+}
+
+fn unknown<'a>(name: &str, what: &'static str, known: impl Iterator<Item = &'a str> + Clone) -> SimulationError {
+    SimulationError::Unknown { name: name.into(), what, help: unknown_name(name, known) }
+}
