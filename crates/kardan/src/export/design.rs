@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json as object};
 
 use super::json::motor_strain;
 use crate::results::{
-    FreeKnown,    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, LoopLimit, Margins, ObserverResult, Passage, PassedInteraction, Pole,
-    Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
+    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
+    Exploration, Feedback, Flatness, FreeKnown, Interaction, LoopLimit, Margins, ObserverResult, Passage,
+    PassedInteraction, Pole, Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.

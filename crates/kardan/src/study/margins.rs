@@ -237,9 +237,9 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Box<dyn L
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
-        None => as_it_is.as_ref().map_or_else(Vec::new, |found| {
-            moving(&found.free, &plant, &variant.reduced.equations.shafts)
-        }),
+        None => as_it_is
+            .as_ref()
+            .map_or_else(Vec::new, |found| moving(&found.free, &plant, &variant.reduced.equations.shafts)),
     };
     Margins {
         sample_time: own.map(|clock| clock.period),
@@ -527,7 +527,11 @@ fn late(one: &ChannelMargin) -> Option<String> {
             time(delay),
             one.delay_frequency.map_or(String::new(), at),
             100.0 * delay / own,
-            if one.sampled { format!("one sample, {}", time(own)) } else { format!("the lag of its motor, {}", time(own)) },
+            if one.sampled {
+                format!("one sample, {}", time(own))
+            } else {
+                format!("the lag of its motor, {}", time(own))
+            },
         )
     })
 }
@@ -562,7 +566,9 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         for message in of_motors(&survey, Some(&response), false).iter().filter_map(close) {
             let message = format!("control `{}`: {message}", control.name);
             let told = Diagnostic::warning("control::hardly", message).at(control.span.clone(), "this controller");
-            out.push(told.help("ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins"));
+            out.push(told.help(
+                "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
+            ));
         }
     }
 }
@@ -778,4 +784,50 @@ fn list(names: &[String]) -> String {
 
 fn because(motion: &str) -> String {
     if motion.is_empty() { String::new() } else { format!(", because of {motion}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A channel that bears everything.
+    fn good(name: &str) -> ChannelMargin {
+        ChannelMargin {
+            name: name.into(),
+            gain: [0.2, 5.0],
+            phase: 1.0,
+            delay: Some(0.1),
+            disk: 1.0,
+            disk_gain: [1.0 / 3.0, 3.0],
+            disk_phase: 0.9,
+            own_time: Some(0.01),
+            ..ChannelMargin::default()
+        }
+    }
+
+    /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
+    #[test]
+    fn all_at_once_are_not_overlooked() {
+        let together = TogetherMargin { disk: [0.05, 0.0501], frequency: 3.0, worst: vec![("a".into(), 1.05, 0.0)] };
+        let found =
+            Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
+        let said = warnings(&found);
+        assert!(
+            matches!(&said[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
+        );
+        let beside = Margins {
+            channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
+            together: Some(together.clone()),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&beside).len(), 2);
+        // What follows from one channel alone is not said twice.
+        let same = Margins {
+            channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
+            together: Some(together),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&same).len(), 1);
+        assert!(warnings(&Margins { channels: vec![good("a")], ..Margins::default() }).is_empty());
+    }
 }

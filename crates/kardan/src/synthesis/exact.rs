@@ -41,12 +41,7 @@ pub struct ExactLaw {
 impl ExactLaw {
     /// `u = D x`
     pub fn gain(d: Matrix<Rational>) -> Self {
-        Self {
-            a: Matrix::zeros(0, 0),
-            b: Matrix::zeros(0, d.columns()),
-            c: Matrix::zeros(d.rows(), 0),
-            d,
-        }
+        Self { a: Matrix::zeros(0, 0), b: Matrix::zeros(0, d.columns()), c: Matrix::zeros(d.rows(), 0), d }
     }
 }
 

@@ -9,7 +9,8 @@ const MOST: usize = 32;
 /// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
 ///
 /// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`. The plant is exact. So are the gains of a law that is
-/// designed exactly and has no observer; other gains, and lags, are the fractions that their doubles are.
+/// designed exactly and has no observer; other gains are the fractions that their doubles are, and lags the shortest decimals
+/// that read back as their doubles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactMotions {
     /// F of `ż = F z`.
@@ -87,7 +88,8 @@ fn sent_to_zero(matrix: &Matrix<Rational>) -> Matrix<Rational> {
     loop {
         // F x = V y: as V is independent, x determines y.
         let k = known.columns();
-        let both = Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
+        let both =
+            Matrix::from_fn(n, n + k, |i, j| if j < n { matrix[(i, j)].clone() } else { -known[(i, j - n)].clone() });
         let order: Vec<usize> = (n..n + k).chain(0..n).collect();
         let kernel = echelon(&both, &order).kernel();
         if kernel.columns() == k {
@@ -116,15 +118,17 @@ impl Part {
         let inputs: Vec<usize> = law.inputs().iter().map(number).collect();
         let states = law.states().len();
         let width = 2 * model.basis.columns();
-        let exact = law.exact().and_then(|exact| exact.law).filter(|exact| {
-            law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width
-        });
+        let exact = law
+            .exact()
+            .and_then(|exact| exact.law)
+            .filter(|exact| law.sensors().is_empty() && exact.a.rows() == states && exact.d.columns() == width);
         if let Some(exact) = exact {
             return Some((Self { torques: Matrix::zeros(states, inputs.len()), law: exact, inputs }, true));
         }
         let linear = law.linear();
         let over = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-            let (angles, speeds) = (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
+            let (angles, speeds) =
+                (fractions(angles)?.multiply(&model.basis), fractions(speeds)?.multiply(&model.basis));
             let r = width / 2;
             let entry = |i: usize, j: usize| if j < r { angles[(i, j)].clone() } else { speeds[(i, j - r)].clone() };
             Some(Matrix::from_fn(angles.rows(), width, entry))
@@ -137,6 +141,21 @@ impl Part {
         };
         Some((Self { torques: fractions(&linear.torques)?, law, inputs }, false))
     }
+}
+
+/// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
+fn shortest_decimal(value: f64) -> Option<Rational> {
+    if !value.is_finite() {
+        return None;
+    }
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e')?;
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    let number: i64 = format!("{whole}{part}").parse().ok()?;
+    let exponent: i32 = exponent.parse::<i32>().ok()? - i32::try_from(part.len()).ok()?;
+    let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
+    let number = Rational::from(number);
+    Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
 }
 
 fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
@@ -183,7 +202,7 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
     for (input, place) in lagged.iter().enumerate() {
         let torque: Vec<Rational> = match place {
             Some(place) => {
-                let rate = Rational::ONE.over(&rational_from_f64(lags[input])?);
+                let rate = Rational::ONE.over(&shortest_decimal(lags[input])?);
                 for j in 0..n {
                     flow[(*place, j)] = rate.times(&commands[(input, j)].minus(&at(*place, j)));
                 }
@@ -197,7 +216,8 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
             }
         }
     }
-    let mut signals: Vec<Vec<Rational>> = own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
+    let mut signals: Vec<Vec<Rational>> =
+        own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
     for (part, &first) in parts.iter().zip(&firsts) {
         let told = |i: usize, j: usize| match lagged[part.inputs[i]] {
             Some(place) => at(place, j),

@@ -34,8 +34,8 @@ pub use law::{
 };
 pub use observed::OBSERVER;
 pub use sampled::{
-    Block, Change, Clock, Firmware, Lifted, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor,
-    Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
+    Block, Change, Clock, Firmware, Lifted, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart,
+    SlowSensor, Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
 };
 pub use stability::{Stability, stability};
 pub use words::in_words;

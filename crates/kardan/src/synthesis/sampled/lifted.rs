@@ -39,7 +39,8 @@ impl Lifted {
     /// Spectral radius of the map over the common period with this factor, without motions that nobody holds; `None` if the
     /// iteration fails.
     pub fn radius(&self, (re, im): (f64, f64)) -> Option<f64> {
-        let [re, im] = self.map.with_factor(c64::new(re, im)).map(|m| self.split.left.multiply(&m).multiply(&self.split.right));
+        let [re, im] =
+            self.map.with_factor(c64::new(re, im)).map(|m| self.split.left.multiply(&m).multiply(&self.split.right));
         let n = re.rows();
         let all = Mat::from_fn(n, n, |i, j| c64::new(re[(i, j)], im[(i, j)])).eigenvalues().ok()?;
         let largest = all.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max);

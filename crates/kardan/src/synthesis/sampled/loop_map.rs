@@ -140,7 +140,15 @@ impl Slowest {
         let stable = re < 0.0 || re <= error(&found.split.rest, (re, im));
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
         let (left_out, rounding) = (found.left_out(), found.split.rounding);
-        Some(Self { growth: re.exp(), frequency: im.abs(), stable, free: found.split.motions, left_out, drift, rounding })
+        Some(Self {
+            growth: re.exp(),
+            frequency: im.abs(),
+            stable,
+            free: found.split.motions,
+            left_out,
+            drift,
+            rounding,
+        })
     }
 }
 
