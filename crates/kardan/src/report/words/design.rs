@@ -10,7 +10,8 @@ use crate::results::{
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
 
-/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it) and nothing grows.
+/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it), nothing grows, and it is not hardly
+/// stable.
 pub fn verdict(design: &Design) -> (bool, String) {
     let impossible = design.decouplability.possible == Feedback::Impossible;
     let in_blocks = design.blocks_decoupled == Some(true) && design.decouplability.blocks.len() > 1;
@@ -63,7 +64,8 @@ pub fn verdict(design: &Design) -> (bool, String) {
         many => format!("; {many} warnings"),
     };
     let grows = grows || design.passage.as_ref().is_some_and(|found| !found.stable);
-    (decoupled && stable && !grows, format!("{first}{own}{loop_}{hidden}{strained}{warnings}."))
+    let hardly = design.margins.as_ref().is_some_and(|margins| margins.hardly);
+    (decoupled && stable && !grows && !hardly, format!("{first}{own}{loop_}{hidden}{strained}{warnings}."))
 }
 
 /// How far the proof reaches: `proven exactly`, with its conditions.
