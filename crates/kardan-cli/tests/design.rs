@@ -57,6 +57,8 @@ fn text_tells_the_verdict_the_gains_and_the_warnings() {
     // L and the zeros of the source, section 6.2.
     for part in [
         "Decoupled by static state feedback, proven exactly",
+        "; stable in continuous time",
+        "In continuous time the loop is stable (decided exactly).",
         "zero dynamics are not stable",
         "WARNING: the zero at 0 1/s is at zero",
         "-2601/250",

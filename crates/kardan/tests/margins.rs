@@ -7,11 +7,14 @@ use std::f64::consts::PI;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use kardan::model::builtin;
-use kardan::num::{Matrix, Random, Rational, eigenvalues, rational_from_f64};
+use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues, rational_from_f64};
+use kardan::results::FreeKnown;
 use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
 use kardan::synthesis::decoupling::characteristic_polynomial;
 use kardan::synthesis::margins::{Response, channel_margins, together};
-use kardan::synthesis::{Change, Clock, LoopPlant, SampledLoop, SampledPart, Stability, Survey, stability};
+use kardan::synthesis::{
+    Change, Clock, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
+};
 
 /// Three bodies in a row that roll freely, both twists decoupled, behind motors of this lag.
 fn driveline([a, b, c]: [&str; 3], lag: &str, clock: &str) -> String {
@@ -80,6 +83,103 @@ fn a_driveline_that_rolls_on() {
             assert!((limit - 0.0966).abs() < 2e-3, "{clock} {lag}: {limit}");
         }
     }
+}
+
+/// The driveline beside a wheel that turns against this damping only.
+fn with_wheel(damping: &str, lag: &str, clock: &str) -> String {
+    let wheel = format!("[shaft.d]\ninertia = \"1 kg m^2\"\ndamping = \"{damping} N m s/rad\"\n[motor.m1]");
+    driveline(["1", "2", "3"], lag, clock).replace("[motor.m1]", &wheel)
+}
+
+/// Three poles at zero, behind motors with and without a lag, sampled or not: as many as the exact polynomial has, whose other
+/// factor is strictly stable.
+#[test]
+fn three_poles_exactly_at_zero() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    for (lag, seconds) in [("", 0.0), ("2 ms", 2e-3), ("5 ms", 5e-3)] {
+        for clock in ["", "sample_time = \"1 ms\"\ndelay = \"1 ms\"\n"] {
+            let source = with_wheel("1", lag, clock);
+            let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
+            let at = format!("{lag} {clock} {}", margins.verdict);
+            assert_eq!((margins.stable, margins.free_poles), (Some(true), 3), "{at}");
+            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert_eq!(margins.free, ["a", "b", "c", "d"], "{at}");
+            assert!(margins.verdict.contains("3 poles at zero, exactly"), "{at}");
+            assert!(margins.next_to_zero.is_empty() && margins.proven == clock.is_empty(), "{at}");
+        }
+        let variant = common::first(&with_wheel("1", lag, ""));
+        let model = &variant.design_models[0].linear;
+        let lags = [seconds, seconds];
+        let found = exact_motions(model, &lags, &variant.design_laws()).expect("finite");
+        let polynomial = characteristic_polynomial(&found.matrix);
+        let zeros = polynomial.coefficients().iter().take_while(|x| x.is_zero()).count();
+        let rest = Polynomial::new(polynomial.coefficients()[zeros..].to_vec());
+        assert_eq!((zeros, stability(&rest), found.zeros(), found.sampled), (3, Stability::Stable, 3, 3), "{lag}");
+        let gone = found.matrix.multiply(&found.matrix.multiply(&found.matrix.multiply(&found.motions)));
+        assert!(gone.as_slice().iter().all(|x| x.is_zero()), "{lag}");
+        assert!(found.designed);
+    }
+}
+
+/// A pole at −1e-9 and at 1e-9 1/s is none at zero, with the right word; also where floating point cannot tell the difference.
+#[test]
+fn next_to_zero_is_not_zero() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    for stiff in [false, true] {
+        let source = |damping: &str| {
+            let source = with_wheel(damping, "", "");
+            if stiff { source.replace("\"100 N m/rad\"", "\"1e9 N m/rad\"") } else { source }
+        };
+        for (damping, zeros) in [("0", 4), ("1e-9", 3)] {
+            let margins = design(&source(damping), &settings, &Silent).expect("a design").margins.expect("margins");
+            let at = format!("{stiff} {damping}: {} {:?}", margins.verdict, margins.next_to_zero);
+            assert_eq!((margins.free_poles, margins.stable, margins.proven), (zeros, Some(true), true), "{at}");
+            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert!(margins.verdict.contains("In continuous time the loop is stable (decided exactly)."), "{at}");
+            if stiff && zeros == 3 {
+                assert_eq!(margins.next_to_zero.len(), 1, "{at}");
+                assert!((margins.next_to_zero[0] / -1e-9 - 1.0).abs() < 1e-3, "{at}");
+                assert!(margins.verdict.contains("too close to it for floating point"), "{at}");
+            }
+        }
+        // No model is allowed to make energy, a loop may.
+        let variant = common::first(&source("1e-9"));
+        let mut model = variant.design_models[0].linear.clone();
+        let wheel = model.coordinates.iter().position(|name| name == "d").expect("a coordinate");
+        for (sign, expected) in [(Rational::ONE, Stability::Stable), (Rational::NEG_ONE, Stability::Unstable)] {
+            model.damping[(wheel, wheel)] = &sign / Rational::from(1_000_000_000);
+            let found = exact_motions(&model, &[0.0, 0.0], &variant.design_laws()).expect("finite");
+            assert_eq!((found.zeros(), found.rest()), (3, Some(expected)), "{stiff}");
+        }
+    }
+}
+
+/// Next to the limit of the lag, where a pair crosses the axis within some 1e-11 1/s, the word is that of the exact polynomial.
+#[test]
+fn next_to_the_axis_is_decided_exactly() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let of = |lag: f64| {
+        let source = driveline(["1", "2", "3"], &format!("{lag:?} s"), "");
+        let found = design(&source, &settings, &Silent).expect("a design");
+        (found.margins.clone().expect("margins"), found, source)
+    };
+    let limit = of(0.05).0.longest_lag.expect("a limit").value;
+    let mut words = Vec::new();
+    for part in [-1e-9, -1e-11, 1e-11, 1e-9] {
+        let lag = limit * (1.0 + part);
+        let (margins, found, source) = of(lag);
+        let expected = exactly_stable(&common::first(&source), lag);
+        assert_eq!((margins.stable, margins.proven), (Some(expected), true), "{part}: {}", margins.verdict);
+        let word = if expected { "stable" } else { "UNSTABLE" };
+        let said = format!("In continuous time the loop is {word} (decided exactly).");
+        assert!(margins.verdict.contains(&said), "{part}: {}", margins.verdict);
+        let (good, verdict) = kardan::report::words::design::verdict(&found);
+        assert!(!good && verdict.contains(if expected { "; stable in continuous time" } else { "unstable" }));
+        assert!(margins.hardly == expected, "nothing may change any more");
+        assert_eq!(found.warnings.iter().any(|one| one.contains("this is not a design")), !expected);
+        words.push(expected);
+    }
+    assert_eq!(words, [true, true, false, false]);
 }
 
 /// Random drivelines: the same verdict as that of the exact polynomial, at any lag.
@@ -291,4 +391,249 @@ fn two_ways_to_the_same_factor() {
         }
     }
     assert!(checked >= 4, "{checked}");
+}
+
+/// Two bodies on a spring, each held by its own controller with its own clock.
+fn two_clocks(clocks: [&str; 2]) -> String {
+    let control = |name: &str, shaft: &str, clock: &str| {
+        format!(
+            "[control.{name}]\nlaw = \"position_loop\"\n{clock}output = \"{shaft}.phi\"\ninput = \"m{shaft}\"\n\
+             natural_frequency = \"40 rad/s\"\ndamping_ratio = 0.5\ninertia = \"1 kg m^2\"\nreference = \"r{shaft}\"\n"
+        )
+    };
+    format!(
+        "[model]\nname = \"two\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+         [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"30 N m/rad\"\ndamping = \"0.1 N m s/rad\"\n\
+         [motor.ma]\nshaft = \"a\"\n[motor.mb]\nshaft = \"b\"\n{}{}[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n",
+        control("left", "a", clocks[0]),
+        control("right", "b", clocks[1])
+    )
+}
+
+/// Those two bodies stepped by the rule of Runge and Kutta, the first motor's torque times a factor and late: the size of the
+/// motion at the end over that in the middle.
+fn simulated(periods: [f64; 2], factor: f64, late: f64) -> f64 {
+    let step = 1e-5;
+    let steps = |time: f64| (time / step).round() as usize;
+    let law = |q: f64, w: f64| -(1600.0 * q + 40.0 * w);
+    let mut x = [1e-3, 0.0, 0.0, 0.0];
+    let mut torque = [0.0, 0.0];
+    let mut wire = std::collections::VecDeque::new();
+    let mut largest = [0.0f64; 2];
+    let total = steps(8.0);
+    for k in 0..total {
+        if k % steps(periods[0]) == 0 {
+            wire.push_back((k + steps(late), law(x[0], x[2])));
+        }
+        while wire.front().is_some_and(|(at, _)| *at <= k) {
+            torque[0] = factor * wire.pop_front().expect("not empty").1;
+        }
+        if k % steps(periods[1]) == 0 {
+            torque[1] = law(x[1], x[3]);
+        }
+        let rate = |x: [f64; 4]| {
+            let spring = 30.0 * (x[0] - x[1]) + 0.1 * (x[2] - x[3]);
+            [x[2], x[3], torque[0] - spring, torque[1] + spring]
+        };
+        let moved = |x: [f64; 4], d: [f64; 4], h: f64| [0, 1, 2, 3].map(|i| x[i] + h * d[i]);
+        let a = rate(x);
+        let b = rate(moved(x, a, 0.5 * step));
+        let c = rate(moved(x, b, 0.5 * step));
+        let d = rate(moved(x, c, step));
+        x = [0, 1, 2, 3].map(|i| x[i] + step / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        let size = x.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        if k > total / 2 && k < total / 2 + steps(1.0) {
+            largest[0] = largest[0].max(size);
+        }
+        if k >= total - steps(1.0) {
+            largest[1] = largest[1].max(size);
+        }
+    }
+    largest[1] / largest[0]
+}
+
+/// With one clock and with two the delay and the factor that a motor tolerates are those at which the stepped motion changes from
+/// dying out to growing; with three the map agrees just inside and outside.
+#[test]
+fn a_late_motor() {
+    let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
+    for periods in [[4e-3, 4e-3], [4e-3, 10e-3]] {
+        let clocks = periods.map(|time| format!("sample_time = \"{} ms\"\n", 1e3 * time));
+        let source = two_clocks([&clocks[0], &clocks[1]]);
+        let found = design(&source, &DesignSettings { control: Some("left".into()), ..settings.clone() }, &Silent);
+        let margins = found.expect("a design").margins.expect("margins");
+        assert_eq!(margins.stable, Some(true), "{}", margins.verdict);
+        let motor = margins.channels.iter().find(|one| one.name == "ma").expect("known");
+        assert_eq!(motor.searched, periods[0] != periods[1]);
+        let late = motor.delay.expect("known");
+        assert!(late > 1e-3 && late < 0.04, "{late}");
+        assert!(simulated(periods, 1.0, 0.98 * late) < 1.0 && simulated(periods, 1.0, 1.02 * late) > 1.0, "{late}");
+        let factor = motor.gain[1];
+        assert!(factor > 1.2 && factor < 100.0, "{factor}");
+        assert!(
+            simulated(periods, 0.98 * factor, 0.0) < 1.0 && simulated(periods, 1.02 * factor, 0.0) > 1.0,
+            "{factor}"
+        );
+        let variant = common::first(&source);
+        let (laws, plant) = (variant.running_laws(), plant(&variant));
+        let radius = |delay: f64| {
+            let mut parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+            parts[0].wire = Some(Wire { input: 0, delay });
+            SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues")
+        };
+        assert!(radius(late * (1.0 - 1e-9)) < 1.0 && radius(late * (1.0 + 1e-9)) > 1.0, "{late}");
+        // The frequency is that of the stepped motion, some 40 rad/s, not one of its aliases.
+        let frequency = motor.delay_frequency.expect("known");
+        assert!(frequency > 20.0 && frequency < 120.0, "{frequency}");
+    }
+}
+
+/// The map for complex factors of a motor: at real ones that of a loop whose motor gives so much, and with one clock the phase
+/// and the disk of the frequency response.
+#[test]
+fn complex_factors_of_a_motor() {
+    for clocks in [["4 ms", "4 ms"], ["4 ms", "10 ms"]] {
+        let source = two_clocks(
+            clocks.map(|time| format!("sample_time = \"{time}\"\ndelay = \"1 ms\"\n")).each_ref().map(String::as_str),
+        );
+        let variant = common::first(&source);
+        let (laws, plant) = (variant.design_laws(), plant(&variant));
+        let times = if clocks[0] == clocks[1] { [4e-3, 4e-3] } else { [4e-3, 10e-3] };
+        let clocks = times.map(|period| Some(Clock { period, delay: 1e-3, single: false }));
+        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
+        let lifted = survey.lifted(0).expect("a common period");
+        for factor in [0.3, 1.0, 1.7, 4.0] {
+            let mut parts: Vec<SampledPart> = laws
+                .iter()
+                .zip(&clocks)
+                .map(|(law, clock)| SampledPart::at(&**law, &plant, *clock).expect("finite"))
+                .collect();
+            parts[0].gains[0] = factor;
+            let map = SampledLoop::new(&plant, &parts).expect("a map");
+            let expected = map.spectral_radius().expect("eigenvalues").powf(map.period / map.sample_time);
+            let found = lifted.radius((factor, 0.0)).expect("eigenvalues");
+            assert!((found / expected - 1.0).abs() < 1e-9, "{factor}: {found} {expected}");
+        }
+        let (phase, disk) = (lifted.phase(), lifted.disk());
+        let edge = |turn: f64| lifted.radius((turn.cos(), turn.sin())).expect("eigenvalues");
+        assert!(edge(0.999 * phase) < 1.0 && edge(1.001 * phase) > 1.0, "{phase}");
+        if times[0] == times[1] {
+            let response = survey.motors().expect("one clock");
+            let known = channel_margins(&response.channel(0)).expect("margins");
+            assert!((phase - known.phase).abs() < 1e-6, "{phase} {known:?}");
+            // 25 directions come close, from above.
+            assert!(disk > known.disk * (1.0 - 1e-6) && disk < 1.02 * known.disk, "{disk} {known:?}");
+        }
+    }
+}
+
+/// Two bodies on a spring, the far one held by the motor of the near one: the torque may hardly be larger.
+fn far(omega: &str, clock: &str) -> String {
+    format!(
+        "[model]\nname = \"far\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+         [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad\"\ndamping = \"1 N m s/rad\"\n\
+         [motor.m]\nshaft = \"a\"\nlag = \"1 ms\"\n[control.far]\nlaw = \"position_loop\"\n{clock}output = \"b.phi\"\n\
+         input = \"m\"\nnatural_frequency = \"{omega} rad/s\"\ndamping_ratio = 0.7\ninertia = \"2 kg m^2\"\nreference = \"r\"\n\
+         [scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n"
+    )
+}
+
+/// A loop whose torque may be wrong by a factor between 1.005 and 1.01 before it is unstable is warned of, with factor and
+/// frequency, by `check` and by `design` in text, page and data; the factor is that of the loop's polynomial, put together by
+/// hand, and of its map.
+#[test]
+fn a_torque_that_may_hardly_be_larger() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let period = 5e-3;
+    for (omega, clock) in [("1.4146", ""), ("1.3936", "sample_time = \"5 ms\"\ndelay = \"5 ms\"\n")] {
+        let source = far(omega, clock);
+        let found = design(&source, &settings, &Silent).expect("a design");
+        let margins = found.margins.as_ref().expect("margins");
+        let motor = margins.channels.iter().find(|one| !one.reading).expect("a motor");
+        let (factor, frequency) = (motor.gain[1], motor.gain_frequency[1].expect("a frequency"));
+        assert!(1.005 < factor && factor < 1.01, "{factor}");
+        assert!(margins.stable == Some(true) && margins.hardly);
+        let said = format!(
+            "stable, but hardly: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
+        );
+        assert!(found.warnings.contains(&said), "{:?}", found.warnings);
+        let told = kardan::study::check(&source);
+        let told = told.iter().find(|one| one.code == "control::hardly").expect("a warning of check");
+        assert!(told.message.contains(&said), "{}", told.message);
+        assert!(!kardan::report::words::design::verdict(&found).0, "no good design");
+        assert!(!kardan::report::words::design::verdict(&found).0, "no good design");
+        let page = kardan::report::design_html(&found);
+        assert!(page.contains(&format!("times {factor:.4} makes the loop unstable")), "the page");
+        assert!(page.contains("but hardly") && kardan::export::design_json(&found).contains(&said), "page and data");
+        let w: f64 = omega.parse().expect("a number");
+        let unstable = |factor: f64| {
+            if clock.is_empty() {
+                // s² (s² + 2 s + 200) (T s + 1) + g (s + 100) (2 ω² + 2.8 ω s)
+                let (g, t) = (2.0 * factor, 1e-3);
+                let p = [
+                    g * 100.0 * w * w,
+                    g * (w * w + 140.0 * w),
+                    200.0 + g * 1.4 * w,
+                    2.0 + 200.0 * t,
+                    1.0 + 2.0 * t,
+                    t,
+                ];
+                let p = Polynomial::new(p.iter().map(|x| rational_from_f64(*x).expect("finite")).collect());
+                return stability(&p) == Stability::Unstable;
+            }
+            // Angles, speeds, the torque behind the lag; the command waits for a sample.
+            let a = system(&[
+                &[0.0, 0.0, 1.0, 0.0, 0.0],
+                &[0.0, 0.0, 0.0, 1.0, 0.0],
+                &[-100.0, 100.0, -1.0, 1.0, 1.0],
+                &[100.0, -100.0, 1.0, -1.0, 0.0],
+                &[0.0, 0.0, 0.0, 0.0, -1000.0],
+            ]);
+            let held = discretise(&a, &system(&[&[0.0], &[0.0], &[0.0], &[0.0], &[1000.0]]), period).expect("finite");
+            let k = [0.0, -2.0 * w * w, 0.0, -2.8 * w, 0.0, 0.0];
+            let map = Matrix::from_fn(6, 6, |i, j| match (i < 5, j < 5) {
+                (true, true) => held.a[(i, j)],
+                (true, false) => factor * held.b[(i, 0)],
+                _ => k[j],
+            });
+            eigenvalues(&map).expect("eigenvalues").iter().any(|(re, im)| re.hypot(*im) > 1.0)
+        };
+        assert!(!unstable(factor * (1.0 - 1e-6)) && unstable(factor * (1.0 + 1e-6)), "{factor}");
+    }
+}
+
+/// One body held by its motor.
+fn held(damping_ratio: &str, lag: &str, clock: &str) -> String {
+    format!(
+        "[model]\nname = \"held\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\nlag = \"{lag}\"\n[control.law]\n\
+         law = \"position_loop\"\n{clock}output = \"a.phi\"\ninput = \"m\"\nnatural_frequency = \"10 rad/s\"\n\
+         damping_ratio = {damping_ratio}\nreference = \"r\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n"
+    )
+}
+
+/// A small phase margin and a small delay margin are warned of though no factor is too much; a good loop is not.
+#[test]
+fn warnings_have_no_holes() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let warned = |source: &str| {
+        let found = design(source, &settings, &Silent).expect("a design");
+        let margins = found.margins.expect("margins");
+        let motor = margins.channels.iter().find(|one| !one.reading).expect("a motor").clone();
+        (found.warnings.join("; "), motor)
+    };
+    let (said, motor) = warned(&held("0.05", "1 us", ""));
+    assert!(motor.gain[1] > 1.1 && motor.phase.to_degrees() < 15.0, "{motor:?}");
+    assert!(said.contains("° of phase in the torque of `m` make the loop unstable, at 1"), "{said}");
+    let (said, motor) = warned(&held("0.7", "0.1 s", ""));
+    assert!(
+        motor.delay.expect("known") < 0.025 && said.contains("% of the lag of its motor, 100.000 ms"),
+        "{said} {motor:?}"
+    );
+    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"120 ms\"\n"));
+    assert!(motor.delay.expect("known") < 0.03 && said.contains("% of one sample, 120.000 ms"), "{said} {motor:?}");
+    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"1 ms\"\n"));
+    assert!(said.is_empty() && motor.delay.expect("known") > 0.01, "{said} {motor:?}");
+    let (said, _) = warned(&held("0.7", "1 us", ""));
+    assert!(said.is_empty(), "{said}");
+    assert!(kardan::study::check(&held("0.7", "0.2 s", "")).iter().any(|one| one.code == "control::grows"));
 }

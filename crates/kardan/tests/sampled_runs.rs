@@ -368,7 +368,7 @@ fn a_second_clock() {
     let clock = Clock { period: 2.5e-3, delay: 1e-3, single: false };
     let shown = |count: usize| {
         let mut other = SampledPart::at(&*laws[1], &plant, Some(clock)).expect("finite");
-        other.gain = 0.0;
+        other.gains.fill(0.0);
         let mut parts = vec![SampledPart::of(&*laws[0], &plant), other];
         parts.truncate(count);
         let found = SampledLoop::driven(&plant, &parts, 1.0).expect("a loop");

@@ -646,6 +646,77 @@ fn nilpotent_systems_have_their_zeros_only() {
     }
 }
 
+/// Different real roots, by Sturm's chain from −∞ to ∞.
+fn real_roots(p: &Poly) -> usize {
+    let derivative = |p: &Poly| p.iter().enumerate().skip(1).map(|(k, x)| int(k as i64) * x).collect::<Poly>();
+    let mut chain = vec![trimmed(p.clone()), trimmed(derivative(p))];
+    while chain[chain.len() - 1].len() > 1 {
+        let divisor = &chain[chain.len() - 1];
+        let mut rest = chain[chain.len() - 2].clone();
+        while rest.len() >= divisor.len() {
+            let factor = &rest[rest.len() - 1] / &divisor[divisor.len() - 1];
+            let shift = rest.len() - divisor.len();
+            divisor.iter().enumerate().for_each(|(k, x)| rest[shift + k] = &rest[shift + k] - &factor * x);
+            rest.pop();
+            rest = trimmed(rest);
+            if rest.is_empty() {
+                break;
+            }
+        }
+        if rest.iter().all(RBig::is_zero) {
+            break;
+        }
+        chain.push(rest.iter().map(|x| -x.clone()).collect());
+    }
+    let changes = |odd: bool| {
+        let signs = chain.iter().filter(|p| !p.iter().all(RBig::is_zero)).map(|p| {
+            let positive = p[p.len() - 1] > RBig::ZERO;
+            positive != (odd && p.len() % 2 == 0)
+        });
+        let signs: Vec<bool> = signs.collect();
+        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    };
+    changes(true) - changes(false)
+}
+
+/// 330 small matrices of whole numbers: as many modes as states, the zeros and the different real ones as many as Sturm's chain
+/// counts on the polynomial of Faddeev and Le Verrier, their sum the trace.
+#[test]
+fn small_whole_matrices() {
+    assert_eq!(real_roots(&[0, 0, -1, 0, 1].map(int).to_vec()), 3);
+    assert_eq!(real_roots(&[4, 4, 1].map(int).to_vec()), 1);
+    assert_eq!(real_roots(&[1, 0, 1].map(int).to_vec()), 0);
+    let mut dice = Dice(330);
+    let (mut singular, mut repeated) = (0, 0);
+    for round in 0..330 {
+        let n = 2 + round % 5;
+        let mut a: Matrix = (0..n).map(|_| (0..n).map(|_| int(dice.whole(-3, 3))).collect()).collect();
+        match round % 3 {
+            // Singular: a row that is the difference of two.
+            1 if n > 2 => a[2] = (0..n).map(|j| &a[0][j] - &a[1][j]).collect(),
+            // Twice the same row: a zero, and often a chain.
+            2 => a[1] = a[0].clone(),
+            _ => {}
+        }
+        let text = System { a: a.clone(), b: zeros(n, 0), c: zeros(0, n), d: Vec::new() }.json(None)["A"].clone();
+        let text = json!({ "A": text }).to_string();
+        let (found, chi) = (analyse(&text, false), characteristic(&a));
+        check_modes(&found, &chi, &text);
+        let mut real: Vec<f64> =
+            found.modes.iter().filter(|mode| mode.eigenvalue.1 == 0.0).map(|mode| mode.eigenvalue.0).collect();
+        repeated += usize::from(real.len() > real_roots(&chi));
+        real.sort_by(f64::total_cmp);
+        real.dedup();
+        assert_eq!(real.len(), real_roots(&chi), "{text}: {:?}", found.modes);
+        let sum: f64 =
+            found.modes.iter().map(|mode| mode.eigenvalue.0 * if mode.eigenvalue.1 == 0.0 { 1.0 } else { 2.0 }).sum();
+        let trace = (0..n).fold(RBig::ZERO, |sum, i| sum + &a[i][i]);
+        assert!((sum - trace.to_f64().value()).abs() < 1e-12 * 18.0, "{text}: {sum}");
+        singular += usize::from(chi[0].is_zero());
+    }
+    assert!(singular > 150 && repeated > 10, "{singular} {repeated}");
+}
+
 /// More states than have their characteristic polynomial written out: the zeros are exact all the same.
 #[test]
 fn long_systems_have_n_modes() {

@@ -24,8 +24,10 @@ const HARDLY: f64 = 1.1;
 const DISK: f64 = 0.4;
 /// The same for all motors at once: a factor of 1.22, 11°.
 const DISK_TOGETHER: f64 = 0.2;
-/// Turn of the phase of one channel, rad, that a loop must bear, or is hardly stable: 15°.
+/// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
 const PHASE: f64 = std::f64::consts::PI / 12.0;
+/// Disk margin of a loop that is not hardly stable: it holds the factor 1.1, and 5.5°.
+const CLOSE: f64 = 2.0 * (HARDLY - 1.0) / (HARDLY + 1.0);
 /// Part of its lag, or of one sample, by which a motor must be allowed to be late.
 const LATE: f64 = 0.25;
 /// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
@@ -235,7 +237,7 @@ pub(super) fn survey(variant: &PreparedVariant, number: usize, laws: &[Arc<dyn L
     let gain_margin = survey.gain_margin().filter(|_| tolerated);
     let (channels, together) = if stable == Some(true) { errors(variant, number, &survey) } else { Default::default() };
     let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
-    let hardly = channels.iter().any(|one| !one.reading && (hard(one.gain) || hard(one.disk_gain)))
+    let hardly = channels.iter().any(|one| !one.reading && hardly(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
         Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
@@ -498,25 +500,37 @@ fn of(one: &ChannelMargin) -> String {
     if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
 }
 
+/// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
+fn hardly(one: &ChannelMargin) -> bool {
+    [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / HARDLY || *high < HARDLY)
+}
+
 /// A channel that a small factor, or a small turn of the phase, makes unstable.
 fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
         if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
     let place = |frequency: Option<f64>| frequency.map_or(String::new(), at);
+    let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
     if low > 1.0 / HARDLY || high < HARDLY {
-        return Some(format!(
-            "stable, but hardly: {what} times {factor:.4} makes the loop unstable{}",
-            place(frequency)
-        ));
-    }
-    (one.phase < PHASE).then(|| {
-        format!(
-            "stable, but hardly: {:.1}° of phase in {what} make the loop unstable{}",
+        Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", place(frequency)))
+    } else if one.phase < PHASE {
+        Some(format!(
+            "{prefix}{:.1}° of phase in {what} make the loop unstable{}",
             one.phase.to_degrees(),
             place(one.phase_frequency)
-        )
-    })
+        ))
+    } else {
+        hardly(one).then(|| {
+            format!(
+                "{prefix}{what} may be wrong by no more than factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
+                one.disk_gain[0],
+                one.disk_gain[1],
+                one.disk_phase.to_degrees(),
+                at(one.disk_frequency)
+            )
+        })
+    }
 }
 
 /// A motor that may be late by a small part of its own time only.
@@ -541,6 +555,9 @@ fn late(one: &ChannelMargin) -> Option<String> {
 /// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
 /// are not stable.
 pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    if variant.model.controls.is_empty() {
+        return;
+    }
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), linear(variant));
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
     for (number, control) in variant.model.controls.iter().enumerate() {
@@ -565,7 +582,10 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
             continue;
         }
         let Some(response) = survey.motors() else { continue };
-        for message in of_motors(&survey, Some(&response), false).iter().filter_map(close) {
+        if (0..response.channels()).all(|motor| response.channel(motor).holds_disk(CLOSE)) {
+            continue;
+        }
+        for message in of_motors(&survey, Some(&response), false).iter().filter(|one| hardly(one)).filter_map(close) {
             let message = format!("control `{}`: {message}", control.name);
             let told = Diagnostic::warning("control::hardly", message).at(control.span.clone(), "this controller");
             out.push(told.help(
@@ -786,4 +806,50 @@ fn list(names: &[String]) -> String {
 
 fn because(motion: &str) -> String {
     if motion.is_empty() { String::new() } else { format!(", because of {motion}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A channel that bears everything.
+    fn good(name: &str) -> ChannelMargin {
+        ChannelMargin {
+            name: name.into(),
+            gain: [0.2, 5.0],
+            phase: 1.0,
+            delay: Some(0.1),
+            disk: 1.0,
+            disk_gain: [1.0 / 3.0, 3.0],
+            disk_phase: 0.9,
+            own_time: Some(0.01),
+            ..ChannelMargin::default()
+        }
+    }
+
+    /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
+    #[test]
+    fn all_at_once_are_not_overlooked() {
+        let together = TogetherMargin { disk: [0.05, 0.0501], frequency: 3.0, worst: vec![("a".into(), 1.05, 0.0)] };
+        let found =
+            Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
+        let said = warnings(&found);
+        assert!(
+            matches!(&said[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
+        );
+        let beside = Margins {
+            channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
+            together: Some(together.clone()),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&beside).len(), 2);
+        // What follows from one channel alone is not said twice.
+        let same = Margins {
+            channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
+            together: Some(together),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&same).len(), 1);
+        assert!(warnings(&Margins { channels: vec![good("a")], ..Margins::default() }).is_empty());
+    }
 }

@@ -11,7 +11,8 @@ const MOST: usize = 32;
 /// The loop of laws in continuous time over the rationals, and what of it is exactly at zero.
 ///
 /// `z = [q_r; q̇_r; torques of motors with a lag; states of the laws]`. The plant is exact. So are the gains of a law that is
-/// designed exactly and has no observer; other gains, and lags, are the fractions that their doubles are.
+/// designed exactly and has no observer; other gains are the fractions that their doubles are, and lags the shortest decimals
+/// that read back as their doubles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactMotions {
     /// F of `ż = F z`.
@@ -144,6 +145,21 @@ impl Part {
     }
 }
 
+/// The decimal with the fewest digits that reads back as this double; `None` if it is not finite.
+fn shortest_decimal(value: f64) -> Option<Rational> {
+    if !value.is_finite() {
+        return None;
+    }
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e')?;
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    let number: i64 = format!("{whole}{part}").parse().ok()?;
+    let exponent: i32 = exponent.parse::<i32>().ok()? - i32::try_from(part.len()).ok()?;
+    let ten = (0..exponent.unsigned_abs()).fold(Rational::ONE, |power, _| power.times(&Rational::from(10)));
+    let number = Rational::from(number);
+    Some(if exponent < 0 { number.over(&ten) } else { number.times(&ten) })
+}
+
 fn fractions(matrix: &Matrix<f64>) -> Option<Matrix<Rational>> {
     let all: Vec<Rational> = matrix.as_slice().iter().map(|x| rational_from_f64(*x)).collect::<Option<_>>()?;
     Some(Matrix::from_fn(matrix.rows(), matrix.columns(), |i, j| all[i * matrix.columns() + j].clone()))
@@ -188,7 +204,7 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
     for (input, place) in lagged.iter().enumerate() {
         let torque: Vec<Rational> = match place {
             Some(place) => {
-                let rate = Rational::ONE.over(&rational_from_f64(lags[input])?);
+                let rate = Rational::ONE.over(&shortest_decimal(lags[input])?);
                 for j in 0..n {
                     flow[(*place, j)] = rate.times(&commands[(input, j)].minus(&at(*place, j)));
                 }

@@ -10,7 +10,8 @@ use crate::results::{
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
 
-/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it) and nothing grows.
+/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it), nothing grows, and it is not hardly
+/// stable.
 pub fn verdict(design: &Design) -> (bool, String) {
     let impossible = design.decouplability.possible == Feedback::Impossible;
     let in_blocks = design.blocks_decoupled == Some(true) && design.decouplability.blocks.len() > 1;
@@ -64,7 +65,8 @@ pub fn verdict(design: &Design) -> (bool, String) {
     };
     let grows = grows || design.passage.as_ref().is_some_and(|found| !found.stable);
     let early = design.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
-    let good = decoupled && stable && !grows && design.unfinished.is_none();
+    let hardly = design.margins.as_ref().is_some_and(|margins| margins.hardly);
+    let good = decoupled && stable && !grows && !hardly && design.unfinished.is_none();
     (good, format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}."))
 }
 

@@ -223,6 +223,14 @@ impl Response {
         Some(best)
     }
 
+    /// Whether one level test shows that the balanced disk of the channels, alike for all of them, is no smaller than α. `false`
+    /// says nothing: it may be all the same.
+    pub fn holds_disk(&self, alpha: f64) -> bool {
+        let (half, level) = (self.balanced(), 1.0 / alpha);
+        let below = [0.0, f64::INFINITY].iter().all(|place| half.size(*place) < level);
+        below && half.level(level).is_some_and(|places| places.is_empty())
+    }
+
     /// Places at which the only channel's M is real (`real`), or has the real part −½; zero and infinity left out.
     ///
     /// Zeros of `M(s) ∓ M(−s)` from a pencil, shifted three ways, each brought to the axis by Newton steps.
