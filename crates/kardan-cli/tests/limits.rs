@@ -150,15 +150,19 @@ fn state_space(n: u64) -> String {
 /// What a process gets to end after a signal; measured it is less than half a second, but checks share their machine.
 const AT_MOST: Duration = Duration::from_secs(5);
 
-/// Signals a job after longer and longer times, until what it says satisfies `wanted`. Each time it ends soon, with exit code 2 and an
-/// object of JSON, and nothing half written stays.
+/// Signals a job at such a time that what it says satisfies `wanted`: later where that was too early, earlier where it had come to its
+/// end. Each time it ends soon, with exit code 2 and an object of JSON, and nothing half written stays.
 fn signalled(at: &Path, arguments: &[&str], wanted: &dyn Fn(&Value) -> bool) -> (Value, String) {
-    for tenths in (3..300).step_by(6) {
+    let (mut early, mut late) = (0.2, f64::INFINITY);
+    for _ in 0..24 {
+        let wait = if late.is_finite() { 0.5 * (early + late) } else { 1.6 * early };
         let mut child = kardan(at, arguments);
         // Its pipes are read while it runs.
         let mut pipes = [child.stdout.take().map(drain), child.stderr.take().map(drain)];
-        sleep(Duration::from_millis(100 * tenths));
-        signal(&child, "-INT");
+        sleep(Duration::from_secs_f64(wait));
+        if child.try_wait().unwrap().is_none() {
+            signal(&child, "-INT");
+        }
         let since = Instant::now();
         while child.try_wait().unwrap().is_none() {
             assert!(since.elapsed() < AT_MOST, "{arguments:?} does not end");
@@ -166,18 +170,22 @@ fn signalled(at: &Path, arguments: &[&str], wanted: &dyn Fn(&Value) -> bool) -> 
         }
         let status = child.wait().unwrap();
         let [out, told] = pipes.each_mut().map(|pipe| pipe.take().unwrap().join().unwrap());
-        assert_eq!(status.code(), Some(2), "{arguments:?} after {tenths} tenths of a second: {told}");
-        assert!(told.contains("stopped by a signal"), "{told}");
+        if !told.contains("stopped by a signal") {
+            late = wait;
+            continue;
+        }
         let files = fs::read_dir(at).unwrap().chain(fs::read_dir(at.join("out")).into_iter().flatten());
         for file in files {
             assert!(file.unwrap().path().extension().is_none_or(|e| e != "part"));
         }
         let json: Value = serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}{told}"));
         if wanted(&json) {
+            assert_eq!(status.code(), Some(2), "{arguments:?} after {wait} s: {told}");
             return (json, told);
         }
+        early = wait;
     }
-    panic!("{arguments:?} never has a part of its results");
+    panic!("{arguments:?} never has a part of its results between {early} s and {late} s");
 }
 
 fn drain(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
@@ -254,7 +262,7 @@ fn a_signal_keeps_what_an_identification_has() {
 #[test]
 fn a_signal_keeps_complete_runs() {
     let at = folder("signal-run");
-    let arguments = ["run", "sia-steering-ecu", "--variants", "rack", "--json", "--out", "out"];
+    let arguments = ["run", "sia-steering-ecu", "--variant", "rack", "--json", "--out", "out"];
     let (json, told) =
         signalled(&at, &arguments, &|json| json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true);
     assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
