@@ -257,7 +257,7 @@ mod unix {
             // Tables have room, the report has not.
             ("run axle.toml --out disk", "report.html", 24 << 10),
             ("bench study.toml --study --out disk", "report.html", 0),
-            ("bench study.toml --study --out disk", "report.html", 64 << 10),
+            ("bench study.toml --study --out disk", "report.html", 120 << 10),
             ("identify disk/axle.toml bench.csv --write disk/axle.toml", "axle.toml", 0),
             ("analyze axle.toml --report disk/page.html", "page.html", 0),
             ("design axle.toml --outputs axle.phi --no-simulation --report disk/page.html", "page.html", 0),
@@ -453,7 +453,14 @@ mod faults {
         (
             "design",
             &[
-                "design", "axle.toml", "--outputs", "axle.phi", "--report", "page.html", "--controller", "c.json",
+                "design",
+                "axle.toml",
+                "--outputs",
+                "axle.phi",
+                "--report",
+                "page.html",
+                "--controller",
+                "c.json",
                 "--no-simulation",
             ],
             true,

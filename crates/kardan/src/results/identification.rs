@@ -108,8 +108,7 @@ impl Identification {
             1 => "; 1 warning".into(),
             many => format!("; {many} warnings"),
         };
-        let sound =
-            told == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
+        let sound = told == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
         let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
         (sound, format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()))
     }

@@ -132,7 +132,8 @@ impl Looks {
     /// How far each margin bends between three looks.
     fn measure_bends(&mut self) {
         for watch in 0..self.directions {
-            let second = |row: usize| (self.at(row, watch) - 2.0 * self.at(row + 1, watch) + self.at(row + 2, watch)).abs();
+            let second =
+                |row: usize| (self.at(row, watch) - 2.0 * self.at(row + 1, watch) + self.at(row + 2, watch)).abs();
             self.bends[watch] = (0..self.count.saturating_sub(2)).map(second).fold(0.0, f64::max);
         }
     }

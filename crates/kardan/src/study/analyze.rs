@@ -9,9 +9,9 @@ use super::prepare::{Purpose, prepare_for};
 use super::sensitivity::sensitivity;
 use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError, bases,
-    certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes,
-    linear_system, place, reduction, structure, with_candidates,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError,
+    bases, certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil,
+    failing_modes, linear_system, place, reduction, structure, with_candidates,
 };
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};

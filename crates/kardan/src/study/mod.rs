@@ -46,8 +46,8 @@ use crate::equations::Domain;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
 use crate::results::{
-    Analysis, Design, Identification, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot, RequirementResult, Run,
-    Series, Study,
+    Analysis, Design, Identification, LawSummary, ModelSummary, MotorStrain, NamedMatrix, Outcome, Plot,
+    RequirementResult, Run, Series, Study,
 };
 use crate::simulate::{Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::closed_loop_poles;

@@ -19,8 +19,8 @@ use plant::{Columns, columns, plant, slots};
 use reading::{Counted, Recording, read as read_logs, usual_window};
 use rows::{Built, Material, rows, settled};
 
-use super::{Part, Progress};
 use super::prepare::is_error;
+use super::{Part, Progress};
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, nearest, quoted};
 use crate::identify::{Excitation, FitOptions, Samples, cross_validate, fit};
@@ -217,7 +217,8 @@ pub fn identify(
         out.unfinished = unfinished;
         out
     };
-    let missing = |what: &str| Some([early.as_deref(), Some(what)].into_iter().flatten().collect::<Vec<_>>().join("; "));
+    let missing =
+        |what: &str| Some([early.as_deref(), Some(what)].into_iter().flatten().collect::<Vec<_>>().join("; "));
     let keep = |found: &dyn Fn() -> Identification| progress.keep(&|| Part::Identification(Box::new(found())));
     keep(&|| tell(None, missing("validation and comparison are missing")));
     let ends = || early.is_some() || progress.stop().is_some();
@@ -230,7 +231,8 @@ pub fn identify(
         let whole = Whole { document, settings, asked: &asked, plant: &plant, built: &built, method };
         out.candidates = compare(&whole, &material, progress)?;
         if out.candidates.is_empty() {
-            let note = "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
+            let note =
+                "there is nothing to compare: the terms asked for are one model, and the file has no other candidate";
             out.notes.insert(0, note.into());
         }
     }
