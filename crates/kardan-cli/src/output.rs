@@ -417,6 +417,11 @@ fn resemble(_: &File, _: &fs::Metadata) -> io::Result<()> {
     Ok(())
 }
 
+/// Removes what killed runs left where this file goes, if nothing is prepared there.
+pub fn sweep_beside(path: &Path) {
+    sweep(folder_of(path));
+}
+
 /// Removes what killed runs left in a folder: files of our name that nobody has locked.
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };

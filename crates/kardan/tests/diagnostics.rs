@@ -152,6 +152,26 @@ fn thirty_thousand_mistakes_are_told() {
     assert!(text.contains("error[unit::unknown] 60000:"), "{}", &text[text.len() - 300..]);
 }
 
+/// Names that are not there, each of which is near to many that are: looked up in maps, and what may have been meant is told of the
+/// first ones only, as that compares each with all.
+#[test]
+fn thousands_of_misspelt_names_are_told() {
+    let count = 20_000;
+    let mut source = String::new();
+    for k in 0..count {
+        source += &format!("[shaft.s{k}]\ninertia = \"1 kg m^2\"\n");
+    }
+    for k in 0..count {
+        source += &format!("[sensor.e{k}]\nmeasures = \"angle\"\nshaft = \"t{k}\"\n");
+    }
+    let found = check(&source);
+    let unknown: Vec<_> = found.iter().filter(|d| d.code == "name::unknown").collect();
+    assert_eq!(unknown.len(), count);
+    let guessed = |d: &&&Diagnostic| d.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
+    assert!(guessed(&&unknown[0]) && (1..1000).contains(&unknown.iter().filter(guessed).count()));
+    assert!(unknown.iter().all(|d| d.help.is_some()));
+}
+
 #[test]
 fn the_models_of_the_program_are_right() {
     for builtin in model::BUILTIN {

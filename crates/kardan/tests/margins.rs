@@ -110,7 +110,7 @@ fn three_poles_exactly_at_zero() {
         let variant = common::first(&with_wheel("1", lag, ""));
         let model = &variant.design_models[0].linear;
         let lags = [seconds, seconds];
-        let found = exact_motions(model, &lags, &variant.design_laws()).expect("finite");
+        let found = exact_motions(model, &lags, &variant.designed).expect("finite");
         let polynomial = characteristic_polynomial(&found.matrix);
         let zeros = polynomial.coefficients().iter().take_while(|x| x.is_zero()).count();
         let rest = Polynomial::new(polynomial.coefficients()[zeros..].to_vec());
@@ -148,7 +148,7 @@ fn next_to_zero_is_not_zero() {
         let wheel = model.coordinates.iter().position(|name| name == "d").expect("a coordinate");
         for (sign, expected) in [(Rational::ONE, Stability::Stable), (Rational::NEG_ONE, Stability::Unstable)] {
             model.damping[(wheel, wheel)] = &sign / Rational::from(1_000_000_000);
-            let found = exact_motions(&model, &[0.0, 0.0], &variant.design_laws()).expect("finite");
+            let found = exact_motions(&model, &[0.0, 0.0], &variant.designed).expect("finite");
             assert_eq!((found.zeros(), found.rest()), (3, Some(expected)), "{stiff}");
         }
     }
@@ -475,7 +475,7 @@ fn a_late_motor() {
             "{factor}"
         );
         let variant = common::first(&source);
-        let (laws, plant) = (variant.running_laws(), plant(&variant));
+        let (laws, plant) = (&variant.running, plant(&variant));
         let radius = |delay: f64| {
             let mut parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
             parts[0].wire = Some(Wire { input: 0, delay });
@@ -497,7 +497,7 @@ fn complex_factors_of_a_motor() {
             clocks.map(|time| format!("sample_time = \"{time}\"\ndelay = \"1 ms\"\n")).each_ref().map(String::as_str),
         );
         let variant = common::first(&source);
-        let (laws, plant) = (variant.design_laws(), plant(&variant));
+        let (laws, plant) = (&variant.designed, plant(&variant));
         let times = if clocks[0] == clocks[1] { [4e-3, 4e-3] } else { [4e-3, 10e-3] };
         let clocks = times.map(|period| Some(Clock { period, delay: 1e-3, single: false }));
         let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };

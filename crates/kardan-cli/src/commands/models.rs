@@ -6,7 +6,7 @@ use kardan::model::BUILTIN;
 use super::DONE;
 use crate::args::ModelsArgs;
 use crate::input::builtin_hint;
-use crate::output::{print, save};
+use crate::output::{print, save, sweep_beside};
 use crate::render::{Failure, note};
 
 pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
@@ -26,6 +26,7 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
             return Err(Diagnostic::error("file::exists", message).help("choose another name or remove it").into());
         }
         Some(path) => {
+            sweep_beside(path);
             save(path, builtin.source.as_bytes())?;
             if !quiet {
                 note(&format!("wrote {}", path.display()));

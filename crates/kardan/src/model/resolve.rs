@@ -1,9 +1,10 @@
 //! A document and parameter values to a model: names looked up, parameters put in, terms made.
 
-use std::collections::BTreeSet;
+use std::cell::OnceCell;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-use super::document::{Control, Document, Instance, NamedVariant};
+use super::document::{Control, Document, Instance, NamedVariant, Parameter};
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
@@ -82,16 +83,46 @@ pub struct Model {
 pub struct TableReader<'a> {
     document: &'a Document,
     settings: &'a [Setting],
+    /// Keywords of the elements of each name (two of one name are reported elsewhere).
+    elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
+    parameters: OnceCell<HashMap<&'a str, &'a Parameter>>,
+}
+
+/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
+const GUESSES: usize = 500;
+
+/// What may have been meant by a name, unless there are very many mistakes already.
+fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic]) -> Option<&'a str> {
+    if out.len() < GUESSES { nearest(name, names) } else { None }
 }
 
 impl<'a> TableReader<'a> {
     /// Over a document, with settings that replace parameters.
     pub fn new(document: &'a Document, settings: &'a [Setting]) -> Self {
-        Self { document, settings }
+        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new() }
+    }
+
+    /// The keywords of the elements of a name.
+    fn kinds(&self, name: &str) -> &[&'static str] {
+        let all = self.elements.get_or_init(|| {
+            let mut all: HashMap<&str, Vec<&'static str>> = HashMap::new();
+            for element in &self.document.elements {
+                all.entry(&element.name).or_default().push(element.kind.keyword);
+            }
+            all
+        });
+        all.get(name).map_or(&[], Vec::as_slice)
     }
 
     fn parameter(&self, name: &str) -> Option<(&Exact, Dimension)> {
-        let declared = self.document.all_parameters().find(|p| p.name == name)?;
+        let all = self.parameters.get_or_init(|| {
+            let mut all = HashMap::new();
+            for parameter in self.document.all_parameters() {
+                all.entry(parameter.name.as_str()).or_insert(parameter);
+            }
+            all
+        });
+        let declared = all.get(name)?;
         let value = self.settings.iter().find(|s| s.name == name).map_or(&declared.value, |s| &s.value);
         Some((value, declared.dimension))
     }
@@ -113,7 +144,7 @@ impl<'a> TableReader<'a> {
                         return None;
                     }
                     let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                    let help = match nearest(name, names) {
+                    let help = match guess(name, names, out) {
                         Some(near) => format!("did you mean the parameter `{near}`?"),
                         None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
                     };
@@ -248,7 +279,7 @@ impl<'a> TableReader<'a> {
             let label = format!("`{key}` of {what}");
             let Some((_, dimension)) = self.parameter(&name.value) else {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                let help = match nearest(&name.value, names) {
+                let help = match guess(&name.value, names, out) {
                     Some(near) => format!("did you mean `{near}`?"),
                     None => "only names under `[parameters]` can be set here".to_string(),
                 };
@@ -362,11 +393,13 @@ impl<'a> TableReader<'a> {
     /// `charges` are those that may be named as well.
     fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
         let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
-        if fitting().any(|known| known == name) || self.document.doubts.has(name) {
+        let known = self.kinds(name).contains(&"shaft") || charges.iter().any(|charge| charge == name);
+        if known || self.document.doubts.has(name) {
             return;
         }
-        let help = match (nearest(name, fitting()), fitting().next()) {
+        let help = match (guess(name, fitting(), out), fitting().next()) {
             (Some(near), _) => format!("did you mean `{near}`?"),
+            (None, Some(_)) if out.len() >= GUESSES => format!("declare it: `[shaft.{}]`", shortened(name)),
             (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
             (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
             (None, Some(_)) => {
@@ -379,18 +412,17 @@ impl<'a> TableReader<'a> {
     }
 
     fn check_element(&self, name: &str, kinds: &[&str], span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
-        let named = self.document.elements.iter().find(|e| e.name == name);
-        // Two elements of one name are reported elsewhere.
-        let fits = self.document.elements.iter().any(|e| e.name == name && kinds.contains(&e.kind.keyword));
+        let named = self.kinds(name).first();
+        let fits = self.kinds(name).iter().any(|keyword| kinds.contains(keyword));
         if fits || named.is_none() && self.document.doubts.has(name) {
             return;
         }
         let fitting =
             self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
-        let help = match nearest(name, fitting.clone()) {
+        let help = match guess(name, fitting.clone(), out) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
-                let names = quoted(fitting);
+                let names = if out.len() < GUESSES { quoted(fitting) } else { String::new() };
                 if names.is_empty() {
                     format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
                 } else {
@@ -403,7 +435,7 @@ impl<'a> TableReader<'a> {
             _ => kinds.join(" or "),
         };
         let message = match named {
-            Some(e) => format!("{label}: `{name}` is a {}, not a {wanted}", e.kind.keyword),
+            Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {wanted}"),
             None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
         };
         out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "does not fit").help(help));
