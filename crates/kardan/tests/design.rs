@@ -13,7 +13,7 @@ use common::{close, first, golden, list, prepared, rows, solve};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::design_json;
 use kardan::model;
-use kardan::num::{Matrix, rational_from_f64};
+use kardan::num::{Keeper, Matrix, rational_from_f64};
 use kardan::results::{ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
 use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
@@ -834,6 +834,8 @@ impl Law for Printed {
 }
 
 impl Continuous for Printed {
+    fn keep(&mut self, _: &mut Keeper<'_>) {}
+
     fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
         let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
         let state = [of(seen.angles), of(seen.speeds)].concat();
