@@ -203,8 +203,8 @@ fn mistakes_are_told() {
     let mut stepped = start(&variant);
     let told = |error: SimulationError| error.to_string();
     assert_eq!(
-        told(stepped.signal("body_1.fi").unwrap_err()),
-        "there is no signal `body_1.fi` that can be read; did you mean `body_1.phi`?"
+        told(stepped.signal("body_1.ph").unwrap_err()),
+        "there is no signal `body_1.ph` that can be read; did you mean `body_1.phi`?"
     );
     assert!(told(stepped.input("body_1.phi").unwrap_err()).contains("that can be set; "));
     let torque = stepped.input("motor.tau").expect("an input");

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use super::analysis::output;
 use super::checks::signals_of;
 use super::massless::{Mechanical, not_eliminated, state_name};
-use super::prepare::{Purpose, prepare_for};
+
 use super::sensitivity::sensitivity;
-use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress};
+use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
     BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError,
     bases, certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil,
@@ -50,15 +50,23 @@ pub struct AnalyzeSettings {
 /// # Errors
 /// All mistakes of the file, or why it cannot be analysed.
 pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = prepare_for(Purpose::Analysis, source);
+    Project::open(source).analyze(settings, progress)
+}
+
+pub(super) fn of_project(
+    project: &Project,
+    settings: &AnalyzeSettings,
+    progress: &dyn Progress,
+) -> Result<Analysis, Vec<Diagnostic>> {
+    let (prepared, diagnostics) = project.for_analysis();
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(diagnostics);
+        return Err(diagnostics.to_vec());
     }
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
-    let mut analysis = analyze_variant(&prepared, variant, settings, progress)?;
+    let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
     keep(progress, &analysis, "what the tolerances allow");
-    sensitivity(source, &prepared, variant, settings, &mut analysis, progress)?;
-    analysis.notes.extend(diagnostics.into_iter().map(|warning| warning.message));
+    sensitivity(project.source(), prepared, variant, settings, &mut analysis, progress)?;
+    analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
     progress.release();
     Ok(analysis)
 }

@@ -5,11 +5,11 @@ use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::margins::{decay, survey, verdict, warnings as margin_warnings};
 use super::passage::{passage, warnings as passage_warnings};
-use super::prepare::{Purpose, is_error, prepare_document, prepare_for};
+use super::prepare::{Purpose, is_error, prepare_document};
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::strain::scenario_strains;
-use super::{Part, Prepared, PreparedVariant, Progress, overrule};
+use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
@@ -64,7 +64,16 @@ const OWN: &str = "design";
 /// # Errors
 /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
 pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
-    let (prepared, mut diagnostics) = prepare_for(Purpose::Run, source);
+    Project::open(source).design(settings, progress)
+}
+
+pub(super) fn of_project(
+    project: &Project,
+    settings: &DesignSettings,
+    progress: &dyn Progress,
+) -> Result<Design, Vec<Diagnostic>> {
+    let (prepared, source) = (project.prepared(), project.source());
+    let mut diagnostics = project.mistakes().to_vec();
     if settings.force {
         overrule(&mut diagnostics);
     }
@@ -84,11 +93,12 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
         let Some(feedback) = &settings.feedback else {
             let number = which(&variant.model.controls, settings.control.as_deref())?;
-            return Ok(tried(&prepared, variant, number, settings, progress));
+            return Ok(tried(prepared, variant, number, settings, progress));
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
-        let (mut document, out) = read(source);
+        let (document, out) = project.read();
+        let (mut document, out) = (document.clone(), out.to_vec());
         set_feedback(&mut document, &name, feedback)?;
         let settings = DesignSettings { variant: Some(variant.name.clone()), ..settings.clone() };
         return of_document(source, document, out, &name, &settings, progress);

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use super::Project;
 use super::matrix_words;
-use super::prepare::{PreparedVariant, prepare};
+use super::prepare::PreparedVariant;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Domain, InputKind};
@@ -27,7 +28,11 @@ pub enum EquationsForm {
 /// # Errors
 /// All mistakes of the file.
 pub fn equations(source: &str, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let (prepared, diagnostics) = prepare(source);
+    Project::open(source).equations(form)
+}
+
+pub(super) fn of_project(project: &Project, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let (prepared, diagnostics) = (project.prepared(), project.mistakes().to_vec());
     let error = diagnostics.iter().any(|d| d.severity == Severity::Error);
     let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
     let model = linearise(&variant.reduced, &variant.scenario.position);

@@ -17,6 +17,7 @@ mod margins;
 mod massless;
 mod passage;
 mod prepare;
+mod project;
 mod proof;
 mod read;
 mod robustness;
@@ -32,6 +33,7 @@ pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};
 pub use identification::{IdentifySettings, LogFile, identify, written};
 pub use prepare::{Prepared, PreparedVariant, check, prepare};
+pub use project::Project;
 pub use robustness::ToleranceBox;
 
 use std::sync::Arc;
@@ -123,7 +125,16 @@ pub struct Settings {
 /// # Errors
 /// All mistakes of the file, if there are any (warnings alone do not count).
 pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
-    let (prepared, mut diagnostics) = prepare(source);
+    Project::open(source).run(settings, progress)
+}
+
+/// [`run`] of what is prepared, with what is known of its mistakes.
+fn run_prepared(
+    prepared: &Prepared,
+    mut diagnostics: Vec<Diagnostic>,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Study, Vec<Diagnostic>> {
     if settings.force {
         overrule(&mut diagnostics);
     }
@@ -149,11 +160,11 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
     // From here on the runs are kept, whatever becomes of the rest.
     let ran = || {
         let runs: Vec<Run> =
-            chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, &prepared, progress)).collect();
+            chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, prepared, progress)).collect();
         let study = Arc::new(Study {
-            model: prepared.variants.first().map(|variant| summarise(&prepared, variant)).unwrap_or_default(),
+            model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
             runs,
-            plots: chosen_plots(&prepared, &settings.variants),
+            plots: chosen_plots(prepared, &settings.variants),
             warnings: [&warnings[..], &["structure and designs of the report are missing".into()]].concat(),
             ..Study::default()
         });
@@ -161,7 +172,7 @@ pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result
         study
     };
     let (study, analysis) =
-        rayon::join(ran, || chosen.first().map(|variant| structure_of(&prepared, variant)).transpose());
+        rayon::join(ran, || chosen.first().map(|variant| structure_of(prepared, variant)).transpose());
     let runs = &study.runs;
     let mut designs: Vec<Design> = Vec::new();
     for variant in &chosen {

@@ -1,6 +1,5 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
-use super::Requirement;
 use super::analysis::{AnalysisSpec, Point, analysis_spec};
 use super::asked::{Known, plots, requirements, tolerance};
 use super::checks::{
@@ -12,10 +11,11 @@ use super::effort::check_effort;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::scenario::scenario;
+use super::{Project, Requirement};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
-use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings, read};
+use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
@@ -88,17 +88,7 @@ pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
 /// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
 /// over in silence.
 pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
-    prepare_for(Purpose::Run, source)
-}
-
-/// [`prepare`]; what stands in the way of a run alone does not stop an analysis.
-pub(super) fn prepare_for(purpose: Purpose, source: &str) -> (Prepared, Vec<Diagnostic>) {
-    let (document, mut out) = read(source);
-    if out.iter().any(|d| d.code == "file::empty") {
-        return (Prepared::default(), out);
-    }
-    let prepared = prepare_document(purpose, &document, &mut out);
-    (prepared, out)
+    Project::open(source).into_prepared()
 }
 
 /// [`prepare`] of a document; what is wrong with it is added to what is known.

@@ -1,0 +1,178 @@
+//! One model, read once and prepared once: the door that every command goes through.
+
+use std::sync::OnceLock;
+
+use super::prepare::{Purpose, is_error, prepare_document};
+use super::{
+    AnalyzeSettings, DesignSettings, EquationsForm, Prepared, Progress, Settings, analyze, design, equations,
+    run_prepared,
+};
+use crate::diagnostics::Diagnostic;
+use crate::model::{Document, read};
+use crate::results::{Analysis, Design, Study};
+
+/// A model, read once. What follows from it (equations, designed laws, scenarios) is made when it is asked for first, and kept: a
+/// command that checks, runs and reports prepares once and designs each law once for each variant.
+///
+/// ```
+/// use kardan::model;
+/// use kardan::study::{Project, Settings, Silent};
+///
+/// let project = Project::open(model::builtin("two-bodies").unwrap().source);
+/// assert!(project.mistakes().is_empty());
+/// let study = project.run(&Settings::default(), &Silent).unwrap();
+/// let design = project.design(&Default::default(), &Silent);
+/// assert_eq!(study.runs.len(), project.prepared().variants.len());
+/// # let _ = design;
+/// ```
+#[derive(Debug)]
+pub struct Project {
+    source: String,
+    document: Document,
+    reading: Vec<Diagnostic>,
+    ready: OnceLock<(Prepared, Vec<Diagnostic>)>,
+    /// Where a run is not possible, but an analysis may be.
+    analysed: OnceLock<(Prepared, Vec<Diagnostic>)>,
+}
+
+impl Project {
+    /// Reads the text of a model file; mistakes are told by [`mistakes`](Self::mistakes).
+    pub fn open(source: impl Into<String>) -> Self {
+        let source = source.into();
+        let (document, reading) = read(&source);
+        Self { source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }
+    }
+
+    /// The text.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// Everything that is wrong with it, and warnings, in the order of the file.
+    pub fn mistakes(&self) -> &[Diagnostic] {
+        &self.ready().1
+    }
+
+    /// What is ready to run, as far as the file is right.
+    pub fn prepared(&self) -> &Prepared {
+        &self.ready().0
+    }
+
+    /// Runs every variant through the scenario, in parallel; see [`run`](super::run).
+    ///
+    /// # Errors
+    /// All mistakes, if there are any (warnings alone do not count).
+    pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
+        run_prepared(self.prepared(), self.mistakes().to_vec(), settings, progress)
+    }
+
+    /// Designs one controller; see [`design`](super::design()).
+    ///
+    /// # Errors
+    /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
+    pub fn design(&self, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
+        design::of_project(self, settings, progress)
+    }
+
+    /// Analyses one variant; see [`analyze`](super::analyze()).
+    ///
+    /// # Errors
+    /// All mistakes, or why it cannot be analysed.
+    pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
+        analyze::of_project(self, settings, progress)
+    }
+
+    /// The equations of motion of the first variant; see [`equations`](super::equations()).
+    ///
+    /// # Errors
+    /// All mistakes.
+    pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+        equations::of_project(self, form)
+    }
+
+    /// The typed tables, and what was wrong with them alone.
+    pub(super) fn read(&self) -> (&Document, &[Diagnostic]) {
+        (&self.document, &self.reading)
+    }
+
+    /// What an analysis may go on with: the same, where a run is possible.
+    pub(super) fn for_analysis(&self) -> (&Prepared, &[Diagnostic]) {
+        let (prepared, mistakes) = self.ready();
+        if !mistakes.iter().any(is_error) {
+            return (prepared, mistakes);
+        }
+        let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis));
+        (prepared, mistakes)
+    }
+
+    fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {
+        self.ready.get_or_init(|| self.prepare(Purpose::Run))
+    }
+
+    fn prepare(&self, purpose: Purpose) -> (Prepared, Vec<Diagnostic>) {
+        let mut out = self.reading.clone();
+        if out.iter().any(|d| d.code == "file::empty") {
+            return (Prepared::default(), out);
+        }
+        let prepared = prepare_document(purpose, &self.document, &mut out);
+        (prepared, out)
+    }
+
+    /// What was prepared, and the mistakes.
+    pub(super) fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
+        self.ready();
+        self.ready.into_inner().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::Silent;
+    use crate::synthesis::designs_of;
+
+    /// However many commands look at a model, each law is designed once for each variant.
+    #[test]
+    fn each_law_is_designed_once_for_each_variant() {
+        let text = "\
+[parameters]
+push = \"1 N m\"
+[variants]
+push = [\"1 N m\", \"2 N m\", \"3 N m\"]
+[shaft.a]
+inertia = \"1 kg m^2\"
+[shaft.b]
+inertia = \"2 kg m^2\"
+[spring_damper.s]
+shaft_1 = \"a\"
+shaft_2 = \"b\"
+stiffness = \"50 N m/rad\"
+damping = \"1 N m s/rad\"
+[motor.m]
+shaft = \"a\"
+[disturbance.load]
+shaft = \"b\"
+[control.counted_once]
+law = \"decoupling\"
+sample_time = \"1 ms\"
+[[control.counted_once.channels]]
+output = \"a.phi\"
+reference = \"ref_a\"
+[scenario]
+duration = \"0.2 s\"
+[[scenario.event]]
+at = \"0.1 s\"
+signal = \"load\"
+to = \"push\"
+";
+        let project = Project::open(text);
+        assert_eq!(project.mistakes(), []);
+        let study = project.run(&Settings::default(), &Silent).expect("no mistakes");
+        assert_eq!((study.runs.len(), study.designs.len()), (3, 1));
+        project.analyze(&AnalyzeSettings::default(), &Silent).expect("no mistakes");
+        let simulated = DesignSettings { simulate: true, ..DesignSettings::default() };
+        project.design(&simulated, &Silent).expect("no mistakes");
+        project.equations(EquationsForm::Text).expect("no mistakes");
+        assert_eq!(designs_of("counted_once"), 3);
+    }
+}
