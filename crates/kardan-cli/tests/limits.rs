@@ -267,7 +267,8 @@ fn a_signal_keeps_complete_runs() {
         json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true
     });
     assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
-    assert!(told.contains("designs of the report are missing"), "{told}");
+    // Whoever comes first says it: the command itself, or what was kept of it.
+    assert!(told.contains("designs of the report are missing") || told.contains("is left out"), "{told}");
     assert!(fs::read_to_string(at.join("out/rack.csv")).unwrap().ends_with('\n'));
     let page = fs::read_to_string(at.join("out/report.html")).unwrap();
     assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"));
@@ -284,7 +285,7 @@ fn a_signal_keeps_the_logs_of_a_study() {
     fs::write(at.join("model.toml"), model).unwrap();
     let arguments = ["bench", "model.toml", "--study", "--json", "--out", "out"];
     let (json, told) = signalled(&at, &arguments, &|json| {
-        json["logs"].as_array().is_some_and(|logs| logs.iter().all(|log| log["outcome"]["completed"] == true))
+        json["logs"].as_array().is_some_and(|logs| logs.iter().all(|log| log["outcome"] == "completed"))
     });
     let log = json["logs"][0]["files"][0].as_str().unwrap();
     assert!(fs::read_to_string(at.join(log)).unwrap().ends_with('\n'));

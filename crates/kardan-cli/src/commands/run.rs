@@ -55,8 +55,8 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> 
     } else {
         print(&summary(study, &files, origin))?;
     }
-    if let (Some(_), Some(warning)) = (stop::reason(), study.warnings.last()) {
-        render::note(warning);
+    if let Some(why) = stop::reason() {
+        study.warnings.iter().filter(|warning| warning.starts_with(&why)).for_each(|warning| render::note(warning));
     }
     Ok(if problems.is_empty() && stop::reason().is_none() { verdict(&study.runs) } else { ERROR })
 }

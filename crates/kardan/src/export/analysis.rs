@@ -38,6 +38,7 @@ use crate::results::{
 /// | `constraint_forces` | `projector`, `rank`, `idempotence_residual`, `input_to_torque`, `input_to_multiplier` |
 /// | `certificate` | `proven`, `failure_probability`, `primes` (those of the minors and proofs; what is not proven was decided modulo others, drawn anew each time), `statements`; `pencil`: E, A, B, C, D of `E x' = A x + B u`, `y = C x + D u`, each a list of `[row, column, "value"]`; `inputs`, `outputs`: `number`, `witness`, `minor`, `common_factor` (coefficients of 1, s, s², …), `rows`; `unreached`, `unseen`: `rows` Y and `action` M with `Y A = M Y E`, `Y B = 0`; `reached`, `seen`: `prime`, `columns` (`[input, power]`), `rows`, `value`. Those for outputs are about the transposed pencil. Whole numbers may exceed 2⁵³. |
 /// | `notes` | sentences |
+/// | `complete`, `unfinished` | whether nothing ended early; else why it did and what is missing (such parts are empty), `null` if nothing is |
 pub fn analysis_json(analysis: &Analysis) -> String {
     let structure = &analysis.structure;
     object!({
@@ -370,7 +371,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 32] = [
+    const KEYS: [&str; 34] = [
         "name",
         "description",
         "class",
@@ -403,6 +404,8 @@ mod tests {
         "constraint_forces",
         "certificate",
         "notes",
+        "complete",
+        "unfinished",
     ];
 
     fn read(analysis: &Analysis) -> Value {

@@ -54,6 +54,7 @@ const VERSION: u32 = 1;
 /// | `controller_data` | `block` of kardan-rt, `reads` (`signal`, `unit`), `writes`, `sample_time_s` (`null`: continuous time), `precision` (`f64`, `f32`), `matrices`, `numbers` |
 /// | `observer_data` | the same for the observer that runs before it; `null` without one |
 /// | `warnings`, `notes` | sentences |
+/// | `complete`, `unfinished` | whether nothing ended early; else why it did and what is missing (such parts are empty), `null` if nothing is |
 pub fn design_json(design: &Design) -> String {
     object!({
         "model": design.model,
@@ -429,7 +430,7 @@ mod tests {
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 38] = [
+    const KEYS: [&str; 40] = [
         "model",
         "description",
         "variant",
@@ -468,6 +469,8 @@ mod tests {
         "observer_data",
         "warnings",
         "notes",
+        "complete",
+        "unfinished",
     ];
 
     fn designs() -> [Design; 4] {

@@ -23,6 +23,7 @@ use crate::results::{ChannelRead, Found, Identification, LogRead, NamedMatrix};
 /// | `validation` | `row`, `torque_rms_N_m`, `residual_seen_N_m`, `residual_unseen_N_m` |
 /// | `candidates` | `name`, `parameters`, `error`, `error_spread`, `chosen`, `failure` |
 /// | `warnings`, `notes` | sentences |
+/// | `complete`, `unfinished` | whether nothing ended early; else why it did and what is missing (such parts are empty), `null` if nothing is |
 pub fn identification_json(found: &Identification) -> String {
     value(found).to_string()
 }
