@@ -253,7 +253,7 @@ impl Machine {
 
     /// From a time on a source has one value, whatever the scenario says.
     pub(super) fn take_over(&mut self, source: usize, from: f64, value: f64) {
-        self.profiles[source] = Profile::held(from, value);
+        self.profiles[source].hold(from, value);
     }
 
     /// Number of state variables.

@@ -135,9 +135,10 @@ impl Profile {
         out
     }
 
-    /// One value from a time on, and none before.
-    pub fn held(from: f64, value: f64) -> Self {
-        Self { pieces: vec![(from, value, 0.0)] }
+    /// From a time on it has one value, and before it none.
+    pub(super) fn hold(&mut self, from: f64, value: f64) {
+        self.pieces.clear();
+        self.pieces.push((from, value, 0.0));
     }
 
     /// Its pieces, which may have been set from outside.
