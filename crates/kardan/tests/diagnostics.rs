@@ -394,7 +394,9 @@ fn extreme_numbers_are_read_or_refused() {
         )
     };
     let usual = ["1", "1", "1", "1", "1", "0", "10"];
-    assert_eq!(check(&template(usual)), []);
+    // Body d swings on its spring undamped, next to where the loop crosses over: a small turn of the phase is too much.
+    let found = check(&template(usual));
+    assert_eq!(found.iter().map(|one| one.code).collect::<Vec<_>>(), ["control::hardly"], "{found:?}");
     let mut checked = 0;
     for first in 0..usual.len() {
         for second in 0..=first {
