@@ -231,6 +231,7 @@ impl Machine {
         for list in [&mut self.holding, &mut self.following, &mut self.still] {
             keeper.counts(list);
         }
+        self.hold_factor = Cholesky::new(self.holding.len());
         keeper.number(&mut self.step_length);
         for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
             keeper.numbers(list);

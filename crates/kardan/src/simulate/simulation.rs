@@ -21,8 +21,8 @@ use crate::results::{Event, Outcome, Physical};
 ///
 /// Cost: [`advance`](Self::advance) that of the steps of the integrator it takes, none where it is ahead already;
 /// [`get`](Self::get) one evaluation of the equations for the first signal at a time, nothing for the others;
-/// [`set`](Self::set) to another value a restart of the integrator, to the same value nothing. Once the loop has begun to move
-/// nothing is allocated but for events and their sentences.
+/// [`set`](Self::set) to another value a restart of the integrator and a new decision of what sticks, to the same value nothing.
+/// Between events nothing is allocated once the loop has begun to move.
 ///
 /// ```
 /// use kardan::simulate::{Setup, Simulation, Tolerance};
@@ -32,7 +32,7 @@ use crate::results::{Event, Outcome, Physical};
 /// let variant = &prepared.variants[0];
 /// let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
 /// let mut bodies = Simulation::new(setup, Tolerance::default());
-/// let (torque, angle) = (bodies.input("motor.tau")?, bodies.signal("body_2.phi")?);
+/// let (torque, angle) = (bodies.input("motor_1.tau")?, bodies.signal("body_2.phi")?);
 ///
 /// // A push of one's own for a tenth of a second.
 /// bodies.set(torque, 1.0)?;
