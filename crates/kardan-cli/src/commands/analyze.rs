@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
-use kardan::study::{AnalyzeSettings, Part};
+use kardan::study::{AnalyzeSettings, Part, Project};
 use kardan::{export, report, study};
 
 use super::{DONE, ERROR, told};
@@ -50,11 +50,12 @@ fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Resu
     let source = input::read(&args.model, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.
-    let mut warnings = study::check(&source.text);
+    let project = Project::open(source.text.as_str());
+    let mut warnings = project.mistakes().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
     let origin = source.to_string();
-    let found = with_bars(args, &origin, quiet, |bars| study::analyze(&source.text, settings, bars));
+    let found = with_bars(args, &origin, quiet, |bars| project.analyze(settings, bars));
     let analysis = found.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));
         Failure { source: Some(source), diagnostics }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Design;
-use kardan::study::{DesignSettings, Part, ToleranceBox};
+use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
 use kardan::{export, report, study};
 
 use super::{DONE, ERROR, told};
@@ -25,7 +25,8 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.
-    let mut warnings = study::check(&source.text);
+    let project = Project::open(source.text.as_str());
+    let mut warnings = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut warnings);
     }
@@ -39,7 +40,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let found = study::design(&source.text, &settings, &bars);
+    let found = project.design(&settings, &bars);
     bars.finish();
     let mut design = found.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !warnings.contains(d));

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
-use kardan::study::{Part, Settings};
+use kardan::study::{Part, Project, Settings};
 use kardan::{report, study};
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
@@ -19,7 +19,8 @@ use crate::summary::summary;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
-    let mut known = study::check(&source.text);
+    let project = Project::open(source.text.as_str());
+    let mut known = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut known);
     }
@@ -36,7 +37,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let study = study::run(&source.text, &Settings { variants: args.variants.clone(), force: args.force }, &bars);
+    let study = project.run(&Settings { variants: args.variants.clone(), force: args.force }, &bars);
     bars.finish();
     let study = study.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));

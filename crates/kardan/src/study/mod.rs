@@ -171,18 +171,29 @@ fn run_prepared(
         progress.keep(&|| Part::Study(Arc::clone(&study)));
         study
     };
-    let (study, analysis) =
-        rayon::join(ran, || chosen.first().map(|variant| structure_of(prepared, variant)).transpose());
-    let runs = &study.runs;
-    let mut designs: Vec<Design> = Vec::new();
+    // Each controller as in the first variant that uses it.
+    let mut own: Vec<(&PreparedVariant, usize)> = Vec::new();
+    let name = |variant: &PreparedVariant, number: usize| variant.model.controls[number].name.clone();
     for variant in &chosen {
-        for (number, control) in variant.model.controls.iter().enumerate() {
-            // Of a study that ends early the runs are written, nothing more is computed.
-            if progress.stop().is_none() && designs.iter().all(|design| design.controller != control.name) {
-                designs.push(designed(&prepared.description, variant, number, &DesignSettings::default(), &Silent));
+        for number in 0..variant.model.controls.len() {
+            if own.iter().all(|(other, k)| name(other, *k) != name(variant, number)) {
+                own.push((variant, number));
             }
         }
     }
+    // Of a study that ends early the runs are written, nothing more is computed.
+    let design = |(variant, number): &(&PreparedVariant, usize)| {
+        let goes_on = progress.stop().is_none();
+        goes_on.then(|| designed(&prepared.description, variant, *number, &DesignSettings::default(), &Silent))
+    };
+    let (study, (analysis, designs)) = rayon::join(ran, || {
+        rayon::join(
+            || chosen.first().map(|variant| structure_of(prepared, variant)).transpose(),
+            || own.par_iter().map(design).collect::<Vec<_>>(),
+        )
+    });
+    let runs = &study.runs;
+    let mut designs: Vec<Design> = designs.into_iter().flatten().collect();
     for design in &mut designs {
         for (variant, run) in chosen.iter().zip(runs) {
             if variant.model.controls.iter().any(|control| control.name == design.controller) {

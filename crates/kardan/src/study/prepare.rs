@@ -21,6 +21,7 @@ use crate::reduce::{Reduced, reduce};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance, signal_names};
 use crate::synthesis::{Law, Plant, design_law, running};
+use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
@@ -96,19 +97,25 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
     let mut prepared = Prepared::default();
     let all_settings = document.variant_settings();
     let mut first = None;
-    for (k, VariantSettings { name: label, settings, controls }) in all_settings.iter().enumerate() {
+    // What one variant is does not depend on the others; what is told of it does.
+    let one = |VariantSettings { name: label, settings, controls }: &VariantSettings| {
         let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
+        let ready = (!document.doubts.equations && !mistakes.iter().any(is_error)).then(|| {
+            let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
+            prepare_variant(purpose, document, name, model.clone(), settings, &mut mistakes)
+        });
+        document.check_tolerances(settings, &mut mistakes);
+        (model, ready.flatten(), mistakes)
+    };
+    let all: Vec<_> = all_settings.par_iter().map(one).collect();
+    for (k, (model, variant, mistakes)) in all.into_iter().enumerate() {
+        prepared.variants.extend(variant);
+        add_new(out, mistakes, (k > 0).then_some(&all_settings[k].name));
         prepared.name.clone_from(&model.name);
         prepared.description.clone_from(&model.description);
         if k == 0 {
-            first = Some(model.clone());
+            first = Some(model);
         }
-        if !document.doubts.equations && !mistakes.iter().any(is_error) {
-            let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepared.variants.extend(prepare_variant(purpose, document, name, model, settings, &mut mistakes));
-        }
-        document.check_tolerances(settings, &mut mistakes);
-        add_new(out, mistakes, (k > 0).then_some(label));
     }
     let mut mistakes = Vec::new();
     let all_settings_of_first = all_settings.first().map(|first| first.settings.clone()).unwrap_or_default();
