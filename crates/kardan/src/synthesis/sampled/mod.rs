@@ -12,6 +12,7 @@ mod part;
 mod places;
 mod plant;
 mod runner;
+mod scheduled;
 
 pub(super) use filter::filter;
 pub use firmware::{Block, Clock, Firmware, sampled};
@@ -24,3 +25,5 @@ pub use noise::reading_variance;
 pub use part::SampledPart;
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use runner::{GovernorData, RegulatorData, Runner};
+use scheduled::Scheduled;
+pub(super) use scheduled::{PERIOD, ScheduleData, Turned, turning};
