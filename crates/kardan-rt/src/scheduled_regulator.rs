@@ -64,13 +64,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
 
     /// One sample, as [`Regulator::step`]. `scratch` remembers nothing. With too little of it, or an estimate that is not finite,
     /// everything is kept as it is; where the mechanism has no finite answer, the linear expectation C x̂ and no force stand in.
-    pub fn step(
-        &self,
-        readings: &[T],
-        references: &[T],
-        memory: RegulatorMemory<'_, T>,
-        scratch: &mut [T],
-    ) -> Health {
+    pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>, scratch: &mut [T]) -> Health {
         let kept = Health { estimate_kept: true, ..Health::default() };
         self.found(readings, references, memory, scratch).unwrap_or(kept)
     }
@@ -110,8 +104,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
             None
         };
         let (model, model_input, bounds) = (self.model, self.model_input, self.bounds);
-        let block =
-            Regulator { prediction, input, output, correction, model, model_input, feedback, bounds, governor };
+        let block = Regulator { prediction, input, output, correction, model, model_input, feedback, bounds, governor };
         let known = Known { expected: looked.map(|()| &*expected), forces, on_forces, force_input };
         Some(block.advance(readings, references, memory, Some(known)))
     }

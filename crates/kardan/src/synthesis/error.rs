@@ -510,9 +510,11 @@ impl SynthesisError {
                 help: format!("remove `{key}`, or change `method`"),
             },
             Self::SchedulePoints { .. } => advice(&[], "this controller", "write a whole number, such as 16"),
-            Self::NoSchedule { .. } => {
-                advice(&[], "this controller", "write `schedule = 1`, or leave it out: the law is then designed straight ahead")
-            }
+            Self::NoSchedule { .. } => advice(
+                &[],
+                "this controller",
+                "write `schedule = 1`, or leave it out: the law is then designed straight ahead",
+            ),
             Self::NotAShare { .. } => advice(&[], "this controller", "write a number from 0 to 1"),
             Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {

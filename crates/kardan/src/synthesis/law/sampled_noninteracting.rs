@@ -361,7 +361,8 @@ fn schedule(
     let reduced = &request.plant.reduced;
     let (mut sensors, entries) = sensors(&straight.observed.readings);
     sensors.iter_mut().zip(offsets).for_each(|(sensor, offset)| sensor.rest += offset);
-    let mechanism = MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
+    let mechanism =
+        MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
     let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
     if let Some(points) = request.plant.turned.of(request) {
         return Ok(all(points));
@@ -698,7 +699,8 @@ fn held_shafts(
     lags: &[f64],
     clock: Clock,
 ) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
-    let column = |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
+    let column =
+        |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
     let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
         Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
         _ => None,

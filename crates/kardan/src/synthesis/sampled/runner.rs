@@ -35,8 +35,7 @@ impl GovernorData {
     /// Its predictions on states, states of the reference model and references, of which there are so many.
     pub fn parts(&self, [n, k, r]: [usize; 3]) -> [Matrix<f64>; 3] {
         let all = &self.prediction;
-        let columns =
-            |first: usize, count: usize| Matrix::from_fn(all.rows(), count, |i, j| all[(i, first + j)]);
+        let columns = |first: usize, count: usize| Matrix::from_fn(all.rows(), count, |i, j| all[(i, first + j)]);
         [columns(0, n), columns(n, k), columns(n + k, r)]
     }
 }
@@ -84,12 +83,7 @@ enum Numbers<T> {
 }
 
 impl<T: Float> Runner<T> {
-    pub fn new(
-        data: &RegulatorData,
-        schedule: Option<&ScheduleData>,
-        readings: &[Reading],
-        offsets: &[f64],
-    ) -> Self {
+    pub fn new(data: &RegulatorData, schedule: Option<&ScheduleData>, readings: &[Reading], offsets: &[f64]) -> Self {
         let sizes = data.sizes();
         let [n, k, r, p, m] = sizes;
         let zeros = |count: usize| vec![T::ZERO; count];
