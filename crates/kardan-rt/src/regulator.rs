@@ -74,8 +74,8 @@ pub struct Health {
 /// What a block that knows more of the plant than its linear model tells a [`Regulator`] at a sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Known<'a, T> {
-    /// What the readings are expected to be at x̂; none: C x̂.
-    pub expected: Option<&'a [T]>,
+    /// What the readings should be at x̂; none: C x̂.
+    pub foreseen: Option<&'a [T]>,
     /// Forces f on the plant that the linear model leaves out, N m.
     pub forces: &'a [T],
     /// K_f, commands × forces.
@@ -118,8 +118,8 @@ impl<T: Real> Regulator<'_, T> {
 
         // What the readings tell.
         error.fill(T::ZERO);
-        match known.and_then(|known| known.expected) {
-            Some(expected) => copy(expected, error),
+        match known.and_then(|known| known.foreseen) {
+            Some(foreseen) => copy(foreseen, error),
             None => self.output.accumulate(estimate, error),
         }
         for (error, reading) in error.iter_mut().zip(read.iter()) {

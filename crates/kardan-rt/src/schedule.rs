@@ -46,7 +46,7 @@ impl<'a, T: Real> Schedule<'a, T> {
         let before = place.whole().min(self.count - 1);
         let behind = if before + 1 < self.count { before + 1 } else { 0 };
         let share = place - T::count(before);
-        let row = |k: usize| self.rows.get(k.saturating_mul(self.width)..).map_or(&[][..], |rest| rest);
+        let row = |k: usize| -> &[T] { self.rows.get(k.saturating_mul(self.width)..).map_or(&[], |rest| rest) };
         for ((out, a), b) in out.iter_mut().zip(row(before)).zip(row(behind)) {
             *out = (T::ONE - share) * *a + share * *b;
         }

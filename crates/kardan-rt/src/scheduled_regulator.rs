@@ -80,11 +80,11 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         let (p, c, g) = (self.sensors.len(), self.mechanism.coordinates.len(), self.governor_bounds.len());
         let mut rest = scratch;
         let numbers = take(&mut rest, Self::width(n, k, r, p, m, c, g))?;
-        let (expected, forces, direction) = (take(&mut rest, p)?, take(&mut rest, c)?, take(&mut rest, c)?);
+        let (foreseen, forces, direction) = (take(&mut rest, p)?, take(&mut rest, c)?, take(&mut rest, c)?);
         if !self.schedule.at(at(memory.estimate, self.coordinate), numbers) {
             return None;
         }
-        let looked = self.look(memory.estimate, expected, forces, direction, rest);
+        let looked = self.look(memory.estimate, foreseen, forces, direction, rest);
         let mut numbers: &[T] = numbers;
         let mut next = |rows: usize, columns: usize| {
             let (head, tail) = numbers.split_at_checked(rows.checked_mul(columns)?)?;
@@ -105,7 +105,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         };
         let (model, model_input, bounds) = (self.model, self.model_input, self.bounds);
         let block = Regulator { prediction, input, output, correction, model, model_input, feedback, bounds, governor };
-        let known = Known { expected: looked.map(|()| &*expected), forces, on_forces, force_input };
+        let known = Known { foreseen: looked.map(|()| &*foreseen), forces, on_forces, force_input };
         Some(block.advance(readings, references, memory, Some(known)))
     }
 
@@ -113,7 +113,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     fn look(
         &self,
         estimate: &[T],
-        expected: &mut [T],
+        foreseen: &mut [T],
         forces: &mut [T],
         direction: &mut [T],
         memory: &mut [T],
@@ -122,11 +122,11 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         let c = self.mechanism.coordinates.len();
         let (position, rest) = estimate.split_at_checked(c)?;
         let evaluated = self.mechanism.evaluate(position, rest.get(..c)?, memory)?;
-        for (expected, sensor) in expected.iter_mut().zip(self.sensors) {
-            *expected = sensor.reading(self.entries, evaluated.angles, evaluated.speeds);
+        for (foreseen, sensor) in foreseen.iter_mut().zip(self.sensors) {
+            *foreseen = sensor.reading(self.entries, evaluated.angles, evaluated.speeds);
         }
         centrifugal(&self.mechanism, &evaluated, direction, forces);
-        (all_finite(expected) && all_finite(forces)).then_some(())
+        (all_finite(foreseen) && all_finite(forces)).then_some(())
     }
 
     /// Whether the forces change no speed by more than a sixteenth of the largest one in a sample. Beyond that the sample time is

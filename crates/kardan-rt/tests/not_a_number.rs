@@ -467,7 +467,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                     let input = [0.0, 0.1, 0.1, 0.0];
                     let output = [1.1 * scale, 0.0, 0.0, 0.0];
                     let correction = [0.4, 0.1, 0.2 * scale, 0.0];
-                    let feedback = [0.5, -1.0 * scale, 0.1, 0.2, -1.0, -0.5];
+                    let feedback = [0.5, -scale, 0.1, 0.2, -1.0, -0.5];
                     let forces = [0.0, 0.0, 0.0, 0.0, 0.01 * scale, 0.0, 0.0, 0.01, 0.3, 0.2];
                     let governor = [-0.5, 0.1, 0.0, 0.0, 1.0, 0.5];
                     let all = square.chain(input).chain(output).chain(correction).chain(feedback).chain(forces);

@@ -167,7 +167,8 @@ fn the_block_at_a_point_is_the_block_designed_there() {
 #[test]
 fn a_straight_joint_changes_no_bit() {
     for keys in ["", "schedule = 24"] {
-        let (one, other) = (law(keys, "straight", None).0.describe(), law("schedule = 1", "straight", None).0.describe());
+        let (one, other) =
+            (law(keys, "straight", None).0.describe(), law("schedule = 1", "straight", None).0.describe());
         assert_eq!(one.controller_data, other.controller_data);
         assert_eq!((one.controller_data.block.as_str(), one.notes), ("Regulator", other.notes));
     }

@@ -274,19 +274,25 @@ fn design(request: &Request<'_>) -> Result<Box<dyn Law>, SynthesisError> {
         bounds: &bounds,
         clock,
     };
-    let (follows, unscheduled) = follows(request)?;
-    let straight = designed(request, &asked, follows.is_some())?;
+    let follows = follows(request)?;
+    let straight = designed(request, &asked, matches!(follows, Follows::Turns { .. }))?;
     let mut kinematics = Kinematics::new(&plant.reduced);
     let zero = vec![0.0; plant.reduced.freedoms()];
     kinematics.update(&zero, &zero);
     let read = |one: &Reading| one.read(&kinematics.angles, &kinematics.speeds);
     let offsets: Vec<f64> = straight.observed.readings.iter().map(read).collect();
-    let schedule = match follows {
-        Some((coordinate, count)) => Some(schedule(request, &asked, &straight, coordinate, count, &offsets)?),
-        None => None,
+    let schedule = match &follows {
+        Follows::Turns { coordinate, count } => {
+            Some(schedule(request, &asked, &straight, *coordinate, *count, &offsets)?)
+        }
+        _ => None,
     };
     let mut design = describe(request, &straight, schedule.as_ref(), &inputs, &names, &references);
-    design.notes.extend(unscheduled);
+    if let Follows::Cannot(reason) = &follows {
+        design
+            .notes
+            .push(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}"));
+    }
     let Designed { observed, data, .. } = straight;
     let zeros = observed.sensors.iter().zip(&offsets).map(|(sensor, x)| (format!("{} offset", sensor.name), *x));
     design.controller_data.numbers.extend(zeros.chain([("delay".to_string(), clock.delay)]));
@@ -329,23 +335,29 @@ fn position(task: &Task, output: &OutputSignal, plant: &Plant) -> Option<usize> 
     }
 }
 
-/// The coordinate that the law follows, at how many points, or why it follows none though a joint is bent.
-fn follows(request: &Request<'_>) -> Result<(Option<(usize, usize)>, Option<String>), SynthesisError> {
+/// Whether the law follows where its joints stand.
+enum Follows {
+    /// There is nothing to follow, or it is not wished.
+    Nothing,
+    /// A joint is bent, but cannot be followed, for this reason.
+    Cannot(String),
+    /// This coordinate, at so many points.
+    Turns { coordinate: usize, count: usize },
+}
+
+fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
     let told = request.values.number("schedule");
     if let Some(points) = told.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
         return Err(SynthesisError::SchedulePoints { points });
     }
     let count = told.unwrap_or(POINTS);
     if count == 1.0 || request.plant.is_constant() {
-        return Ok((None, None));
+        return Ok(Follows::Nothing);
     }
-    match (turning(&request.plant.reduced), told) {
-        (Ok(coordinate), _) => Ok((Some((coordinate, count as usize)), None)),
-        (Err(reason), Some(_)) => Err(SynthesisError::NoSchedule { reason }),
-        (Err(reason), None) => Ok((
-            None,
-            Some(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}")),
-        )),
+    match turning(&request.plant.reduced) {
+        Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
+        Err(reason) if told.is_some() => Err(SynthesisError::NoSchedule { reason }),
+        Err(reason) => Ok(Follows::Cannot(reason)),
     }
 }
 
