@@ -65,8 +65,10 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     /// One sample, as [`Regulator::step`]. `scratch` remembers nothing. With too little of it, or an estimate that is not finite,
     /// everything is kept as it is; where the mechanism has no finite answer, the linear expectation C x̂ and no force stand in.
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>, scratch: &mut [T]) -> Health {
-        let kept = Health { estimate_kept: true, ..Health::default() };
-        self.found(readings, references, memory, scratch).unwrap_or(kept)
+        match self.found(readings, references, memory, scratch) {
+            Some(health) => health,
+            None => Health { estimate_kept: true, ..Health::default() },
+        }
     }
 
     fn found(
