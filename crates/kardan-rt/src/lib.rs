@@ -13,6 +13,7 @@
 //! | [`StateSpace`] | dynamic controllers, trajectory planners, observers |
 //! | [`ModelObserver`] | observer on the nonlinear model |
 //! | [`Regulator`] | control designed for a sample time: observer, reference model, feedback, bounds, [`Governor`] |
+//! | [`ScheduledRegulator`] | the same for a plant that bends: numbers that follow an angle by a [`Schedule`] |
 //! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
@@ -44,6 +45,8 @@ mod noninteracting;
 mod position_loop;
 mod real;
 mod regulator;
+mod schedule;
+mod scheduled_regulator;
 mod state_space;
 mod universal_joint;
 
@@ -58,5 +61,7 @@ pub use noninteracting::{Measurement, Noninteracting};
 pub use position_loop::PositionLoop;
 pub use real::Real;
 pub use regulator::{Health, Regulator, RegulatorMemory, hold};
+pub use schedule::Schedule;
+pub use scheduled_regulator::ScheduledRegulator;
 pub use state_space::StateSpace;
 pub use universal_joint::{CurvePoint, UniversalJoint};

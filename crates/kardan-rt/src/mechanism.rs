@@ -310,6 +310,19 @@ pub fn known_forces<T: Real>(
     }
 }
 
+/// Generalised forces that grow with the square of the speeds, `−Σ J (aᵀk) Kᵀa`, added to `out`; `direction` is memory.
+pub fn centrifugal<T: Real>(
+    mechanism: &Mechanism<'_, T>,
+    evaluated: &Evaluation<'_, T>,
+    direction: &mut [T],
+    out: &mut [T],
+) {
+    for body in mechanism.inertias {
+        mechanism.sum_of_rows(body.row, evaluated.basis, direction);
+        add_scaled(-(body.coefficient * mechanism.sum_along(body.row, evaluated.bias)), direction, out);
+    }
+}
+
 struct Kinematics<'m, T> {
     angles: &'m mut [T],
     speeds: &'m mut [T],

@@ -16,7 +16,7 @@ pub struct Sensor<T> {
 impl<T: Real> Sensor<T> {
     /// The reading at these angles (rad) and speeds (rad/s) of all shafts, from the list that its row is a part of.
     #[inline]
-    fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
+    pub(crate) fn reading(&self, entries: &[(usize, T)], angles: &[T], speeds: &[T]) -> T {
         let of = if self.speed { speeds } else { angles };
         let own = entries.get(self.row.first..).and_then(|rest| rest.get(..self.row.count));
         let terms: &[(usize, T)] = own.map_or(&[], |terms| terms);

@@ -24,6 +24,12 @@ pub trait Real:
     fn sin_cos(self) -> (Self, Self);
     /// The angle within ±π/2 rad whose tangent this is.
     fn atan(self) -> Self;
+    /// The largest whole number that is not above.
+    fn floor(self) -> Self;
+    /// The whole number towards zero; 0 below zero and for NaN, the largest there is where it is too large.
+    fn whole(self) -> usize;
+    /// The nearest number.
+    fn count(whole: usize) -> Self;
 
     /// Whether this is neither infinite nor NaN.
     fn is_finite(self) -> bool;
@@ -49,6 +55,21 @@ impl Real for f32 {
     #[inline]
     fn atan(self) -> Self {
         libm::atanf(self)
+    }
+
+    #[inline]
+    fn floor(self) -> Self {
+        libm::floorf(self)
+    }
+
+    #[inline]
+    fn whole(self) -> usize {
+        self as usize
+    }
+
+    #[inline]
+    fn count(whole: usize) -> Self {
+        whole as Self
     }
 
     #[inline]
@@ -80,6 +101,21 @@ impl Real for f64 {
     #[inline]
     fn atan(self) -> Self {
         libm::atan(self)
+    }
+
+    #[inline]
+    fn floor(self) -> Self {
+        libm::floor(self)
+    }
+
+    #[inline]
+    fn whole(self) -> usize {
+        self as usize
+    }
+
+    #[inline]
+    fn count(whole: usize) -> Self {
+        whole as Self
     }
 
     #[inline]

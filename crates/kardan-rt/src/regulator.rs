@@ -71,6 +71,19 @@ pub struct Health {
     pub estimate_kept: bool,
 }
 
+/// What a block that knows more of the plant than its linear model tells a [`Regulator`] at a sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a, T> {
+    /// What the readings should be at x̂; none: C x̂.
+    pub foreseen: Option<&'a [T]>,
+    /// Forces f on the plant that the linear model leaves out, N m.
+    pub forces: &'a [T],
+    /// K_f, commands × forces.
+    pub on_forces: Gain<'a, T>,
+    /// G of `x̂ ← … + G f`, states × forces.
+    pub force_input: Gain<'a, T>,
+}
+
 impl<T: Real> Regulator<'_, T> {
     /// Entries of [`RegulatorMemory::work`] for these numbers of states, states of the reference model, references and
     /// readings.
@@ -80,6 +93,17 @@ impl<T: Real> Regulator<'_, T> {
 
     /// One sample. `memory.commands` receives the commands, N m.
     pub fn step(&self, readings: &[T], references: &[T], memory: RegulatorMemory<'_, T>) -> Health {
+        self.advance(readings, references, memory, None)
+    }
+
+    /// [`step`](Self::step) with what else is known.
+    pub(crate) fn advance(
+        &self,
+        readings: &[T],
+        references: &[T],
+        memory: RegulatorMemory<'_, T>,
+        known: Option<Known<'_, T>>,
+    ) -> Health {
         let RegulatorMemory { estimate, model, readings: read, references: told, commands, work } = memory;
         let kept = Health { estimate_kept: true, ..Health::default() };
         let (n, k, r, p) = (estimate.len(), model.len(), told.len(), read.len());
@@ -94,7 +118,10 @@ impl<T: Real> Regulator<'_, T> {
 
         // What the readings tell.
         error.fill(T::ZERO);
-        self.output.accumulate(estimate, error);
+        match known.and_then(|known| known.foreseen) {
+            Some(foreseen) => copy(foreseen, error),
+            None => self.output.accumulate(estimate, error),
+        }
         for (error, reading) in error.iter_mut().zip(read.iter()) {
             *error = *reading - *error;
         }
@@ -121,7 +148,11 @@ impl<T: Real> Regulator<'_, T> {
         // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
         let before: &mut [T] = commands;
         for (number, command) in before.iter_mut().enumerate() {
-            let wish = -self.feedback.row_times(number, seen);
+            let fed = self.feedback.row_times(number, seen);
+            let wish = match &known {
+                Some(known) => -(fed + known.on_forces.row_times(number, known.forces)),
+                None => -fed,
+            };
             let bounded = match self.bounds.get(number) {
                 Some(bounds) => bounds.nearest(wish, *command),
                 None => Bounds { torque: None, change: None }.nearest(wish, *command),
@@ -133,6 +164,9 @@ impl<T: Real> Regulator<'_, T> {
         next.fill(T::ZERO);
         self.input.accumulate(before, next);
         self.prediction.accumulate(seen.get(..n).map_or(&[], |x| x), next);
+        if let Some(known) = &known {
+            known.force_input.accumulate(known.forces, next);
+        }
         if all_finite(next) {
             copy(next, estimate);
         } else {

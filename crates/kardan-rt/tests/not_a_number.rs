@@ -4,8 +4,8 @@
 
 use kardan_rt::{
     Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task,
-    UniversalJoint, hold,
+    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Schedule, ScheduledRegulator, Sensor, Situation,
+    StateSpace, Task, UniversalJoint, hold,
 };
 use std::fmt::Debug;
 
@@ -443,6 +443,65 @@ fn cases<T: Number>() -> Vec<Case<T>> {
             }),
         );
     }
+    case(
+        "Schedule::at",
+        Keeps::Answer,
+        1,
+        Box::new(|| {
+            let rows: Vec<T> = list([1.0, -2.0, 0.5, 0.25, 3.0, 4.0]);
+            Box::new(move |x, out| {
+                out.resize(2, T::ZERO);
+                Schedule::new(&rows, 2, T::of(1.5)).unwrap().at(x[0], out)
+            })
+        }),
+    );
+    for predictions in [0, 1] {
+        case(
+            "ScheduledRegulator::step",
+            Keeps::Input,
+            2,
+            Box::new(move || {
+                let machine = Machine::new();
+                let row = |scale: f64| -> Vec<T> {
+                    let square = (0..16).map(|k| if k % 5 == 0 { 0.5 * scale } else { 0.01 });
+                    let input = [0.0, 0.1, 0.1, 0.0];
+                    let output = [1.1 * scale, 0.0, 0.0, 0.0];
+                    let correction = [0.4, 0.1, 0.2 * scale, 0.0];
+                    let feedback = [0.5, -scale, 0.1, 0.2, -1.0, -0.5];
+                    let forces = [0.0, 0.0, 0.0, 0.0, 0.01 * scale, 0.0, 0.0, 0.01, 0.3, 0.2];
+                    let governor = [-0.5, 0.1, 0.0, 0.0, 1.0, 0.5];
+                    let all = square.chain(input).chain(output).chain(correction).chain(feedback).chain(forces);
+                    all.chain(governor.into_iter().take(6 * predictions)).map(T::of).collect()
+                };
+                let rows = [row(1.0), row(0.9), row(1.05)].concat();
+                let sensors = [Sensor { row: Row { first: 2, count: 1 }, speed: false, rest: T::of(0.1) }];
+                let (model, limits) = (list::<T, 1>([0.5]), list::<T, 1>([1e3]));
+                // Estimate, reference model, reading, reference, and the command as the answer.
+                let mut memory = [vec![T::ZERO; 4], vec![T::ZERO], vec![T::ZERO], vec![T::ZERO]];
+                Box::new(move |x, out| {
+                    out.resize(1, T::ZERO);
+                    let width = ScheduledRegulator::<T>::width(4, 1, 1, 1, 1, 2, predictions);
+                    let regulator = ScheduledRegulator {
+                        schedule: Schedule::new(&rows, width, T::of(3.0)).unwrap(),
+                        coordinate: 0,
+                        model: Gain::new(&model, 1).unwrap(),
+                        model_input: Gain::new(&model, 1).unwrap(),
+                        bounds: &[Bounds { torque: Some(T::of(1e3)), change: None }],
+                        governor_bounds: &limits[..predictions],
+                        mechanism: machine.block(),
+                        sensors: &sensors,
+                        entries: &machine.entries,
+                    };
+                    let [estimate, model, readings, references] = &mut memory;
+                    let mut work = vec![T::ZERO; Regulator::<T>::work(4, 1, 1, 1)];
+                    let mut scratch = vec![T::ZERO; regulator.scratch(4, 1, 1, 1)];
+                    let memory =
+                        RegulatorMemory { estimate, model, readings, references, commands: out, work: &mut work };
+                    regulator.step(&x[..1], &x[1..], memory, &mut scratch) == kardan_rt::Health::default()
+                })
+            }),
+        );
+    }
     cases
 }
 
@@ -501,7 +560,8 @@ fn keeps_the_promise<T: Number>() -> usize {
                     }
                     if !bad {
                         // The slowest mode of those with states here halves with every sample.
-                        let samples = if ["StateSpace::step", "Regulator::step"].contains(&name) { 1500 } else { 2 };
+                        let fading = ["StateSpace::step", "Regulator::step", "ScheduledRegulator::step"];
+                        let samples = if fading.contains(&name) { 1500 } else { 2 };
                         let fine: Vec<T> = good(inputs, 0);
                         let mut well = false;
                         for _ in 0..samples {
@@ -527,7 +587,7 @@ fn every_block_tells_and_keeps_what_is_no_number() {
 /// Every public function of every public type stands in the list above, or is one of those that compute nothing.
 #[test]
 fn the_harness_knows_every_block() {
-    const NOTHING_COMPUTED: [&str; 8] = [
+    const NOTHING_COMPUTED: [&str; 11] = [
         // Views on matrices, and sizes of memory.
         "Gain::new",
         "StateSpace::new",
@@ -536,6 +596,9 @@ fn the_harness_knows_every_block() {
         "ModelObserver::memory",
         "ModelObserver::states",
         "Regulator::work",
+        "Schedule::new",
+        "ScheduledRegulator::width",
+        "ScheduledRegulator::scratch",
         // The numbers themselves.
         "Real::is_finite",
     ];

@@ -9,7 +9,7 @@ use kardan::model::builtin;
 use kardan::num::Matrix;
 use kardan::reduce::MechanismData;
 use kardan::study::{self, PreparedVariant};
-use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting};
+use kardan::synthesis::{ChannelDesign, Clock, NoninteractingDesign, Seen, design_noninteracting};
 use kardan_rt::{
     Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Noninteracting, PositionLoop, Real, Regulator,
     RegulatorMemory, Situation, StateSpace, Task,
@@ -176,6 +176,52 @@ fn sia_regulator_with_governor_f64(bencher: Bencher) {
 #[divan::bench(sample_size = 1000)]
 fn sia_regulator_with_governor_f32(bencher: Bencher) {
     sia_regulator(bencher, |x| x as f32, true);
+}
+
+/// A sample of the law as the simulation runs it, readings and memory copied: with a straight joint the block `Regulator`, with one
+/// of 30 deg `ScheduledRegulator`.
+fn sia_sample(bencher: Bencher, number: usize, single: bool) {
+    let variant = variant("sia-steering-ecu", number);
+    let law = variant.designed[0].clone();
+    let clock = Clock { single, ..law.clock().expect("it is sampled") };
+    let mut block = law.firmware(clock).expect("finite").block;
+    let mut states = vec![0.0; law.states().len()];
+    let (mut next, mut commands, mut sign) = (states.clone(), [0.0; 2], 1e-3);
+    bencher.bench_local(|| {
+        sign = -sign;
+        let seen = Seen {
+            angles: &[],
+            speeds: &[],
+            disturbances: &[],
+            references: &[sign, sign],
+            readings: &[sign, 0.1, sign],
+            states: black_box(&states),
+        };
+        block.command(seen, &mut commands);
+        block.next(seen, &[], &mut next);
+        states.copy_from_slice(&next);
+        commands
+    });
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_sample_straight_f64(bencher: Bencher) {
+    sia_sample(bencher, 0, false);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_sample_straight_f32(bencher: Bencher) {
+    sia_sample(bencher, 0, true);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_sample_scheduled_f64(bencher: Bencher) {
+    sia_sample(bencher, 3, false);
+}
+
+#[divan::bench(sample_size = 1000)]
+fn sia_sample_scheduled_f32(bencher: Bencher) {
+    sia_sample(bencher, 3, true);
 }
 
 /// The same task on the nonlinear model with a joint angle of 20 deg, state given.

@@ -252,6 +252,8 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     if let Some(delay) = divided("delay") {
         values.insert("delay", delay);
     }
+    // What is looked at is the loop straight ahead.
+    values.insert("schedule", exact(1.0)?);
     values.insert("effort", exact(change.effort * control.values.number("effort").unwrap_or(1.0))?);
     let channels = control.values.tables("channels").unwrap_or_default().iter().map(|channel| {
         let mut channel = channel.clone();

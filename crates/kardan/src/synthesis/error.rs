@@ -247,6 +247,18 @@ pub enum SynthesisError {
         /// What is given.
         share: f64,
     },
+    /// A number of positions that is none.
+    #[error("`schedule` is {points}: it is a number of positions, a whole one from 1 to 256")]
+    SchedulePoints {
+        /// What is given.
+        points: f64,
+    },
+    /// A law that cannot follow where the joints of its plant stand.
+    #[error("the law cannot follow where its joints stand: {reason}")]
+    NoSchedule {
+        /// Why, as the end of a sentence.
+        reason: String,
+    },
     /// A pole of an observer that does not decay.
     #[error("a pole of the observer has the real part {real}; its error would not die out")]
     ObserverUnstable {
@@ -497,6 +509,12 @@ impl SynthesisError {
                 label: "this controller",
                 help: format!("remove `{key}`, or change `method`"),
             },
+            Self::SchedulePoints { .. } => advice(&[], "this controller", "write a whole number, such as 16"),
+            Self::NoSchedule { .. } => advice(
+                &[],
+                "this controller",
+                "write `schedule = 1`, or leave it out: the law is then designed straight ahead",
+            ),
             Self::NotAShare { .. } => advice(&[], "this controller", "write a number from 0 to 1"),
             Self::ObserverUnstable { .. } => advice(&[], "this observer", "choose poles with a negative real part"),
             Self::Contradiction { output, keys } => Advice {

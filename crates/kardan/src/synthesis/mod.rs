@@ -252,6 +252,8 @@ pub struct Plant {
     pub linear: LinearModel,
     /// Kind and name of each element, for messages.
     pub elements: Vec<(String, String)>,
+    /// What a law that follows its joints was designed to be at other positions.
+    turned: sampled::Turned,
 }
 
 /// Keys that every law has besides its own.
@@ -367,7 +369,7 @@ impl Plant {
     /// If `position` has not one entry per coordinate or gives a slope that is not finite.
     pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
         let linear = linearise(&reduced, &position);
-        Self { reduced, position, linear, elements: Vec::new() }
+        Self { reduced, position, linear, elements: Vec::new(), turned: sampled::Turned::default() }
     }
 
     /// An element for a reader: ``the harmonic drive `hd` ``.

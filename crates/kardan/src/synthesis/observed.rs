@@ -266,26 +266,7 @@ impl Copied<f64> {
         let number = |name: &String| {
             equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
         };
-        let mut terms = Vec::new();
-        let sensors = readings.iter().map(|reading| {
-            let first = terms.len();
-            let (speed, rest) = match reading {
-                Reading::Angle(shaft) => {
-                    terms.push((*shaft, 1.0));
-                    (false, 0.0)
-                }
-                Reading::Speed(shaft) => {
-                    terms.push((*shaft, 1.0));
-                    (true, 0.0)
-                }
-                Reading::Twist(row, rest) => {
-                    terms.extend_from_slice(row);
-                    (false, *rest)
-                }
-            };
-            Sensor { row: Row { first, count: terms.len() - first }, speed, rest }
-        });
-        let sensors: Vec<Sensor<f64>> = sensors.collect();
+        let (sensors, terms) = sensors(readings);
         let states = gain.rows();
         let mut out = Self {
             data: MechanismData::new(&plant.reduced)
@@ -341,14 +322,10 @@ impl Copied<f64> {
     /// The tables and lists of the block for a file, beside those of the mechanism.
     fn tables(&self) -> Vec<(String, Vec<Vec<f64>>)> {
         let numbers = |list: &[usize]| list.iter().map(|k| vec![*k as f64]).collect::<Vec<_>>();
-        let sensor = |sensor: &Sensor<f64>| {
-            let Row { first, count } = sensor.row;
-            vec![first as f64, count as f64, f64::from(u8::from(sensor.speed)), sensor.rest]
-        };
         let gain = self.gain.chunks(self.sensors.len().max(1)).map(<[f64]>::to_vec).collect();
         let own = [
             ("commanded", numbers(&self.inputs)),
-            ("sensors", self.sensors.iter().map(sensor).collect()),
+            ("sensors", sensor_table(&self.sensors)),
             ("sensor_entries", self.entries.iter().map(|(shaft, x)| vec![*shaft as f64, *x]).collect()),
             ("disturbances", numbers(&self.disturbances)),
             ("gain", gain),
@@ -761,6 +738,39 @@ pub(super) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, S
             return Err(SynthesisError::NotASensor { signal: sensor.name.clone() });
         }
     })
+}
+
+/// The readings as a block reads them: what a sensor is, and the list of shafts and coefficients that its row is a part of.
+pub(super) fn sensors(readings: &[Reading]) -> (Vec<Sensor<f64>>, Vec<(usize, f64)>) {
+    let mut terms = Vec::new();
+    let one = |reading: &Reading| {
+        let first = terms.len();
+        let (speed, rest) = match reading {
+            Reading::Angle(shaft) => {
+                terms.push((*shaft, 1.0));
+                (false, 0.0)
+            }
+            Reading::Speed(shaft) => {
+                terms.push((*shaft, 1.0));
+                (true, 0.0)
+            }
+            Reading::Twist(row, rest) => {
+                terms.extend_from_slice(row);
+                (false, *rest)
+            }
+        };
+        Sensor { row: Row { first, count: terms.len() - first }, speed, rest }
+    };
+    (readings.iter().map(one).collect(), terms)
+}
+
+/// The sensors as rows of a table.
+pub(super) fn sensor_table(sensors: &[Sensor<f64>]) -> Vec<Vec<f64>> {
+    let sensor = |sensor: &Sensor<f64>| {
+        let Row { first, count } = sensor.row;
+        vec![first as f64, count as f64, f64::from(u8::from(sensor.speed)), sensor.rest]
+    };
+    sensors.iter().map(sensor).collect()
 }
 
 /// The readings as rows over angles and speeds of all shafts.

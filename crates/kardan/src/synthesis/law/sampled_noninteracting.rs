@@ -6,16 +6,17 @@ use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::equations::{InputKind, Measured, Motor};
 use crate::num::{Matrix, rational_to_f64};
-use crate::reduce::Kinematics;
+use crate::reduce::{Kinematics, MechanismData};
 use crate::results::{ChannelResult, ControllerData, Design, ObserverResult, Physical};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
-use crate::synthesis::observed::{Reading, reading, rows, told_apart};
+use crate::synthesis::observed::{Reading, reading, rows, sensor_table, sensors, told_apart};
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::sampled::{
-    Block, Firmware, GovernorData, Problem, RegulatorData, Runner, Solution, Target, filter, hold_plant, on_their_way,
+    Block, Firmware, GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter,
+    hold_plant, on_their_way, turning,
 };
 use crate::synthesis::{
     Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock, effective_inertia,
@@ -42,6 +43,13 @@ pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
             "governor",
             Kind::Choice(&["on", "off"]),
             "Whether references are held back that would drive a motor beyond its torque limit; left out: on.",
+        ),
+        Field::optional(
+            "schedule",
+            Kind::Number(Sign::Positive),
+            "At how many positions over half a turn of the joints the law is designed, from 1 to 256; it follows where they stand. 1: \
+             it is designed straight ahead alone. Left out: 16 where a joint is bent, as far as its joints turn with one coordinate \
+             and no spring acts through them.",
         ),
     ],
     example: "\
@@ -144,6 +152,12 @@ const COASTING: f64 = 1.0;
 const GOVERNED: f64 = 0.9;
 /// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
 const INSTANTS: usize = 24;
+/// Positions over half a turn of the joints at which the law is designed.
+const POINTS: f64 = 16.0;
+/// Relative difference of ratios that are the same but for rounding.
+const SAME_RATIO: f64 = 1e-13;
+/// The most of them.
+const MOST_POINTS: f64 = 256.0;
 /// See [`INSTANTS`].
 const HORIZON: f64 = 4.0;
 
@@ -194,8 +208,33 @@ struct Sampled {
     coordinates: Vec<usize>,
     shafts: usize,
     states: Vec<String>,
+    /// Straight ahead.
     data: RegulatorData,
+    schedule: Option<ScheduleData>,
+    /// The shaft of each channel of a position.
+    positions: Vec<Option<usize>>,
+    kinematics: Kinematics,
     design: Design,
+}
+
+/// What is asked of the law, wherever the joints stand.
+struct Asked<'a> {
+    inputs: &'a [String],
+    tasks: &'a [Task],
+    outputs: &'a [OutputSignal],
+    lags: &'a [f64],
+    changes: &'a [f64],
+    bounds: &'a [Bounds<f64>],
+    clock: Clock,
+}
+
+/// The design at one position.
+struct Designed {
+    problem: Problem,
+    solution: Solution,
+    observed: Observer,
+    data: RegulatorData,
+    definitions: Vec<(String, String)>,
 }
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
@@ -223,14 +262,157 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         })
         .collect();
 
+    let bounds: Vec<Bounds<f64>> = inputs
+        .iter()
+        .map(|input| Bounds { torque: limit(input), change: rate(input).map(|rate| rate * clock.period) })
+        .collect();
+    let asked = Asked {
+        inputs: &inputs,
+        tasks: &tasks,
+        outputs: &outputs,
+        lags: &lags,
+        changes: &changes,
+        bounds: &bounds,
+        clock,
+    };
+    let follows = follows(request)?;
+    let straight = designed(request, &asked, matches!(follows, Follows::Turns { .. }))?;
+    let mut kinematics = Kinematics::new(&plant.reduced);
+    let zero = vec![0.0; plant.reduced.freedoms()];
+    kinematics.update(&zero, &zero);
+    let read = |one: &Reading| one.read(&kinematics.angles, &kinematics.speeds);
+    let offsets: Vec<f64> = straight.observed.readings.iter().map(read).collect();
+    let schedule = match &follows {
+        Follows::Turns { coordinate, count } => {
+            Some(schedule(request, &asked, &straight, *coordinate, *count, &offsets)?)
+        }
+        _ => None,
+    };
+    let mut design = describe(request, &straight, schedule.as_ref(), &inputs, &names, &references);
+    if let Follows::Cannot(reason) = &follows {
+        design
+            .notes
+            .push(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}"));
+    }
+    let Designed { observed, data, .. } = straight;
+    let zeros = observed.sensors.iter().zip(&offsets).map(|(sensor, x)| (format!("{} offset", sensor.name), *x));
+    design.controller_data.numbers.extend(zeros.chain([("delay".to_string(), clock.delay)]));
+    let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
+    states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
+    states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
+    let past = on_their_way(clock).max(1);
+    states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
+    states.extend(
+        references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]),
+    );
+    states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
+    states.extend(references.iter().map(|r| format!("governed {}", r.name)));
+    states.extend(inputs.iter().map(|input| format!("command of {input}")));
+    Ok(Arc::new(Sampled {
+        name: request.name.to_string(),
+        clock,
+        inputs,
+        references,
+        positions: tasks.iter().zip(&outputs).map(|(task, output)| position(task, output, plant)).collect(),
+        kinematics,
+        schedule,
+        sensors: if observed.full { Vec::new() } else { observed.sensors },
+        readings: observed.readings,
+        offsets,
+        coordinates: plant.reduced.coordinates.clone(),
+        shafts: plant.shafts().len(),
+        states,
+        data,
+        design,
+    }))
+}
+
+/// The shaft whose angle follows a reference.
+fn position(task: &Task, output: &OutputSignal, plant: &Plant) -> Option<usize> {
+    match (task, &output.measured) {
+        (Task::Position, Measured::Angle(shaft)) => plant.reduced.shaft(shaft),
+        _ => None,
+    }
+}
+
+/// Whether the law follows where its joints stand.
+enum Follows {
+    /// There is nothing to follow, or it is not wished.
+    Nothing,
+    /// A joint is bent, but cannot be followed, for this reason.
+    Cannot(String),
+    /// This coordinate, at so many points.
+    Turns { coordinate: usize, count: usize },
+}
+
+fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
+    let told = request.values.number("schedule");
+    if let Some(points) = told.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
+        return Err(SynthesisError::SchedulePoints { points });
+    }
+    let count = told.unwrap_or(POINTS);
+    if count == 1.0 || request.plant.is_constant() {
+        return Ok(Follows::Nothing);
+    }
+    match turning(&request.plant.reduced) {
+        Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
+        Err(reason) if told.is_some() => Err(SynthesisError::NoSchedule { reason }),
+        Err(reason) => Ok(Follows::Cannot(reason)),
+    }
+}
+
+/// The same design at positions over half a turn. Where the joints have the ratios of a point before, its numbers are taken.
+fn schedule(
+    request: &Request<'_>,
+    asked: &Asked<'_>,
+    straight: &Designed,
+    coordinate: usize,
+    count: usize,
+    offsets: &[f64],
+) -> Result<ScheduleData, SynthesisError> {
+    let reduced = &request.plant.reduced;
+    let (mut sensors, entries) = sensors(&straight.observed.readings);
+    sensors.iter_mut().zip(offsets).for_each(|(sensor, offset)| sensor.rest += offset);
+    let mechanism =
+        MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
+    let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
+    if let Some(points) = request.plant.turned.of(request) {
+        return Ok(all(points));
+    }
+    let mut points = vec![straight.data.clone()];
+    let mut ratios = vec![request.plant.linear.basis.to_f64()];
+    for k in 1..count {
+        let mut position = vec![0.0; reduced.freedoms()];
+        position[coordinate] = PERIOD * k as f64 / count as f64;
+        let plant = Plant { elements: request.plant.elements.clone(), ..Plant::new(reduced.clone(), position) };
+        let basis = plant.linear.basis.to_f64();
+        let before = ratios.iter().position(|other| {
+            other.as_slice().iter().zip(basis.as_slice()).all(|(x, y)| (x - y).abs() <= SAME_RATIO * y.abs())
+        });
+        points.push(match before {
+            Some(before) => points[before].clone(),
+            None => designed(&Request { plant: &plant, ..*request }, asked, true)?.data,
+        });
+        ratios.push(basis);
+    }
+    request.plant.turned.keep(request, &points);
+    Ok(all(points))
+}
+
+/// The design at the position of the plant. `forces`: with what the law makes of forces on the coordinates that it is told.
+fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<Designed, SynthesisError> {
+    let (plant, values) = (request.plant, request.values);
+    let Asked { inputs, tasks, outputs, lags, clock, .. } = *asked;
     // What the channels do not see of the plant (the angle of a free wheel) is left out of the design.
-    let shown = plant.system(&inputs, &outputs);
+    let shown = plant.system(inputs, outputs);
     let quotient = observable_quotient(&shown, &plant.twists());
-    let (torques, direct) = plant.torques(request.disturbances, &outputs);
+    let told: &[usize] = if forces { &plant.reduced.coordinates } else { &[] };
+    let disturbed = [request.disturbances, told].concat();
+    let (torques, direct) = plant.torques(&disturbed, outputs);
     let (a, b, w) = (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
     let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
     let mut targets = Vec::new();
-    for (k, (channel, task)) in channels(values).zip(&tasks).enumerate() {
+    for (k, (channel, task)) in channels(values).zip(tasks).enumerate() {
         let bandwidth = channel.number("bandwidth").unwrap_or(BANDWIDTH);
         let acceptable = match task {
             Task::Position => channel.number("acceptable_angle").unwrap_or(ACCEPTABLE_ANGLE),
@@ -257,60 +439,40 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             }
         }
         if on_state.iter().chain(&on_torque).all(|x| *x == 0.0) {
-            return Err(SynthesisError::Unreached { output: names[k].clone() });
+            return Err(SynthesisError::Unreached { output: outputs[k].name.clone() });
         }
         targets.push(Target { on_state, on_torque, on_disturbance, acceptable, bandwidth });
     }
-    let problem = Problem { a, b, w, lags: lags.clone(), targets, changes, clock };
+    let problem = Problem { a, b, w, lags: lags.to_vec(), targets, changes: asked.changes.to_vec(), clock };
     let solution = problem.solve().ok_or(SynthesisError::SampledRiccati { of: "feedback" })?;
     let lift = quotient.projection.to_f64();
-
-    let observed = observer(request, &inputs, &lags, clock)?;
+    let observed = observer(request, inputs, lags, clock)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
-    let bounds: Vec<Bounds<f64>> = inputs
-        .iter()
-        .map(|input| Bounds { torque: limit(input), change: rate(input).map(|rate| rate * clock.period) })
-        .collect();
-    let mut data =
-        assemble(&problem, &solution, &lift, &observed, compensation, bounds).ok_or(SynthesisError::TooLarge)?;
+    let force_input = pushed(request, told, inputs, lags, clock)?;
+    let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, asked.bounds)
+        .ok_or(SynthesisError::TooLarge)?;
     if values.word("governor") != Some("off") {
-        let held = held_shafts(request, &tasks, &inputs, &lags, clock)?;
+        let held = held_shafts(request, tasks, inputs, lags, clock)?;
         data.governor = governor(&data, &problem, &held);
     }
-    let mut design =
-        describe(request, &problem, &solution, &inputs, &names, &references, &observed, &data, quotient.definitions);
-    let mut kinematics = Kinematics::new(&plant.reduced);
-    let zero = vec![0.0; plant.reduced.freedoms()];
-    kinematics.update(&zero, &zero);
-    let offsets: Vec<f64> =
-        observed.readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
-    let zeros = observed.sensors.iter().zip(&offsets).map(|(sensor, x)| (format!("{} offset", sensor.name), *x));
-    design.controller_data.numbers.extend(zeros.chain([("delay".to_string(), clock.delay)]));
-    let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
-    states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
-    states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
-    let past = on_their_way(clock).max(1);
-    states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
-    states.extend(
-        references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]),
-    );
-    states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
-    states.extend(references.iter().map(|r| format!("governed {}", r.name)));
-    states.extend(inputs.iter().map(|input| format!("command of {input}")));
-    Ok(Arc::new(Sampled {
-        name: request.name.to_string(),
-        clock,
-        inputs,
-        references,
-        sensors: if observed.full { Vec::new() } else { observed.sensors },
-        readings: observed.readings,
-        offsets,
-        coordinates: plant.reduced.coordinates.clone(),
-        shafts: plant.shafts().len(),
-        states,
-        data,
-        design,
-    }))
+    Ok(Designed { problem, solution, observed, data, definitions: quotient.definitions })
+}
+
+/// What a torque of 1 N m along each of these shafts, held over a sample, makes of the plant's states, those of lagging motors
+/// included.
+fn pushed(
+    request: &Request<'_>,
+    shafts: &[usize],
+    inputs: &[String],
+    lags: &[f64],
+    clock: Clock,
+) -> Result<Matrix<f64>, SynthesisError> {
+    let system = request.plant.system(inputs, &[]);
+    let (torques, _) = request.plant.torques(shafts, &[]);
+    let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torques.to_f64(), lags, clock)
+        .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
+    let own = held.flow.rows() - shafts.len();
+    Ok(Matrix::from_fn(own, shafts.len(), |i, j| held.state[(i, own + j)]))
 }
 
 /// What each channel controls, with the output that shows it: of a torque along a shaft its speed.
@@ -414,13 +576,16 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         Some("w") => number("speed_noise", 10.0),
         _ => number("disturbance_rate", 10.0),
     };
-    // What the sensors show at all is decided exactly.
+    // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
     let noise = Noise {
         process: extended.states.iter().map(intensity).collect(),
         measurement: vec![number("sensor_noise", 1e-5); sensors.len()],
     };
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
-    kalman(&extended, &noise).map_err(failed)?;
+    let straight = plant.position.iter().all(|angle| *angle == 0.0);
+    if straight {
+        kalman(&extended, &noise).map_err(failed)?;
+    }
     let intensities: Vec<f64> = {
         let lagged = size - 2 * r - names.len();
         let (plant, rest) = noise.process.split_at(2 * r);
@@ -432,6 +597,19 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         .collect();
     let found = filter(&held.flow, &output, &intensities, &variances, clock.period)
         .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
+    if !straight {
+        return Ok(Observer {
+            full: false,
+            states: plant.states(),
+            disturbances,
+            sensors,
+            readings,
+            prediction: held.state,
+            output,
+            correction: found.gain,
+            result: None,
+        });
+    }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
     let all: Vec<String> = plant.states().into_iter().chain(lagged).chain(names).collect();
     let mut sentences = told_apart(plant, &system)?;
@@ -472,12 +650,13 @@ fn assemble(
     lift: &Matrix<f64>,
     observed: &Observer,
     compensation: f64,
-    bounds: Vec<Bounds<f64>>,
+    pushed: &Matrix<f64>,
+    bounds: &[Bounds<f64>],
 ) -> Option<RegulatorData> {
     let (m, c) = (problem.b.columns(), problem.targets.len());
     let states = lift.columns();
     let lagged = solution.on_lagged.columns();
-    let disturbances = problem.w.columns();
+    let disturbances = observed.disturbances.len();
     let own = states + lagged + disturbances;
     let past = solution.on_past.columns();
     let n = own + past;
@@ -507,7 +686,20 @@ fn assemble(
         j if j < n + 2 * c => solution.on_model[(i, j - n)],
         j => solution.on_reference[(i, j - n - 2 * c)],
     });
-    Some(RegulatorData { prediction, input, output, correction, model, model_input, feedback, bounds, governor: None })
+    let forces = pushed.columns();
+    Some(RegulatorData {
+        prediction,
+        input,
+        output,
+        correction,
+        model,
+        model_input,
+        feedback,
+        bounds: bounds.to_vec(),
+        governor: None,
+        on_forces: Matrix::from_fn(m, forces, |i, j| solution.on_disturbance[(i, disturbances + j)]),
+        force_input: Matrix::from_fn(n, forces, |i, j| if i < pushed.rows() { pushed[(i, j)] } else { 0.0 }),
+    })
 }
 
 /// Channels of torques whose shaft carries no estimated disturbance, each with what a torque of 1 N m along it makes of the
@@ -519,15 +711,8 @@ fn held_shafts(
     lags: &[f64],
     clock: Clock,
 ) -> Result<Vec<(usize, Vec<f64>)>, SynthesisError> {
-    let plant = request.plant;
-    let system = plant.system(inputs, &[]);
-    let column = |shaft: usize| {
-        let (torque, _) = plant.torques(&[shaft], &[]);
-        let held = hold_plant(&system.a.to_f64(), &system.b.to_f64(), &torque.to_f64(), lags, clock)
-            .ok_or(SynthesisError::SampledOverflow { time: clock.period })?;
-        let place = held.flow.rows() - 1;
-        Ok::<Vec<f64>, SynthesisError>((0..place).map(|i| held.state[(i, place)]).collect())
-    };
+    let column =
+        |shaft: usize| Ok::<_, SynthesisError>(pushed(request, &[shaft], inputs, lags, clock)?.as_slice().to_vec());
     let unknown = tasks.iter().enumerate().filter_map(|(k, task)| match task {
         Task::Torque(shaft) if !request.disturbances.contains(shaft) => Some((k, *shaft)),
         _ => None,
@@ -593,18 +778,15 @@ fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)])
     Some(GovernorData { prediction: Matrix::from_fn(rows.len(), size, |i, j| rows[i][j]), bounds })
 }
 
-#[expect(clippy::too_many_arguments, reason = "everything that a reader is told of the design")]
 fn describe(
     request: &Request<'_>,
-    problem: &Problem,
-    solution: &Solution,
+    straight: &Designed,
+    schedule: Option<&ScheduleData>,
     inputs: &[String],
     outputs: &[String],
     references: &[Reference],
-    observed: &Observer,
-    data: &RegulatorData,
-    definitions: Vec<(String, String)>,
 ) -> Design {
+    let Designed { problem, solution, observed, data, definitions } = straight;
     let clock = problem.clock;
     let past: Vec<String> = (1..=on_their_way(clock).max(1))
         .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
@@ -619,17 +801,34 @@ fn describe(
     let sensors: Vec<(String, String)> =
         observed.sensors.iter().map(|sensor| (sensor.name.clone(), unit(&sensor.name).into())).collect();
     let reads = sensors.into_iter().chain(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
-    let mut matrices = vec![
-        ("prediction".to_string(), data.prediction.to_rows()),
-        ("input".into(), data.input.to_rows()),
-        ("output".into(), data.output.to_rows()),
-        ("correction".into(), data.correction.to_rows()),
-        ("model".into(), data.model.to_rows()),
-        ("model_input".into(), data.model_input.to_rows()),
-        ("feedback".into(), data.feedback.to_rows()),
-    ];
+    let named = |(name, matrix): (&str, &Matrix<f64>)| (name.to_string(), matrix.to_rows());
+    let models = [("model", &data.model), ("model_input", &data.model_input)];
+    let mut matrices: Vec<_> = match schedule {
+        Some(schedule) => {
+            let shape = |(name, rows, columns): (&str, usize, usize)| {
+                (format!("shape of {name}"), vec![vec![rows as f64, columns as f64]])
+            };
+            let entries = schedule.entries.iter().map(|(shaft, x)| vec![*shaft as f64, *x]).collect();
+            let own = [
+                ("schedule".to_string(), schedule.rows()),
+                ("sensors".into(), sensor_table(&schedule.sensors)),
+                ("sensor_entries".into(), entries),
+            ];
+            let of_points = own.into_iter().chain(schedule.layout().into_iter().map(shape));
+            models.map(named).into_iter().chain(of_points).chain(schedule.mechanism.tables(|x| x)).collect()
+        }
+        None => {
+            let [model, model_input] = models;
+            let [prediction, input, output] =
+                [("prediction", &data.prediction), ("input", &data.input), ("output", &data.output)];
+            let (correction, feedback) = (("correction", &data.correction), ("feedback", &data.feedback));
+            [prediction, input, output, correction, model, model_input, feedback].map(named).to_vec()
+        }
+    };
     if let Some(governor) = &data.governor {
-        matrices.push(("governor".into(), governor.prediction.to_rows()));
+        if schedule.is_none() {
+            matrices.push(("governor".into(), governor.prediction.to_rows()));
+        }
         matrices.push(("governor_bounds".into(), governor.bounds.iter().map(|x| vec![*x]).collect()));
     }
     let mut numbers = Vec::new();
@@ -637,8 +836,13 @@ fn describe(
         numbers.extend(bounds.torque.map(|torque| (format!("{input} torque_limit"), torque)));
         numbers.extend(bounds.change.map(|change| (format!("{input} change_limit"), change)));
     }
+    if let Some(schedule) = schedule {
+        numbers.push(("shafts".into(), schedule.mechanism.shafts.len() as f64));
+        numbers.push(("schedule_coordinate".into(), schedule.coordinate as f64));
+        numbers.push(("schedule_period".into(), PERIOD));
+    }
     let controller_data = ControllerData {
-        block: "Regulator".into(),
+        block: if schedule.is_some() { "ScheduledRegulator" } else { "Regulator" }.into(),
         reads: reads.collect(),
         writes: inputs.to_vec(),
         sample_time: Some(clock.period),
@@ -653,6 +857,20 @@ fn describe(
     )];
     for (output, target) in outputs.iter().zip(&problem.targets) {
         notes.push(format!("reference model of {output}: critically damped, {} rad/s", target.bandwidth));
+    }
+    if let Some(schedule) = schedule {
+        let turned = &request.plant.linear.coordinates[schedule.coordinate];
+        notes.push(format!(
+            "its numbers follow the estimated {turned}.phi through {} positions over half a turn, linear between them (the feedback \
+             then differs from a design there by about {:.1e} of the motor's largest gain); readings and the forces of speeds are \
+             those of the joint where it stands",
+            schedule.points.len(),
+            schedule.bend()
+        ));
+        notes.push(format!(
+            "gains, observer, sampled loop, margins and tolerances that are listed are those with {turned}.phi = 0; the loop at \
+             other positions is looked at one by one, each at rest there, which is no proof for a column that turns"
+        ));
     }
     if observed.result.is_none() {
         notes.push(
@@ -678,11 +896,19 @@ fn describe(
         controller: request.name.into(),
         channels: outputs.iter().zip(&problem.targets).enumerate().map(channel).collect(),
         law: SAMPLED_NONINTERACTING.keyword.into(),
-        design_model: format!("linear, at zero angles, sampled at {} s", clock.period),
+        design_model: match schedule {
+            Some(schedule) => format!(
+                "linear, at {} positions of {}.phi, sampled at {} s",
+                schedule.points.len(),
+                request.plant.linear.coordinates[schedule.coordinate],
+                clock.period
+            ),
+            None => format!("linear, at zero angles, sampled at {} s", clock.period),
+        },
         states: observed.states.clone(),
         inputs: inputs.to_vec(),
         outputs: outputs.to_vec(),
-        definitions,
+        definitions: definitions.clone(),
         gains: vec![rounded(
             ("K", "gain K of u = -K [estimate; reference model; references]", ""),
             inputs,
@@ -707,9 +933,9 @@ fn unit(signal: &str) -> &'static str {
 impl Sampled {
     fn block(&self, single: bool) -> Box<dyn Block> {
         if single {
-            Box::new(Runner::<f32>::new(&self.data, &self.readings, &self.offsets))
+            Box::new(Runner::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         } else {
-            Box::new(Runner::<f64>::new(&self.data, &self.readings, &self.offsets))
+            Box::new(Runner::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         }
     }
 
@@ -718,51 +944,10 @@ impl Sampled {
         let [n, k, r, p, _] = self.data.sizes();
         [0, n, n + k, n + k + p, n + k + p + r]
     }
-}
 
-impl Law for Sampled {
-    fn inputs(&self) -> &[String] {
-        &self.inputs
-    }
-
-    fn references(&self) -> &[Reference] {
-        &self.references
-    }
-
-    fn sensors(&self) -> &[OutputSignal] {
-        &self.sensors
-    }
-
-    fn clock(&self) -> Option<Clock> {
-        Some(self.clock)
-    }
-
-    fn states(&self) -> Vec<String> {
-        self.states.clone()
-    }
-
-    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        for (state, &shaft) in out.iter_mut().zip(&self.coordinates) {
-            *state = angles[shaft];
-        }
-        let [_, _, readings, ..] = self.places();
-        for (k, reading) in self.readings.iter().enumerate() {
-            out[readings + k] = reading.read(angles, speeds) - self.offsets[k];
-        }
-    }
-
-    fn run(&self) -> Running {
-        Running::Sampled(self.clock, self.block(self.clock.single))
-    }
-
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        let same = clock.period == self.clock.period;
-        same.then(|| Firmware { linear: self.linear(), block: self.block(clock.single) })
-    }
-
-    fn linear(&self) -> LinearLaw {
-        let RegulatorData { prediction, input, output, correction, model, model_input, feedback, .. } = &self.data;
+    /// The linear part with these numbers.
+    fn linear_of(&self, data: &RegulatorData) -> LinearLaw {
+        let RegulatorData { prediction, input, output, correction, model, model_input, feedback, .. } = data;
         let [n, k, r, p, m] = self.data.sizes();
         let size = self.states.len();
         let [_, models, readings, governed, _] = self.places();
@@ -819,6 +1004,79 @@ impl Law for Sampled {
             errors: if self.sensors.is_empty() { Matrix::zeros(size, 0) } else { from_readings.clone() },
             on_errors: if self.sensors.is_empty() { Matrix::zeros(m, 0) } else { on_readings.clone() },
         }
+    }
+}
+
+impl Law for Sampled {
+    fn inputs(&self) -> &[String] {
+        &self.inputs
+    }
+
+    fn references(&self) -> &[Reference] {
+        &self.references
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        Some(self.clock)
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.states.clone()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (state, &shaft) in out.iter_mut().zip(&self.coordinates) {
+            *state = angles[shaft];
+        }
+        let [_, models, readings, governed, _] = self.places();
+        // Reference models begin where their outputs stand.
+        for (k, shaft) in self.positions.iter().enumerate() {
+            if let Some(shaft) = *shaft {
+                (out[models + 2 * k], out[models + 2 * k + 1]) = (angles[shaft], speeds[shaft]);
+                out[governed + k] = angles[shaft];
+            }
+        }
+        for (k, reading) in self.readings.iter().enumerate() {
+            out[readings + k] = reading.read(angles, speeds) - self.offsets[k];
+        }
+    }
+
+    fn run(&self) -> Running {
+        Running::Sampled(self.clock, self.block(self.clock.single))
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        let same = clock.period == self.clock.period;
+        same.then(|| Firmware { linear: self.linear(), block: self.block(clock.single) })
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.linear_of(&self.data)
+    }
+
+    fn bends(&self) -> bool {
+        self.schedule.is_some()
+    }
+
+    fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
+        let Some(schedule) = &self.schedule else { return Some(self.linear()) };
+        let mut data = schedule.at(position[schedule.coordinate])?;
+        // What the block expects of the readings is exact between the points too.
+        let (mut kinematics, r) = (self.kinematics.clone(), self.coordinates.len());
+        kinematics.update(position, &vec![0.0; r]);
+        let basis = Matrix::from_fn(self.shafts, r, |i, j| kinematics.basis[i * r + j]);
+        let [angles, speeds] = rows(&self.readings, self.shafts).map(|of| of.multiply(&basis));
+        data.output = Matrix::from_fn(data.output.rows(), data.output.columns(), |i, j| match j {
+            j if j < r => angles[(i, j)],
+            j if j < 2 * r => speeds[(i, j - r)],
+            _ => 0.0,
+        });
+        Some(self.linear_of(&data))
     }
 
     fn describe(&self) -> Design {

@@ -13,6 +13,7 @@ mod part;
 mod places;
 mod plant;
 mod runner;
+mod scheduled;
 
 pub(super) use filter::filter;
 pub use firmware::{Block, Clock, Firmware, sampled};
@@ -26,3 +27,5 @@ pub use noise::reading_variance;
 pub use part::{SampledPart, Wire};
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use runner::{GovernorData, RegulatorData, Runner};
+use scheduled::Scheduled;
+pub(super) use scheduled::{PERIOD, ScheduleData, Turned, turning};

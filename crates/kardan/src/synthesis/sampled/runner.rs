@@ -1,6 +1,6 @@
 use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
-use super::{Block, entries, keep_health};
+use super::{Block, ScheduleData, Scheduled, entries, keep_health};
 use crate::num::{Float, Keeper, Matrix};
 use crate::synthesis::Seen;
 use crate::synthesis::observed::Reading;
@@ -17,6 +17,9 @@ pub(in crate::synthesis) struct RegulatorData {
     pub feedback: Matrix<f64>,
     pub bounds: Vec<Bounds<f64>>,
     pub governor: Option<GovernorData>,
+    /// K_f and G of forces that the linear model leaves out; empty columns where nobody tells of them.
+    pub on_forces: Matrix<f64>,
+    pub force_input: Matrix<f64>,
 }
 
 /// The numbers of the block [`Governor`].
@@ -28,6 +31,15 @@ pub(in crate::synthesis) struct GovernorData {
     pub bounds: Vec<f64>,
 }
 
+impl GovernorData {
+    /// Its predictions on states, states of the reference model and references, of which there are so many.
+    pub fn parts(&self, [n, k, r]: [usize; 3]) -> [Matrix<f64>; 3] {
+        let all = &self.prediction;
+        let columns = |first: usize, count: usize| Matrix::from_fn(all.rows(), count, |i, j| all[(i, first + j)]);
+        [columns(0, n), columns(n, k), columns(n + k, r)]
+    }
+}
+
 impl RegulatorData {
     /// States, states of the reference model, references, readings, commands.
     pub fn sizes(&self) -> [usize; 5] {
@@ -36,21 +48,16 @@ impl RegulatorData {
     }
 }
 
-/// The block [`Regulator`] with its memory. Of a law's states it is estimate, reference model, last good readings, governed
-/// references and commands, one after the other.
+/// The block [`Regulator`] or [`kardan_rt::ScheduledRegulator`] with its memory. Of a law's states it is estimate, reference
+/// model, last good readings, governed references and commands, one after the other.
 #[derive(Debug, Clone)]
 pub(in crate::synthesis) struct Runner<T> {
     sizes: [usize; 5],
-    prediction: Vec<T>,
-    input: Vec<T>,
-    output: Vec<T>,
-    correction: Vec<T>,
+    numbers: Numbers<T>,
     model: Vec<T>,
     model_input: Vec<T>,
-    feedback: Vec<T>,
     bounds: Vec<Bounds<T>>,
-    /// On state, on reference model, on references, bounds.
-    governor: Option<[Vec<T>; 4]>,
+    governor_bounds: Vec<T>,
     readings: Vec<Reading>,
     /// What the sensors read at zero coordinates.
     offsets: Vec<f64>,
@@ -61,8 +68,22 @@ pub(in crate::synthesis) struct Runner<T> {
     health: Health,
 }
 
+#[derive(Debug, Clone)]
+enum Numbers<T> {
+    Fixed {
+        prediction: Vec<T>,
+        input: Vec<T>,
+        output: Vec<T>,
+        correction: Vec<T>,
+        feedback: Vec<T>,
+        /// On state, on reference model, on references.
+        governor: Option<[Vec<T>; 3]>,
+    },
+    Scheduled(Box<Scheduled<T>>),
+}
+
 impl<T: Float> Runner<T> {
-    pub fn new(data: &RegulatorData, readings: &[Reading], offsets: &[f64]) -> Self {
+    pub fn new(data: &RegulatorData, schedule: Option<&ScheduleData>, readings: &[Reading], offsets: &[f64]) -> Self {
         let sizes = data.sizes();
         let [n, k, r, p, m] = sizes;
         let zeros = |count: usize| vec![T::ZERO; count];
@@ -70,24 +91,25 @@ impl<T: Float> Runner<T> {
             torque: bounds.torque.map(T::from_f64),
             change: bounds.change.map(T::from_f64),
         };
-        let columns = |matrix: &Matrix<f64>, first: usize, count: usize| {
-            entries(&Matrix::from_fn(matrix.rows(), count, |i, j| matrix[(i, first + j)]))
+        let numbers = match schedule {
+            Some(schedule) => Numbers::Scheduled(Box::new(Scheduled::new(schedule))),
+            None => Numbers::Fixed {
+                prediction: entries(&data.prediction),
+                input: entries(&data.input),
+                output: entries(&data.output),
+                correction: entries(&data.correction),
+                feedback: entries(&data.feedback),
+                governor: data.governor.as_ref().map(|governor| governor.parts([n, k, r]).map(|part| entries(&part))),
+            },
         };
-        let governor = |governor: &GovernorData| {
-            let all = &governor.prediction;
-            [columns(all, 0, n), columns(all, n, k), columns(all, n + k, r), T::list(&governor.bounds)]
-        };
+        let governor_bounds = data.governor.as_ref().map_or(Vec::new(), |governor| T::list(&governor.bounds));
         Self {
             sizes,
-            prediction: entries(&data.prediction),
-            input: entries(&data.input),
-            output: entries(&data.output),
-            correction: entries(&data.correction),
+            numbers,
             model: entries(&data.model),
             model_input: entries(&data.model_input),
-            feedback: entries(&data.feedback),
             bounds: data.bounds.iter().map(bounds).collect(),
-            governor: data.governor.as_ref().map(governor),
+            governor_bounds,
             readings: readings.to_vec(),
             offsets: offsets.to_vec(),
             memory: zeros(n + k + p + r + m),
@@ -116,36 +138,46 @@ impl<T: Float> Block for Runner<T> {
         }
         T::narrow(seen.references, &mut self.told);
         T::narrow(seen.states, &mut self.memory);
-        let gain = |matrix, columns: usize| Gain::new(matrix, columns.max(1));
-        let fit = || {
-            let governor = match &self.governor {
-                Some([state, model, references, bounds]) => Some(Governor {
-                    on_state: gain(state, n)?,
-                    on_model: gain(model, k)?,
-                    on_references: gain(references, r)?,
-                    bounds,
-                }),
-                None => None,
-            };
-            Some(Regulator {
-                prediction: gain(&self.prediction, n)?,
-                input: gain(&self.input, m)?,
-                output: gain(&self.output, n)?,
-                correction: gain(&self.correction, p)?,
-                model: gain(&self.model, k)?,
-                model_input: gain(&self.model_input, r)?,
-                feedback: gain(&self.feedback, n + k + r)?,
-                bounds: &self.bounds,
-                governor,
-            })
-        };
-        let Some(block) = fit() else { unreachable!("matrices are made of whole rows by the design") };
         let (estimate, rest) = self.memory.split_at_mut(n);
         let (model, rest) = rest.split_at_mut(k);
         let (readings, rest) = rest.split_at_mut(p);
         let (references, commands) = rest.split_at_mut(r);
         let memory = RegulatorMemory { estimate, model, readings, references, commands, work: &mut self.work };
-        self.health = block.step(&self.read, &self.told, memory);
+        let gain = |matrix, columns: usize| Gain::new(matrix, columns.max(1));
+        let (read, told, bounds) = (&self.read, &self.told, &self.bounds);
+        let found = match &mut self.numbers {
+            Numbers::Fixed { prediction, input, output, correction, feedback, governor } => {
+                let fit = || {
+                    let governor = match &governor {
+                        Some([state, model, references]) => Some(Governor {
+                            on_state: gain(state, n)?,
+                            on_model: gain(model, k)?,
+                            on_references: gain(references, r)?,
+                            bounds: &self.governor_bounds,
+                        }),
+                        None => None,
+                    };
+                    Some(Regulator {
+                        prediction: gain(prediction, n)?,
+                        input: gain(input, m)?,
+                        output: gain(output, n)?,
+                        correction: gain(correction, p)?,
+                        model: gain(&self.model, k)?,
+                        model_input: gain(&self.model_input, r)?,
+                        feedback: gain(feedback, n + k + r)?,
+                        bounds,
+                        governor,
+                    })
+                };
+                fit().map(|block| block.step(read, told, memory))
+            }
+            Numbers::Scheduled(scheduled) => {
+                let fixed = gain(&self.model, k).zip(gain(&self.model_input, r));
+                fixed.and_then(|fixed| scheduled.step(fixed, bounds, &self.governor_bounds, (read, told), memory))
+            }
+        };
+        let Some(health) = found else { unreachable!("matrices are made of whole rows by the design") };
+        self.health = health;
         T::widen(&self.memory[n + k + p + r..], out);
     }
 
