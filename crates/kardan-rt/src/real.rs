@@ -63,11 +63,13 @@ impl Real for f32 {
     }
 
     #[inline]
+    #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // as its contract says
     fn whole(self) -> usize {
         self as usize
     }
 
     #[inline]
+    #[allow(clippy::as_conversions)] // to the nearest
     fn count(whole: usize) -> Self {
         whole as Self
     }
@@ -109,11 +111,13 @@ impl Real for f64 {
     }
 
     #[inline]
+    #[allow(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss)] // as its contract says
     fn whole(self) -> usize {
         self as usize
     }
 
     #[inline]
+    #[allow(clippy::as_conversions)] // to the nearest
     fn count(whole: usize) -> Self {
         whole as Self
     }

@@ -43,8 +43,9 @@ impl<'a, T: Real> Schedule<'a, T> {
         if !place.is_finite() {
             return false;
         }
-        let before = place.whole().min(self.count - 1);
-        let behind = if before + 1 < self.count { before + 1 } else { 0 };
+        let before = place.whole().min(self.count.saturating_sub(1));
+        let next = before.saturating_add(1);
+        let behind = if next < self.count { next } else { 0 };
         let share = place - T::count(before);
         let row = |k: usize| -> &[T] { self.rows.get(k.saturating_mul(self.width)..).map_or(&[], |rest| rest) };
         for ((out, a), b) in out.iter_mut().zip(row(before)).zip(row(behind)) {

@@ -1,4 +1,4 @@
-use crate::dense::{all_finite, at};
+use crate::dense::{all_finite, at, sum};
 use crate::mechanism::{centrifugal, take};
 use crate::regulator::Known;
 use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorMemory, Schedule, Sensor};
@@ -49,17 +49,19 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         coordinates: usize,
         predictions: usize,
     ) -> usize {
-        let seen = states + model + references;
-        states * (states + commands + 2 * readings + coordinates) + commands * (seen + coordinates) + predictions * seen
+        let seen = sum(&[states, model, references]);
+        sum(&[
+            states.saturating_mul(sum(&[states, commands, readings, readings, coordinates])),
+            commands.saturating_mul(sum(&[seen, coordinates])),
+            predictions.saturating_mul(seen),
+        ])
     }
 
     /// Entries of the scratch memory of [`step`](Self::step).
     pub const fn scratch(&self, states: usize, model: usize, references: usize, commands: usize) -> usize {
         let (p, c) = (self.sensors.len(), self.mechanism.coordinates.len());
-        Self::width(states, model, references, p, commands, c, self.governor_bounds.len())
-            + p
-            + 2 * c
-            + self.mechanism.memory()
+        let width = Self::width(states, model, references, p, commands, c, self.governor_bounds.len());
+        sum(&[width, p, c, c, self.mechanism.memory()])
     }
 
     /// One sample, as [`Regulator::step`]. `scratch` remembers nothing. With too little of it, or an estimate that is not finite,
@@ -94,7 +96,7 @@ impl<T: Real> ScheduledRegulator<'_, T> {
             Gain::new(head, columns.max(1))
         };
         let (prediction, input, output) = (next(n, n)?, next(n, m)?, next(p, n)?);
-        let (correction, feedback) = (next(n, p)?, next(m, n + k + r)?);
+        let (correction, feedback) = (next(n, p)?, next(m, sum(&[n, k, r]))?);
         let (force_input, on_forces) = (next(n, c)?, next(m, c)?);
         if looked.is_none() || !self.within_a_sample(memory.estimate, &force_input, forces) {
             forces.fill(T::ZERO);
@@ -138,6 +140,6 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         let speeds = estimate.iter().skip(c).take(c);
         let largest = speeds.fold(T::ZERO, |max, x| if x.abs() > max { x.abs() } else { max });
         let share = T::ONE / T::count(16);
-        (c..2 * c).all(|i| force_input.row_times(i, forces).abs() <= share * largest)
+        (c..c.saturating_mul(2)).all(|i| force_input.row_times(i, forces).abs() <= share * largest)
     }
 }

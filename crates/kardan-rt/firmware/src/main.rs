@@ -9,8 +9,8 @@ use core::hint::black_box;
 
 use kardan_rt::{
     Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, PositionLoop, Regulator, RegulatorMemory, Row, Sensor, Situation, StateSpace, Task, UniversalJoint,
-    hold,
+    Operation, PositionLoop, Regulator, RegulatorMemory, Row, Schedule, ScheduledRegulator, Sensor, Situation,
+    StateSpace, Task, UniversalJoint, hold,
 };
 
 // On a computer with an operating system the C library brings the entry point and `memcpy`.
@@ -106,6 +106,9 @@ macro_rules! blocks {
             };
             count(!regulator.step(x, y, own).estimate_kept);
 
+            let Some(schedule) = Schedule::new(x, black_box(4), black_box(3.0)) else { return 0 };
+            count(schedule.at(black_box(1e9), any_mut!(out)));
+
             // Laws and observers on the nonlinear model.
             let entries = [(0, 1.0 as T), (1, 1.0), (2, 1.0)];
             let row = |first| Row { first: black_box(first), count: black_box(1) };
@@ -153,6 +156,27 @@ macro_rules! blocks {
             let now = Situation { position: x, speed: y, references: x, disturbances: y };
             count(law.memory() < black_box(128) && law.torques(now, any_mut!(memory), any_mut!(out)));
             let sensors = [Sensor { row: row(2), speed: black_box(false), rest: black_box(0.1 as T) }];
+            let scheduled = ScheduledRegulator {
+                schedule,
+                coordinate: black_box(0),
+                model: square,
+                model_input: square,
+                bounds: any!(bounds),
+                governor_bounds: x,
+                mechanism,
+                sensors: any!(sensors),
+                entries: any!(entries),
+            };
+            let own = RegulatorMemory {
+                estimate: any_mut!(estimate),
+                model: any_mut!(model),
+                readings: any_mut!(readings),
+                references: any_mut!(references),
+                commands: any_mut!(commands),
+                work: any_mut!(out),
+            };
+            count(scheduled.scratch(2, 2, 2, black_box(2)) < black_box(128));
+            count(!scheduled.step(x, y, own, any_mut!(memory)).estimate_kept);
             let observer = ModelObserver {
                 mechanism,
                 inputs: any!(numbers),
