@@ -440,4 +440,65 @@ mod tests {
         };
         assert_eq!((args.inputs.len(), args.outputs.len(), args.model.to_str()), (2, 2, Some("sia-steering")));
     }
+
+    /// Arguments that nobody meant: known words, values, parts of them and noise, in any order. Each list is taken or refused in words.
+    #[test]
+    fn any_arguments_are_taken_or_refused() {
+        let command = Cli::command();
+        let mut words: Vec<String> =
+            vec!["-".into(), "--".into(), "=".into(), "-q".into(), String::new(), "\u{0}\u{fffd}".into()];
+        for sub in command.get_subcommands() {
+            words.push(sub.get_name().into());
+            for argument in sub.get_arguments() {
+                words.extend(argument.get_long().map(|long| format!("--{long}")));
+                words.extend(argument.get_short().map(|short| format!("-{short}")));
+                words.extend(argument.get_possible_values().iter().map(|value| value.get_name().to_string()));
+            }
+        }
+        words.extend(
+            [
+                "1",
+                "-1",
+                "0",
+                "1e999",
+                "NaN",
+                "20%",
+                "1 ms",
+                "1e-400 s",
+                "sia-steering",
+                "rk.phi",
+                "a=b",
+                "18446744073709551616",
+                "\u{3bc}s",
+            ]
+            .map(String::from),
+        );
+        let mut state = 5u64;
+        let mut below = |bound: usize| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as usize % bound
+        };
+        let (mut taken, mut refused) = (0, 0);
+        for _ in 0..20_000 {
+            let mut arguments = vec!["kardan".to_string()];
+            for _ in 0..below(7) {
+                let mut word = words[below(words.len())].clone();
+                match below(8) {
+                    0 => word = format!("{word}={}", words[below(words.len())]),
+                    1 => word = word.chars().take(below(6)).collect(),
+                    2 => word.push_str(&words[below(words.len())]),
+                    _ => {}
+                }
+                arguments.push(word);
+            }
+            match Cli::try_parse_from(&arguments) {
+                Ok(_) => taken += 1,
+                Err(usage) => {
+                    assert!(!usage.to_string().trim().is_empty(), "{arguments:?} is refused without a word");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(taken > 100 && refused > 5000, "{taken} taken, {refused} refused");
+    }
 }

@@ -16,7 +16,6 @@
 //! let log = read::open(read::in_memory(bytes), &read::CsvOptions::default()).unwrap();
 //! assert_eq!(log.groups()[0].channels[1].name, "rk.phi");
 //! ```
-#![forbid(unsafe_code)]
 
 pub mod read;
 mod table;

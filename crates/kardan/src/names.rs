@@ -67,7 +67,7 @@ pub fn shortened(text: &str) -> String {
 ///
 /// ```
 /// use kardan::names::unknown_name;
-/// assert_eq!(unknown_name("rk.fi", ["rk.phi", "rk.w"]), "did you mean `rk.phi`?");
+/// assert_eq!(unknown_name("rk.ph", ["rk.phi", "rk.w"]), "did you mean `rk.phi`?");
 /// assert_eq!(unknown_name("x", ["rk.phi", "rk.w"]), "there are `rk.phi`, `rk.w`");
 /// ```
 pub fn unknown_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {

@@ -154,6 +154,7 @@ shaft = \"a\"
 shaft = \"b\"
 [control.counted_once]
 law = \"decoupling\"
+inputs = [\"m\"]
 sample_time = \"1 ms\"
 [[control.counted_once.channels]]
 output = \"a.phi\"
