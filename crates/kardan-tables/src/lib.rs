@@ -5,7 +5,7 @@
 //! | part | what it does |
 //! |---|---|
 //! | [`read`] | logs of any size, block by block, in bounded memory; bytes are never trusted |
-//! | [`write`] | one [`Table`] (of MDF several) as bytes |
+//! | [`write`](mod@write) | one [`Table`] (of MDF several) as bytes |
 //!
 //! ```
 //! use kardan_tables::{Column, Table, read, write};

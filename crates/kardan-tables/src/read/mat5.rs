@@ -3,7 +3,7 @@
 //! The element structure is walked here, with every length checked against what is there, and only inflating is left to
 //! `miniz_oxide` with a bound: the crates that read MAT files panic on truncated ones (`matrw`) or know neither
 //! structures nor all storage types (`matfile`). The walk is the same for files in memory ([`MatFile`]) and for logs,
-//! whose numbers stay where they are ([`Input`]).
+//! whose numbers stay where they are (`Input`).
 
 use std::borrow::Cow;
 
@@ -22,7 +22,7 @@ const HEADER: usize = 128;
 pub enum Broken {
     /// Not what the format says.
     Damaged(String),
-    /// Inflates beyond [`INFLATED_LIMIT`] or has too many parts.
+    /// Inflates beyond `INFLATED_LIMIT` or has too many parts.
     TooLarge(String),
     /// Cannot be read from where it is.
     Log(LogError),
@@ -92,7 +92,7 @@ pub struct Numbers<R> {
 
 impl<R> Numbers<R> {
     /// How many numbers there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.count
     }
 }
@@ -492,7 +492,7 @@ impl<I: Input> Reader<I> {
                 let sound = starts.len() == width + 1
                     && starts.is_sorted()
                     && used <= rows.len()
-                    && used <= values.len()
+                    && used <= values.count()
                     && rows[..used].iter().all(|row| *row < height);
                 if !sound {
                     return damaged(format!("the indices of sparse matrix `{name}` do not fit its size"));
@@ -501,8 +501,8 @@ impl<I: Input> Reader<I> {
             }
             6..=15 => {
                 let numbers = self.numbers()?;
-                if numbers.len() != count {
-                    return damaged(format!("`{name}` has {} entries instead of {count}", numbers.len()));
+                if numbers.count() != count {
+                    return damaged(format!("`{name}` has {} entries instead of {count}", numbers.count()));
                 }
                 Content::Full(numbers)
             }

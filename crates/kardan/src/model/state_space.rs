@@ -398,7 +398,7 @@ fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
             if let Some(key) = SAMPLE_TIMES.iter().find(|key| {
                 let field = fields.iter().find(|(name, _)| name == *key);
                 field.is_some_and(|(_, array)| match &array.content {
-                    Content::Full(numbers) if numbers.len() == 1 => numbers.value(0).map(exact) != Ok(Rational::ZERO),
+                    Content::Full(numbers) if numbers.count() == 1 => numbers.value(0).map(exact) != Ok(Rational::ZERO),
                     _ => false,
                 })
             }) {
@@ -556,7 +556,7 @@ fn mat_names(array: &Array<&[u8]>) -> Option<Vec<String>> {
             let row = |i: usize| letters.iter().skip(i).step_by(rows.max(1)).collect::<String>();
             (rows <= MOST).then(|| (0..rows).map(|i| row(i).trim_end().to_string()).collect())
         }
-        Content::Full(numbers) if numbers.len() == 0 => Some(Vec::new()),
+        Content::Full(numbers) if numbers.count() == 0 => Some(Vec::new()),
         _ => None,
     }
 }

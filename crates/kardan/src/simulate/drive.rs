@@ -84,9 +84,7 @@ impl Spans {
 impl Drive {
     /// Its modes, and what it remembers of its limits.
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        let mut mode = match (self.limit_mode, self.rate_mode) {
-            (limit, rate) => [limit as usize, rate as usize],
-        };
+        let mut mode = [self.limit_mode as usize, self.rate_mode as usize];
         mode.iter_mut().for_each(|number| keeper.count(number));
         self.limit_mode = [Limit::Inside, Limit::High, Limit::Low][mode[0].min(2)];
         self.rate_mode = [Rate::Follow, Rate::Rise, Rate::Fall][mode[1].min(2)];

@@ -155,7 +155,7 @@ pub trait Continuous: Send {
 
 /// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
 pub trait Law: Send + Sync {
-    /// Names of the inputs that it commands, in the order of `out` of [`Law::command`].
+    /// Names of the inputs that it commands, in the order of `out` of [`Continuous::command`].
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
