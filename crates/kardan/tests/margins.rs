@@ -500,7 +500,7 @@ fn complex_factors_of_a_motor() {
         let (laws, plant) = (&variant.designed, plant(&variant));
         let times = if clocks[0] == clocks[1] { [4e-3, 4e-3] } else { [4e-3, 10e-3] };
         let clocks = times.map(|period| Some(Clock { period, delay: 1e-3, single: false }));
-        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number: 0 };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
         let lifted = survey.lifted(0).expect("a common period");
         for factor in [0.3, 1.0, 1.7, 4.0] {
             let mut parts: Vec<SampledPart> = laws

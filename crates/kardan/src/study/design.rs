@@ -330,18 +330,18 @@ pub(super) fn designed(
     }
     if let Some(exact) = laws[number].exact() {
         prove(&exact, plant, &mut design);
-        check_others(&exact, plant, &laws, number, &mut design);
+        check_others(&exact, plant, laws, number, &mut design);
         if laws.len() == 1 {
             // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
             design.closed_loop_poles = exact_poles(&exact, &design);
             // The poles of a Kalman filter come from its Riccati equation.
             design.exact_poles = design.observer.as_ref().is_none_or(|observer| observer.method != "kalman");
-            check_rounding(&closed_loop_poles(&plant.linear, &laws).unwrap_or_default(), &mut design);
+            check_rounding(&closed_loop_poles(&plant.linear, laws).unwrap_or_default(), &mut design);
         }
     }
     // Of a law that is designed for its sample time the sampled loop tells.
     if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
-        match closed_loop_poles(&plant.linear, &laws) {
+        match closed_loop_poles(&plant.linear, laws) {
             Some(poles) => design.closed_loop_poles = poles,
             None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
         }
@@ -352,7 +352,7 @@ pub(super) fn designed(
     rest.extend(settings.tolerance.map(|_| "the box of plants"));
     rest.extend(settings.simulate.then_some("the scenario"));
     keep(progress, &design, &rest);
-    let mut margins = survey(variant, number, &laws, &design);
+    let mut margins = survey(variant, number, laws, &design);
     if settings.simulate {
         let references = laws[number].references().to_vec();
         let (found, peaks, warnings) =

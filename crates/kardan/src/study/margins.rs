@@ -92,7 +92,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         }
     };
     if slowest.stable {
-        check_limits(variant, &plant, &parts, &laws, out);
+        check_limits(variant, &plant, &parts, laws, out);
         return;
     }
     let who = match all.as_slice() {
@@ -122,7 +122,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
 /// How many motions of the loop of the file's controllers nobody holds.
 pub(super) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
     let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
-    let survey = Survey { plant, laws: &laws, clocks: &clocks, number };
+    let survey = Survey { plant, laws, clocks: &clocks, number };
     survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
 }
 
@@ -561,7 +561,7 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), linear(variant));
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
     for (number, control) in variant.model.controls.iter().enumerate() {
-        let survey = Survey { plant: &plant, laws: &laws, clocks: &clocks, number };
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let stable = if continuous {
             // Only what floating point takes for zero needs more.

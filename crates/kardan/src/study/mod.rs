@@ -446,6 +446,6 @@ fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
             matrix("input map", "", &linear.inputs, &linear.input),
         ],
         laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),
-        closed_loop_poles: closed_loop_poles(&linear, &laws).unwrap_or_default(),
+        closed_loop_poles: closed_loop_poles(&linear, laws).unwrap_or_default(),
     }
 }

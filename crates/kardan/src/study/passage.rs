@@ -204,7 +204,7 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         if number > 0 && !steps {
             continue;
         }
-        let Some(Ok(found)) = passage(variant, number, &laws, steps) else { continue };
+        let Some(Ok(found)) = passage(variant, number, laws, steps) else { continue };
         if !found.stable {
             if !told_unstable {
                 told_unstable = true;
