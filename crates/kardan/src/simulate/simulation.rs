@@ -53,6 +53,8 @@ pub struct Simulation {
     failed: Option<String>,
     /// What it is a simulation of.
     fingerprint: u64,
+    /// With which values of parameters.
+    values: u64,
 }
 
 /// A signal that can be read.
@@ -101,9 +103,14 @@ pub enum SimulationError {
 }
 
 /// Where a loop stands, bit for bit: time, motion, modes of friction and motors, clocks and memories of controllers, noise.
+///
+/// Values of parameters are no part of it. Restored in a loop of the same model with other values, it changes them where it stands:
+/// coordinates and their speeds stay, all other angles follow from the values of now. That is meant for a mechanism at rest; in
+/// motion, energy and torques jump.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Snapshot {
     fingerprint: u64,
+    values: u64,
     words: Vec<u64>,
 }
 
@@ -113,8 +120,8 @@ const MARK: u64 = u64::from_le_bytes(*b"kardan\0\x01");
 impl Snapshot {
     /// As bytes, for a file: little endian words, the last one a sum over the others.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let all = [MARK, self.fingerprint].into_iter().chain(self.words.iter().copied());
-        all.chain([sum(&self.words, self.fingerprint)]).flat_map(u64::to_le_bytes).collect()
+        let all = [MARK, self.fingerprint, self.values].into_iter().chain(self.words.iter().copied());
+        all.chain([sum(&self.words, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
     }
 
     /// From bytes.
@@ -129,13 +136,13 @@ impl Snapshot {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SimulationError> {
         let (chunks, rest) = bytes.as_chunks::<8>();
         let words: Vec<u64> = chunks.iter().map(|chunk| u64::from_le_bytes(*chunk)).collect();
-        let [MARK, fingerprint, words @ .., last] = &words[..] else {
+        let [MARK, fingerprint, values, words @ .., last] = &words[..] else {
             return Err(SimulationError::Snapshot("these bytes are no snapshot of this version"));
         };
-        if !rest.is_empty() || *last != sum(words, *fingerprint) {
+        if !rest.is_empty() || *last != sum(words, *fingerprint ^ *values) {
             return Err(SimulationError::Snapshot("bytes of it are missing or changed"));
         }
-        Ok(Self { fingerprint: *fingerprint, words: words.to_vec() })
+        Ok(Self { fingerprint: *fingerprint, values: *values, words: words.to_vec() })
     }
 }
 
@@ -178,13 +185,16 @@ impl Simulation {
             let clock = |clock: crate::synthesis::Clock| [clock.period.to_bits(), clock.delay.to_bits()];
             law.clock().map(clock).hash(&mut hasher);
         }
+        let fingerprint = hasher.finish();
+        format!("{:?}", reduced.equations).hash(&mut hasher);
         Self {
             own: vec![None; scenario.sources.len()],
             runner,
             now: 0.0,
             looked: false,
             failed: None,
-            fingerprint: hasher.finish(),
+            fingerprint,
+            values: hasher.finish(),
         }
     }
 
@@ -297,7 +307,7 @@ impl Simulation {
     pub fn snapshot(&mut self) -> Snapshot {
         let mut keeper = Keeper::taking();
         self.keep(&mut keeper);
-        Snapshot { fingerprint: self.fingerprint, words: keeper.words() }
+        Snapshot { fingerprint: self.fingerprint, values: self.values, words: keeper.words() }
     }
 
     /// Goes back (or on) to where a loop of the same model and controllers stood: from there on it gives the same numbers, bit for bit.
@@ -314,6 +324,10 @@ impl Simulation {
         if !keeper.fits() {
             self.keep(&mut Keeper::putting(&before.words));
             return Err(SimulationError::Snapshot("it has not as many numbers as the model"));
+        }
+        if snapshot.values != self.values {
+            // What was computed ahead is that of the other values.
+            self.runner.stand(self.now);
         }
         self.runner.events.clear();
         self.looked = false;
