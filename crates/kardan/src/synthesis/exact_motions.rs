@@ -55,9 +55,9 @@ impl ExactMotions {
 /// let (prepared, _) = kardan::study::prepare(source);
 /// let variant = &prepared.variants[0];
 /// let model = kardan::reduce::linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
-/// // Without a law both bodies roll on together: an angle that stays, and a speed that stays.
+/// // Without a law both bodies rest wherever they are; their own damping takes their common speed away.
 /// let found = exact_motions(&model, &vec![0.0; model.inputs.len()], &[]).unwrap();
-/// assert_eq!(found.zeros(), 2);
+/// assert_eq!(found.zeros(), 1);
 /// ```
 ///
 /// # Panics
