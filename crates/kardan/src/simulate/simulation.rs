@@ -13,8 +13,9 @@ use crate::results::{Event, Outcome, Physical};
 /// A closed loop that is stepped from outside, in as large or small steps as one likes.
 ///
 /// It is the loop that [`simulate`](super::simulate) runs: the same steps of the integrator, the same events. Where one stops to
-/// look changes nothing: the integration may be ahead, and what is asked for comes from its dense output. Setting a signal ends the
-/// step there.
+/// look changes nothing about the motion: the integration may be ahead, and what is asked for comes from its dense output. (A noisy
+/// sensor without a sample time reads whenever one looks, so its own readings depend on how often; no controller sees those.) Setting
+/// a signal ends the step there.
 ///
 /// What is due at the very time reached (a sample of a controller, a step of the scenario) happens when the loop goes on, so that a
 /// signal set there counts for it.
