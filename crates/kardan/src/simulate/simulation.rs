@@ -125,7 +125,7 @@ impl Snapshot {
         all.chain([sum(&self.words, self.fingerprint ^ self.values)]).flat_map(u64::to_le_bytes).collect()
     }
 
-    /// From bytes.
+    /// From bytes. The sum finds damage, not forgery: bytes made up on purpose are trusted once it holds.
     ///
     /// # Errors
     /// [`SimulationError::Snapshot`] if they are no snapshot, or damaged.
