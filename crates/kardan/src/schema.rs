@@ -1,8 +1,8 @@
 //! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
+use crate::entries::Place;
 use crate::units::{Dimension, Exact, Tolerated};
 
 /// Which numbers a field takes.
@@ -97,11 +97,11 @@ impl Field {
 
 /// A value with its place in the file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spanned<T> {
+pub struct Placed<T> {
     /// The value.
     pub value: T,
     /// Byte range in the source text.
-    pub span: Range<usize>,
+    pub place: Place,
 }
 
 /// A quantity or number as written: a literal, or the name of a parameter.
@@ -121,11 +121,11 @@ pub enum Value {
     /// For `Shaft`, `Node`, `Element`, `Signal`, `Output`, `Choice`, `Name` and `Text`.
     Word(String),
     /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Words`.
-    Words(Vec<Spanned<String>>),
+    Words(Vec<Placed<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),
     /// For `Coefficients` (numbers), `Overrides` (quantities) and `Lists` (an entry for each quantity of a list).
-    Map(Vec<(Spanned<String>, Spanned<Scalar>)>),
+    Map(Vec<(Placed<String>, Placed<Scalar>)>),
     /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),
     /// For `Poles`.
@@ -136,9 +136,9 @@ pub enum Value {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Byte range of the table's header (or of the inline table).
-    pub span: Range<usize>,
+    pub place: Place,
     /// The values by key.
-    pub values: BTreeMap<&'static str, Spanned<Value>>,
+    pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
 }

@@ -23,7 +23,7 @@ fn analyze(source: &str, settings: &AnalyzeSettings) -> Result<Analysis, Vec<Dia
     if let Err(told) = &found {
         for mistake in told.iter().filter(|d| d.severity == Severity::Error) {
             assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{mistake:?}");
-            assert!(mistake.labels.iter().all(|label| source.get(label.span.clone()).is_some()), "{mistake:?}");
+            assert!(mistake.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{mistake:?}");
         }
     }
     found
@@ -56,7 +56,7 @@ fn a_motion_without_inertia_is_named_and_a_way_out_offered() {
         assert!(refused.message.contains(part), "{refused:?}");
     }
     assert!(refused.help.as_ref().unwrap().contains("--eliminate-massless"));
-    let places: Vec<&str> = refused.labels.iter().map(|label| &source[label.span.clone()]).collect();
+    let places: Vec<&str> = refused.labels.iter().map(|label| &source[label.place.span()]).collect();
     assert_eq!(places, ["fs", "cs"]);
     // A run has no such way.
     let told = study::run(&source, &Settings::default(), &Silent).unwrap_err();
@@ -175,7 +175,7 @@ fn what_cannot_be_eliminated_is_explained() {
     for part in ["derivative 1", "`b.w`", "`m`"] {
         assert!(told.message.contains(part), "{told:?}");
     }
-    assert_eq!(&spring[told.labels[0].span.clone()], "b");
+    assert_eq!(&spring[told.labels[0].place.span()], "b");
     // Its angle is fine: a + u/2.
     let angle = analyze(spring, &AnalyzeSettings { outputs: vec!["b.phi".into()], ..eliminate() }).unwrap();
     assert_eq!(

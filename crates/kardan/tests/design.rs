@@ -913,7 +913,7 @@ fn refused(source: &str, settings: &DesignSettings) -> Vec<Diagnostic> {
     found.retain(|diagnostic| diagnostic.severity == Severity::Error);
     assert!(!found.is_empty(), "{settings:?}: no error");
     for diagnostic in &found {
-        assert!(diagnostic.labels.iter().all(|label| label.span.end <= source.len()), "{diagnostic:?}");
+        assert!(diagnostic.labels.iter().all(|label| label.place.span().end <= source.len()), "{diagnostic:?}");
         assert!(diagnostic.help.as_ref().is_some_and(|help| !help.is_empty()), "no help: {diagnostic:?}");
     }
     found

@@ -64,11 +64,16 @@ fn every_mistake_has_a_place_and_a_hint() {
             assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{}: {mistake:?}", file.display());
             assert!(!mistake.labels.is_empty() || whole_file(mistake), "{}: {mistake:?}", file.display());
             for label in &mistake.labels {
-                assert!(source.get(label.span.clone()).is_some(), "{}: {mistake:?}", file.display());
-                assert!(!label.span.is_empty() || mistake.code == "toml::syntax", "{}: {mistake:?}", file.display());
+                assert!(source.get(label.place.span()).is_some(), "{}: {mistake:?}", file.display());
+                assert!(
+                    !label.place.span().is_empty() || mistake.code == "toml::syntax",
+                    "{}: {mistake:?}",
+                    file.display()
+                );
             }
         }
-        let places: Vec<usize> = found.iter().filter_map(|d| d.labels.first()).map(|label| label.span.start).collect();
+        let places: Vec<usize> =
+            found.iter().filter_map(|d| d.labels.first()).map(|label| label.place.start()).collect();
         assert!(places.is_sorted(), "{}", file.display());
     }
 }
@@ -371,7 +376,7 @@ proptest! {
         }
         for mistake in check(&source) {
             prop_assert!(mistake.help.is_some(), "{mistake:?}");
-            prop_assert!(mistake.labels.iter().all(|label| source.get(label.span.clone()).is_some()), "{mistake:?}");
+            prop_assert!(mistake.labels.iter().all(|label| source.get(label.place.span()).is_some()), "{mistake:?}");
         }
     }
 }
@@ -513,7 +518,7 @@ fn models_cut_at_every_byte_are_judged() {
             let cut = &source[..length];
             let found = check(cut);
             for label in found.iter().flat_map(|one| &one.labels) {
-                assert!(cut.get(label.span.clone()).is_some(), "{name} cut at {length}: {label:?}");
+                assert!(cut.get(label.place.span()).is_some(), "{name} cut at {length}: {label:?}");
             }
             assert!(found.iter().all(|one| !one.message.is_empty()));
             plain(cut, &found);

@@ -64,7 +64,7 @@ fn bad(bytes: &[u8]) -> Vec<Diagnostic> {
         assert!(mistake.help.as_ref().is_some_and(|help| !help.is_empty()), "{mistake:?}");
         assert!(!mistake.message.is_empty() && mistake.message.len() < 500, "{mistake:?}");
         for label in &mistake.labels {
-            assert!(std::str::from_utf8(text).unwrap().get(label.span.clone()).is_some(), "{mistake:?}");
+            assert!(std::str::from_utf8(text).unwrap().get(label.place.span()).is_some(), "{mistake:?}");
         }
     }
     mistakes
@@ -446,7 +446,7 @@ proptest! {
         let text = pieces.concat();
         if let Err(mistakes) = read_state_space(text.as_bytes()) {
             for label in mistakes.iter().flat_map(|mistake| &mistake.labels) {
-                prop_assert!(text.get(label.span.clone()).is_some());
+                prop_assert!(text.get(label.place.span()).is_some());
             }
         }
     }

@@ -53,7 +53,7 @@ pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> St
     let diagnostics: Vec<Value> = diagnostics
         .iter()
         .map(|d| {
-            let place = d.labels.first().map(|label| lines.line_column(source, label.span.start));
+            let place = d.labels.first().map(|label| lines.line_column(source, label.place.span().start));
             object!({
                 "severity": match d.severity { Severity::Error => "error", Severity::Warning => "warning" },
                 "code": d.code,

@@ -17,7 +17,7 @@ use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{ControlSpec, Document, read};
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, Design};
-use crate::schema::{Field, Kind, Spanned, Value};
+use crate::schema::{Field, Kind, Placed, Value};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
 /// Which controller is designed and how.
@@ -159,7 +159,7 @@ fn of_document(
     }
     if out.iter().any(is_error) {
         for diagnostic in &mut out {
-            diagnostic.labels.retain(|label| label.span.end <= source.len());
+            diagnostic.labels.retain(|label| label.place.path().is_none());
         }
         return Err(out);
     }
@@ -264,8 +264,8 @@ fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(
             Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
         }
         (Some(control), Some(field)) => {
-            let span = control.span.clone();
-            control.table.values.insert(field.name, Spanned { value: Value::Word(feedback.into()), span });
+            let place = control.place.clone();
+            control.table.values.insert(field.name, Placed { value: Value::Word(feedback.into()), place });
             Ok(())
         }
         (control, _) => {
