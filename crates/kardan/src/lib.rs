@@ -12,6 +12,7 @@ pub mod identify;
 pub mod model;
 pub mod names;
 pub mod num;
+pub mod project;
 pub mod reduce;
 pub mod report;
 pub mod results;

@@ -1,9 +1,17 @@
 //! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
 
+mod given;
+mod keys;
+
 use std::collections::BTreeMap;
 
 use crate::entries::Place;
 use crate::units::{Dimension, Exact, Tolerated};
+
+pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
+pub use keys::{ElementKeys, Keys, LawKeys};
+
+pub(crate) use keys::keys;
 
 /// Which numbers a field takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,19 +87,26 @@ pub struct Field {
     pub kind: Kind,
     /// Whether the table is incomplete without it.
     pub required: bool,
-    /// One sentence for the manual; says what holds when the key is left out.
+    /// What holds when the key is left out, as it would be written, if that is one value.
+    pub default: Option<&'static str>,
+    /// One sentence for the manual; says what holds when the key is left out, where that is no value.
     pub doc: &'static str,
 }
 
 impl Field {
     /// A key that must be there.
     pub const fn required(name: &'static str, kind: Kind, doc: &'static str) -> Self {
-        Self { name, kind, required: true, doc }
+        Self { name, kind, required: true, default: None, doc }
     }
 
     /// A key that may be left out.
     pub const fn optional(name: &'static str, kind: Kind, doc: &'static str) -> Self {
-        Self { name, kind, required: false, doc }
+        Self { name, kind, required: false, default: None, doc }
+    }
+
+    /// A key that may be left out, and then has this value.
+    pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> Self {
+        Self { name, kind, required: false, default: Some(default), doc }
     }
 }
 

@@ -3,312 +3,22 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use super::identification::{IDENTIFICATION, LOG};
 use super::parse::{NAME_RULE, Node, is_name, table, value};
 use super::resolve::{Setting, TableReader};
+use super::tables;
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{self, Element};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
 use crate::file::syntax;
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::synthesis::{self, LawKind};
 use crate::units::{
     Dimension, Exact, Spread, Tolerated, UnitError, parse_number, parse_quantity, parse_quantity_list, tolerance_mark,
     written_quantity,
 };
 
-/// Keys of `[model]`.
-pub const MODEL: &[Field] = &[
-    Field::optional("name", Kind::Text, "Name of the model; left out: `model`."),
-    Field::optional("description", Kind::Text, "A sentence for the report."),
-    Field::optional(
-        "coordinates",
-        Kind::Shafts(0),
-        "Shafts (in a circuit: charges) to use as reduced coordinates; left out: chosen so that the equations stay well scaled.",
-    ),
-];
-
-/// Keys of `[scenario]`.
-pub const SCENARIO: &[Field] = &[
-    Field::optional("duration", Kind::Quantity(Dimension::TIME, Sign::Positive), "Length of the run; left out: 1 s."),
-    Field::optional(
-        "output_step",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time between rows of the results, a twentieth of it during 20 steps after each event; left out: 1 ms.",
-    ),
-    Field::optional(
-        "relative_tolerance",
-        Kind::Number(Sign::Positive),
-        "Relative error allowed per integration step, from 1e-13 to 1e-3; left out: 1e-10.",
-    ),
-    Field::optional(
-        "initial",
-        Kind::Overrides,
-        "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: \
-         { \"rk.phi\" = \"10 deg\" }; left out: zero.",
-    ),
-    Field::optional(
-        "seed",
-        Kind::Number(Sign::NonNegative),
-        "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.",
-    ),
-    Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
-    Field::optional("fault", Kind::Tables(FAULT), "Sensors that fail: `[[scenario.fault]]`."),
-];
-
-/// Keys of `[[scenario.event]]`.
-pub const EVENT: &[Field] = &[
-    Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins)."),
-    Field::required(
-        "signal",
-        Kind::Signal,
-        "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.",
-    ),
-    Field::required("to", Kind::AnyQuantity, "The new value."),
-    Field::optional(
-        "over",
-        Kind::Quantity(Dimension::TIME, Sign::NonNegative),
-        "Length of a ramp to the new value; left out: a step.",
-    ),
-];
-
-/// Keys of `[[scenario.fault]]`.
-pub const FAULT: &[Field] = &[
-    Field::required(
-        "sensor",
-        Kind::Text,
-        "A sensor that the observer of a controller with a sample time reads, by its name or as it stands there: \
-         `wg_encoder`, `rk.phi`.",
-    ),
-    Field::optional(
-        "kind",
-        Kind::Choice(&["lost", "stuck"]),
-        "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on giving its last \
-         reading. Left out: lost.",
-    ),
-    Field::required(
-        "at",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "When it begins: after the start, where sensors work.",
-    ),
-    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never."),
-];
-
-/// Keys of `[[requirement]]`.
-pub const REQUIREMENT: &[Field] = &[
-    Field::required("signal", Kind::Signal, "The signal to judge."),
-    Field::required(
-        "measure",
-        Kind::Choice(&["max", "min", "max_abs", "final", "rms", "ripple", "time_at_limit"]),
-        "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its squares over the time; \
-         `ripple`: the same around its mean, what is left of a torque at rest without what it holds; `time_at_limit`: how long in \
-         the window the motor of this torque is at its torque limit, s.",
-    ),
-    Field::optional("below", Kind::AnyQuantity, "The measure must be less than this."),
-    Field::optional("above", Kind::AnyQuantity, "The measure must be more than this."),
-    Field::optional("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the window; left out: 0 s."),
-    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end."),
-    Field::optional("variants", Kind::Words, "Variants that it applies to; left out: all."),
-];
-
-/// Keys of `[[variant]]`.
-pub const VARIANT: &[Field] = &[
-    Field::required("name", Kind::Name, "Name of the variant: it names the table of its run."),
-    Field::optional(
-        "set",
-        Kind::Overrides,
-        "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the file.",
-    ),
-    Field::optional(
-        "controls",
-        Kind::Words,
-        "The controllers that are in the loop; left out: all. So controllers for the same motors can be compared.",
-    ),
-];
-
-/// Keys of `[[plot]]`.
-pub const PLOT: &[Field] = &[
-    Field::required("name", Kind::Name, "Name of the file and place in the report: `rack-angle`."),
-    Field::required("title", Kind::Text, "Title."),
-    Field::optional("caption", Kind::Text, "A sentence beneath the plot."),
-    Field::required("signals", Kind::Signals, "Signals drawn for every variant."),
-    Field::optional("references", Kind::Signals, "Signals drawn once, dashed."),
-    Field::optional("variants", Kind::Words, "Variants to draw; left out: all."),
-];
-
-/// Keys of `[analysis]`.
-pub const ANALYSIS: &[Field] = &[
-    Field::optional("inputs", Kind::Elements(&["motor", "disturbance"]), "Inputs to analyse; left out: all motors."),
-    Field::optional(
-        "outputs",
-        Kind::Signals,
-        "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else the outputs \
-         that the laws control, else the angles of all coordinates.",
-    ),
-    Field::optional(
-        "at",
-        Kind::Overrides,
-        "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial position of \
-         the scenario.",
-    ),
-    Field::optional(
-        "stuck",
-        Kind::Elements(FRICTION),
-        "Elements whose Coulomb friction holds, hence constrains; left out: all slide.",
-    ),
-    Field::optional(
-        "horizon",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time over which the Gramians are taken; left out: 1 s.",
-    ),
-    Field::optional(
-        "motion",
-        Kind::Overrides,
-        "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of motors are \
-         then compared by the energy that this takes; left out: by their Gramians.",
-    ),
-    Field::optional(
-        "threshold",
-        Kind::Number(Sign::Positive),
-        "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: a tenth of that of the nominal \
-         values.",
-    ),
-    Field::optional(
-        "samples",
-        Kind::Number(Sign::Positive),
-        "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000, or fewer \
-         for a large model.",
-    ),
-    Field::optional("actuator", Kind::Tables(ACTUATOR), "Where motors may sit: `[[analysis.actuator]]`."),
-    Field::optional("sensor", Kind::Tables(PLACED_SENSOR), "Where sensors may sit: `[[analysis.sensor]]`."),
-];
-
-/// Keys of `[bench]`.
-pub const BENCH: &[Field] = &[
-    Field::optional(
-        "truth",
-        Kind::Overrides,
-        "What the plant on the bench has and its model does not know: values of parameters and of keys of elements, also keys that \
-         the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn \
-         from `seed`, each inertia, damping and friction within `spread` of its value.",
-    ),
-    Field::optional(
-        "spread",
-        Kind::Number(Sign::NonNegative),
-        "How far drawn true values may be from those of the file, as a part of them, below 1; left out: 0.1.",
-    ),
-    Field::optional(
-        "sample_time",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time between two rows of a log, and between two commands of the servo loops; left out: 1 ms.",
-    ),
-    Field::optional(
-        "seed",
-        Kind::Number(Sign::NonNegative),
-        "Whole number that noise, drawn true values and drawn excitations come from; left out: 1.",
-    ),
-    Field::optional(
-        "plan",
-        Kind::Choice(&["constant_speeds", "multisine", "random_steps"]),
-        "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random steps of the speeds; \
-         left out: constant_speeds.",
-    ),
-    Field::optional(
-        "parameters",
-        Kind::Signals,
-        "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, damping, stiffness and \
-         friction that this kind of motion can tell at all.",
-    ),
-    Field::optional(
-        "signals",
-        Kind::Signals,
-        "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the torques of all \
-         motors, and the torque sensors.",
-    ),
-    Field::optional(
-        "speed_limit",
-        Kind::Overrides,
-        "Largest speed of a shaft either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs one. Torques keep to \
-         four fifths of the limits of the motors.",
-    ),
-    Field::optional(
-        "least_speed",
-        Kind::Overrides,
-        "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left out: a twentieth of \
-         its `speed_limit`, if it has friction.",
-    ),
-    Field::optional(
-        "speeds",
-        Kind::Lists,
-        "Grid of constant speeds, by coordinate: { wg = [\"-60 rad/s\", \"60 rad/s\"], cs = [\"1 rad/s\", \"2 rad/s\"] }; signs are \
-         as written. Left out, and for coordinates without a list: `levels` speeds.",
-    ),
-    Field::optional(
-        "levels",
-        Kind::Number(Sign::Positive),
-        "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole number from 2 to 50; \
-         left out: 8.",
-    ),
-    Field::optional(
-        "points",
-        Kind::Number(Sign::Positive),
-        "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to 1000; left out: 16, \
-         and of a grid of `speeds` all.",
-    ),
-    Field::optional(
-        "dwell",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 s. Constant speeds \
-         are held up to half as long again, drawn from the seed, so that ripple does not fall into step.",
-    ),
-    Field::optional(
-        "ramp",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Shortest time from one speed to the next; left out: 0.5 s.",
-    ),
-    Field::optional(
-        "duration",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Longest log; a plan that takes longer is refused. Left out: 10 min.",
-    ),
-    Field::optional(
-        "torque_noise",
-        Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-        "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own `noise`. Left out: none.",
-    ),
-    Field::optional(
-        "bandwidth",
-        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s.",
-    ),
-];
-
-/// Keys of `[[analysis.actuator]]`.
-pub const ACTUATOR: &[Field] = &[
-    Field::required("shaft", Kind::Shaft, "The shaft that the torque would act on."),
-    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
-];
-
-/// Keys of `[[analysis.sensor]]`.
-pub const PLACED_SENSOR: &[Field] = &[
-    Field::required("shaft", Kind::Shaft, "The shaft that would be measured."),
-    Field::optional("measures", Kind::Choice(&["angle", "speed"]), "What would be measured; left out: angle."),
-    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
-];
-
-/// The elements that can have Coulomb friction; a test keeps them equal to the registry.
-const FRICTION: &[&str] = &["shaft", "spring_damper"];
-
-/// Keys that every `[control.<name>]` has.
-pub const CONTROL: &[Field] = &[
-    Field::required("law", Kind::Choice(LAWS), "Which control law."),
-    Field::optional(
-        "design",
-        Kind::Overrides,
-        "Parameter values of the model that the law is designed on, where they differ: { beta = \"0 deg\" }. Coulomb \
-         friction is left out of every design.",
-    ),
-];
+/// What tells the law of a `[control.<name>]`; the other keys are those of the law.
+pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
 
 /// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
 const LAWS: &[&str] = &[
@@ -324,7 +34,7 @@ const LAWS: &[&str] = &[
 
 /// All keys of a control table, by law.
 static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, synthesis::COMMON, law.fields].concat()).collect());
+    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
 
 /// An entry of `[parameters]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -534,15 +244,15 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
         }
         tables
     };
-    document.model = single("model", MODEL, &mut out);
-    document.scenario = single("scenario", SCENARIO, &mut study);
-    document.analysis = single("analysis", ANALYSIS, &mut study);
-    document.identification = single("identification", IDENTIFICATION, &mut study);
-    document.bench = single("bench", BENCH, &mut study);
-    document.requirements = several("requirement", REQUIREMENT, &mut study);
-    document.plots = several("plot", PLOT, &mut study);
+    document.model = single("model", tables::Header::FIELDS, &mut out);
+    document.scenario = single("scenario", tables::Scenario::FIELDS, &mut study);
+    document.analysis = single("analysis", tables::Analysis::FIELDS, &mut study);
+    document.identification = single("identification", tables::Identification::FIELDS, &mut study);
+    document.bench = single("bench", tables::Bench::FIELDS, &mut study);
+    document.requirements = several("requirement", tables::Requirement::FIELDS, &mut study);
+    document.plots = several("plot", tables::Plot::FIELDS, &mut study);
     read_parameters(&root, &mut document, &mut out);
-    let tables = several("variant", VARIANT, &mut study);
+    let tables = several("variant", tables::Variant::FIELDS, &mut study);
     read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
     for kind in element::REGISTRY {
@@ -588,9 +298,9 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
         let law = &synthesis::REGISTRY[number];
         document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
     }
-    for node in named_tables(&root, "log", LOG, &mut Doubts::default(), &mut study) {
+    for node in named_tables(&root, "log", tables::Log::FIELDS, &mut Doubts::default(), &mut study) {
         let what = format!("log `{}`", shortened(node.name));
-        let mut table = table(LOG, &node, &what, &mut study);
+        let mut table = table(tables::Log::FIELDS, &node, &what, &mut study);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, &mut study);
         document.logs.push((node.name.to_string(), table));
     }
@@ -1099,7 +809,7 @@ mod tests {
     fn every_element_with_friction_can_be_stuck() {
         let has = |kind: &&Element| kind.fields.iter().any(|field| field.name == "friction");
         let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
-        assert_eq!(keywords, FRICTION);
+        assert_eq!(keywords, tables::FRICTION);
     }
 
     /// The examples of the manual are valid tables of their kind.

@@ -10,8 +10,8 @@ use crate::element::{Resolved, Values};
 use crate::entries::Place;
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::ParameterValue;
-use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
-use crate::synthesis::{COMMON, LawKind};
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact};
 
 /// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
@@ -453,7 +453,7 @@ impl Document {
     pub fn model_with(&self, settings: &[Setting], active: Option<&[String]>) -> (Model, Vec<Diagnostic>) {
         let mut out = Vec::new();
         let reader = TableReader::new(self, settings);
-        let header = reader.values(super::document::MODEL, &self.model, "`[model]`", &mut out);
+        let header = reader.values(super::tables::Header::FIELDS, &self.model, "`[model]`", &mut out);
         let mut doubtful = BTreeSet::new();
         let mut terms = Vec::new();
         let mut elements = Vec::new();
@@ -494,13 +494,13 @@ impl Document {
             name: control.name.clone(),
             place: control.place.clone(),
             law: control.law,
-            values: reader.values(&[control.law.fields, COMMON].concat(), &control.table, "", &mut Vec::new()),
+            values: reader.values(&keys_of(control.law), &control.table, "", &mut Vec::new()),
             design: Vec::new(),
         });
         let idle = idle.collect();
         for control in active {
             let what = format!("control `{}`", control.name);
-            let fields = [control.law.fields, COMMON].concat();
+            let fields = keys_of(control.law);
             let values = reader.values(&fields, &control.table, &what, &mut out);
             reader.check_outputs(&fields, &control.table, &what, &mut out);
             let design = reader.settings(&control.table, "design", &what, &mut out);
@@ -683,6 +683,11 @@ pub fn words(table: &Table, word: &str) -> Vec<Place> {
     }
     places.sort_by_key(Place::start);
     places
+}
+
+/// The keys of a law, without the values of its design model, which [`TableReader::settings`] reads.
+fn keys_of(law: &LawKind) -> Vec<Field> {
+    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }
 
 /// A quantity as part of a file name: `10 deg` becomes `10deg`.

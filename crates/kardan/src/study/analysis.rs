@@ -10,10 +10,10 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::equations::{Domain, Measured};
-use crate::model::{ANALYSIS, Setting, TableReader};
+use crate::model::{Setting, TableReader, tables};
 use crate::reduce::Reduced;
 use crate::results::Physical;
-use crate::schema::{Field, Kind, Sign, Table, Value};
+use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 /// Most samples that a study may ask for.
@@ -104,7 +104,8 @@ pub(super) fn analysis_spec(
     let reader = TableReader::new(known.document, settings);
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
-    let fields: Vec<Field> = ANALYSIS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
+    let fields: Vec<Field> =
+        tables::Analysis::FIELDS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
         inputs: values.words("inputs").map(<[String]>::to_vec),

@@ -3,6 +3,9 @@
 //! `law/` holds one file for each law and [`REGISTRY`], the one list of them; the parser of `[control.<name>]` tables, the
 //! manual and the tests read it. The other folders hold the theory that the laws share.
 
+#[macro_use]
+mod keys;
+
 mod channels;
 mod closed_loop;
 pub mod decoupling;
@@ -28,11 +31,8 @@ pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions};
-pub use law::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH, ChannelDesign, NoninteractingDesign, REGISTRY,
-    design_noninteracting, find,
-};
-pub use observed::OBSERVER;
+pub use law::*;
+pub use observed::Observer;
 pub use sampled::{
     Block, Change, Clock, Firmware, Lifted, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart,
     SlowSensor, Slowest, Survey, VariedPlant, Wire, reading_variance, sampled,
@@ -47,12 +47,12 @@ use std::sync::Arc;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::Along;
 use crate::element::Values;
+use crate::entries::Entries;
 use crate::equations::{InputKind, Measured};
 use crate::num::{Keeper, Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
 use crate::results::{Design, Physical};
-use crate::schema::{Field, Kind, Sign};
-use crate::units::Dimension;
+use crate::schema::Field;
 
 /// What a law sees at one instant.
 #[derive(Debug, Clone, Copy)]
@@ -256,32 +256,6 @@ pub struct Plant {
     turned: sampled::Turned,
 }
 
-/// Keys that every law has besides its own.
-pub const COMMON: &[Field] = &[
-    Field::optional(
-        "observer",
-        Kind::Table(OBSERVER),
-        "An observer: the law then sees its sensors and its estimates, not the true state. Left out: all angles and speeds \
-         are known.",
-    ),
-    Field::optional(
-        "sample_time",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Sample time at which the controller runs, up to 1 s: it reads its sensors then, and its torques are held in \
-         between. Left out: continuous time.",
-    ),
-    Field::optional(
-        "delay",
-        Kind::Quantity(Dimension::TIME, Sign::NonNegative),
-        "From the reading of the sensors to the change of the torques, any part of a sample time or several; left out: none.",
-    ),
-    Field::optional(
-        "precision",
-        Kind::Choice(&["double", "single"]),
-        "The arithmetic in which the controller computes; left out: double.",
-    ),
-];
-
 /// Shortest sample time of a controller, s.
 pub const SHORTEST_SAMPLE_TIME: f64 = 1e-6;
 
@@ -452,7 +426,7 @@ pub struct LawKind {
     /// An example, valid TOML.
     pub example: &'static str,
     /// The keys of a table for these inputs and outputs, with defaults for all else; `None` if the law needs more than that.
-    pub template: fn(inputs: &[String], outputs: &[String]) -> Option<String>,
+    pub template: fn(inputs: &[String], outputs: &[String]) -> Option<Entries>,
     /// The inputs that the keys name.
     pub inputs: fn(&Values) -> Vec<String>,
     /// The references and load estimates that the keys introduce.
