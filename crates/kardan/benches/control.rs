@@ -8,7 +8,7 @@ use divan::{Bencher, black_box};
 use kardan::model::builtin;
 use kardan::num::Matrix;
 use kardan::reduce::MechanismData;
-use kardan::results::{DataMatrix, DataNumber};
+use kardan::results::DataNumber;
 use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{ChannelDesign, Clock, NoninteractingDesign, Seen, design_noninteracting};
 use kardan_rt::{

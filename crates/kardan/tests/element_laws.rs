@@ -13,7 +13,7 @@ use kardan::equations::{Domain, GROUND, InputKind, Term};
 use kardan::model;
 use kardan::num::{Definiteness, Matrix, Rational, definiteness};
 use kardan::reduce::{Reduced, linearise};
-use kardan::results::{Complex, Run};
+use kardan::results::Run;
 use kardan::schema::{Field, Kind, Table, Value};
 use kardan::synthesis::{self, ChannelDesign, LinearLaw, Seen, design_noninteracting};
 

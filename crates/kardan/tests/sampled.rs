@@ -4,7 +4,6 @@ mod common;
 
 use common::golden;
 use kardan::model::builtin;
-use kardan::results::Complex;
 use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey, sampled};
 use serde_json::Value;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::prepared;
 use kardan::model::builtin;
 use kardan::num::Matrix;
-use kardan::results::{ControllerData, DataMatrix, DataNumber};
+use kardan::results::{ControllerData, DataNumber};
 use kardan::study;
 use kardan::synthesis::{Clock, Law, Plant, Seen, design_law};
 

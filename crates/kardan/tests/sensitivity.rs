@@ -56,7 +56,7 @@ fn appendix_b_box() -> [Parameter; 3] {
 }
 
 const NOMINAL: [Pole; 4] =
-    [Complex::default(), Complex::new(-0.5, 0.0), Complex::new(-0.75, 1.854), Complex::new(-0.75, -1.854)];
+    [Complex::new(0.0, 0.0), Complex::new(-0.5, 0.0), Complex::new(-0.75, 1.854), Complex::new(-0.75, -1.854)];
 
 /// Appendix B: controllability is lost on d² = sJ. From (1, 2, 1/2) with 20 % on each the nearest point moves all
 /// three by the same part x: (1 + x)/(1 − x) = √8, x = (√8 − 1)/(√8 + 1), 5 x tolerances.

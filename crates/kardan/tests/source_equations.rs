@@ -12,7 +12,7 @@ mod common;
 use common::*;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
-use kardan::results::{Complex, Pole};
+use kardan::results::Pole;
 use kardan::study::PreparedVariant;
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting, effective_inertia};
 use kardan::synthesis::{LinearLaw, Seen, closed_loop_poles};
