@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use kardan::report::words;
 use kardan::results::{
-    Analysis, Basis, Class, ConstraintForces, LossSearch, Mode, Placement, PlacementSearch, Sensitivity, Structure,
+    Analysis, Basis, Class, ConstraintForces, FrictionState, LossSearch, Mode, ParameterRange, Placement,
+    PlacementSearch, Sensitivity, ShaftAngle, Structure,
 };
 
 use crate::layout::{cut, heading, more, sentence, table};
@@ -79,8 +80,8 @@ fn class(out: &mut String, class: &Class) {
     let moved: Vec<String> = point
         .angles
         .iter()
-        .filter(|(_, angle)| *angle != 0.0)
-        .map(|(shaft, angle)| format!("{shaft} = {} rad", number(*angle)))
+        .filter(|ShaftAngle { angle, .. }| *angle != 0.0)
+        .map(|ShaftAngle { shaft, angle }| format!("{shaft} = {} rad", number(*angle)))
         .collect();
     let rest = if moved.is_empty() { "all angles 0 rad" } else { "all other angles 0 rad" };
     let at = if moved.is_empty() { rest.into() } else { format!("{}; {rest}", words::list(&moved, NAMES)) };
@@ -90,7 +91,7 @@ fn class(out: &mut String, class: &Class) {
     let friction: Vec<Vec<String>> = point
         .friction
         .iter()
-        .map(|(element, torque, stuck)| {
+        .map(|FrictionState { element, coulomb_torque: torque, stuck }| {
             let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
             vec![element.clone(), number(*torque), state.into()]
         })
@@ -307,7 +308,7 @@ fn sensitivity(out: &mut String, sensitivity: &Sensitivity) {
     let rows: Vec<Vec<String>> = sensitivity
         .parameters
         .iter()
-        .map(|(name, nominal, low, high, unit)| {
+        .map(|ParameterRange { name, nominal, lower: low, upper: high, unit }| {
             vec![name.clone(), number(*nominal), number(*low), number(*high), unit.clone()]
         })
         .collect();

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use kardan::report::words::{self, design as said};
 use kardan::results::{
-    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Margins, ObserverResult,
-    Robustness, ScenarioStrain, ZeroMode,
+    Alternative, Canonical, ChannelResult, Complex, CrossCoupling, Design, ExactMatrix, Exploration, Margins,
+    ObserverResult, Robustness, ScenarioStrain, WithSensor, ZeroMode,
 };
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
@@ -92,7 +92,7 @@ fn head(out: &mut String, design: &Design) {
         let shown = if names.is_empty() { "none".into() } else { words::list(names, NAMES) };
         sentence(out, &format!("{what} ({}): {shown}", names.len()));
     }
-    let rows: Vec<Vec<String>> = design.definitions.iter().map(|(state, is)| vec![state.clone(), is.clone()]).collect();
+    let rows: Vec<Vec<String>> = design.definitions.iter().map(|one| vec![one.state.clone(), one.is.clone()]).collect();
     if !rows.is_empty() {
         table(out, &["state", "stands for"], &rows, ROWS);
     }
@@ -195,16 +195,16 @@ fn poles(out: &mut String, design: &Design) {
     }
     heading(out, "Closed-loop poles");
     let all = said::joined(&design.closed_loop_poles);
-    let row = |&((re, im), times): &((f64, f64), usize)| {
-        let size = re.hypot(im);
-        let damping = if size > 0.0 { number(-re / size) } else { "-".into() };
+    let row = |&(pole, times): &(Complex, usize)| {
+        let size = pole.abs();
+        let damping = if size > 0.0 { number(-pole.re / size) } else { "-".into() };
         let times = if times > 1 { format!("{times}×") } else { String::new() };
-        let grows = match said::motion((re, im), design) {
+        let grows = match said::motion(pole, design) {
             said::Motion::Decays => String::new(),
             said::Motion::Grows | said::Motion::Stays => "DOES NOT DECAY".into(),
             said::Motion::Unknown => "not decided".into(),
         };
-        vec![words::pair((re, im), number), times, number(size), damping, said::owner((re, im), design), grows]
+        vec![words::pair(pole, number), times, number(size), damping, said::owner(pole, design), grows]
     };
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
     table(out, &["#pole 1/s", "", "#frequency rad/s", "#damping", "of", ""], &rows, 2 * ROWS);
@@ -225,8 +225,8 @@ fn zero_dynamics(out: &mut String, design: &Design) {
             number(mode.natural_frequency),
             number(mode.damping_ratio),
             words::together(&words::motion(&mode.shape, number)),
-            words::together(&words::shares(&mode.stored)),
-            words::together(&words::shares(&mode.dissipated)),
+            words::together(&words::of_elements(&mode.stored)),
+            words::together(&words::of_elements(&mode.dissipated)),
         ]
     };
     let rows: Vec<Vec<String>> = found.modes.iter().map(row).collect();
@@ -316,7 +316,7 @@ fn exploration(out: &mut String, found: &Exploration) {
     let rows: Vec<Vec<String>> = found
         .sensors
         .iter()
-        .map(|(name, with)| {
+        .map(|WithSensor { name, design: with }| {
             let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
             vec![name.clone(), interaction, noise, radius]
         })
@@ -355,7 +355,8 @@ fn cross_coupling(out: &mut String, found: &[CrossCoupling]) {
             Some(_) => ["failed", "", "", "", ""].map(String::from),
             None => {
                 let share = said::relative(c, found).map_or(String::new(), |share| said::share(share, number));
-                [number(c.peak), number(c.rms), c.unit.clone(), share, window]
+                let [peak, rms] = [c.peak, c.rms].map(|x| number(x.unwrap_or(f64::NAN)));
+                [peak, rms, c.unit.clone(), share, window]
             }
         });
         row

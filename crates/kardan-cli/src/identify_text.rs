@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use kardan::report::words::identification as said;
-use kardan::results::Identification;
+use kardan::results::{FoundDamping, Identification};
 
 use crate::layout::{heading, sentence, table};
 use crate::summary::number;
@@ -32,7 +32,7 @@ pub fn text(found: &Identification, origin: &str) -> String {
         heading(&mut out, "What cannot be told");
         cannot.iter().for_each(|text| sentence(&mut out, text));
     }
-    if let Some((matrix, passive)) = &found.damping {
+    if let Some(FoundDamping { matrix, passive }) = &found.damping {
         heading(&mut out, &format!("Reduced damping [{}]", matrix.unit));
         let mut headers = vec![""];
         let columns: Vec<String> = matrix.columns.iter().map(|name| format!("#{name}")).collect();

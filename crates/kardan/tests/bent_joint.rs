@@ -6,7 +6,7 @@ mod common;
 use common::{prepared, run, signal};
 use kardan::model::builtin;
 use kardan::report::words::design::verdict;
-use kardan::results::{Design, Outcome, Run};
+use kardan::results::{DataMatrix, Design, Outcome, Run};
 use kardan::study::{self, DesignSettings, Settings, Silent};
 use kardan::synthesis::{Law, LinearLaw};
 use std::sync::Arc;
@@ -259,8 +259,13 @@ fn the_observer_is_exported() {
     let data = design.observer_data.expect("an observer");
     assert_eq!((data.block.as_str(), data.sample_time), ("ModelObserver", Some(2e-4)));
     assert_eq!(data.writes.len(), 7);
-    let rows =
-        |name: &str| data.matrices.iter().find(|(other, _)| other == name).map(|(_, rows)| rows).expect("a table");
+    let rows = |name: &str| {
+        data.matrices
+            .iter()
+            .find(|matrix| matrix.name == name)
+            .map(|DataMatrix { values: rows, .. }| rows)
+            .expect("a table")
+    };
     assert_eq!((rows("gain").len(), rows("gain")[0].len()), (7, 3));
     let (held, error) = (rows("held"), rows("error"));
     // (A − L C) Γ = e^{(A − L C)T} − 1, here to the fourth order of T.

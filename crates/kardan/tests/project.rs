@@ -51,11 +51,8 @@ fn built_in_models_written_and_read_again_are_the_same() {
 fn a_model_built_runs_as_that_of_the_file() {
     let source = model::builtin("two-bodies").expect("it is built in").source;
     let file = Project::open(source);
-    let runs = [
-        Project::open(file.to_toml()),
-        Project::build(Builder::from_entries(by_a_program(file.entries()))),
-    ]
-    .map(|project| project.run(&Settings::default(), &Silent).expect("no mistakes"));
+    let runs = [Project::open(file.to_toml()), Project::build(Builder::from_entries(by_a_program(file.entries())))]
+        .map(|project| project.run(&Settings::default(), &Silent).expect("no mistakes"));
     let expected = file.run(&Settings::default(), &Silent).expect("no mistakes");
     for run in runs {
         assert_eq!(run.runs, expected.runs);

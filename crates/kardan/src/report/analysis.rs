@@ -7,8 +7,8 @@ use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words;
 use crate::results::{
-    Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, Loss, Mode, Placement, PlacementSearch, Sensitivity,
-    Structure,
+    Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, FrictionState, Loss, Mode, ParameterRange,
+    Placement, PlacementSearch, Sensitivity, ShaftAngle, Structure, Undecided,
 };
 
 /// More rows of a long table are counted, not shown.
@@ -26,7 +26,7 @@ pub(super) fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
         return None;
     }
     let (controllable, observable) = (structure.controllable(), structure.observable());
-    if structure.undecided != [false; 2] {
+    if structure.undecided != Undecided::default() {
         let word = |decided: Option<bool>, what: &str, rank: usize| match decided {
             Some(true) => what.to_owned(),
             Some(false) => format!("not {what} (rank {rank} of {states})"),
@@ -156,11 +156,11 @@ fn class(class: &Class) -> String {
         .collect();
     let point = &class.operating_point;
     let angles: Vec<String> =
-        point.angles.iter().map(|(shaft, angle)| format!("{shaft} = {} rad", number(*angle))).collect();
+        point.angles.iter().map(|ShaftAngle { shaft, angle }| format!("{shaft} = {} rad", number(*angle))).collect();
     let friction = point
         .friction
         .iter()
-        .map(|(element, torque, stuck)| {
+        .map(|FrictionState { element, coulomb_torque: torque, stuck }| {
             let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
             vec![Cell::Head(element.clone(), 1), Cell::figure(*torque), Cell::text(state)]
         })
@@ -381,15 +381,15 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
 fn sensitivity(sensitivity: &Sensitivity) -> String {
     let at = |search: &Option<crate::results::LossSearch>, name: &str, nominal: f64| {
         let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
-        let value = |loss: &Loss| loss.at.iter().find(|(other, _, _)| other == name).map_or(nominal, |(_, x, _)| *x);
+        let value = |loss: &Loss| loss.at.iter().find(|one| one.parameter == name).map_or(nominal, |one| one.value);
         Cell::Number(loss.map_or("–".into(), |loss| number(value(loss))))
     };
-    let row = |(name, nominal, low, high, what): &(String, f64, f64, f64, String)| {
+    let row = |ParameterRange { name, nominal, lower, upper, unit: what }: &ParameterRange| {
         vec![
             Cell::Head(format!("{name} [{}]", unit(what)), 1),
-            Cell::figure(*low),
+            Cell::figure(*lower),
             Cell::figure(*nominal),
-            Cell::figure(*high),
+            Cell::figure(*upper),
             at(&sensitivity.controllability, name, *nominal),
             at(&sensitivity.observability, name, *nominal),
         ]

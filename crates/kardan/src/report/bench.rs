@@ -117,11 +117,11 @@ fn differences(study: &BenchStudy) -> String {
             headers.extend([format!("#{}, {unit}: alone", one.output), "#bench without it".into()]);
         }
         let mut rows = vec![vec![Cell::Head("all".into(), 1)]];
-        rows[0].extend(responses.iter().flat_map(|one| [number(one.distance.0), "–".into()]).map(Cell::Number));
+        rows[0].extend(responses.iter().flat_map(|one| [number(one.distance), "–".into()]).map(Cell::Number));
         for (k, difference) in first.differences.iter().enumerate() {
             let mut row = vec![Cell::Head(difference.what.clone(), 1)];
             let both = responses.iter().flat_map(|one| [one.differences[k].alone, one.differences[k].without]);
-            row.extend(both.map(|x| Cell::Number(number(x))));
+            row.extend(both.map(|x| Cell::Number(number(x.unwrap_or(f64::NAN)))));
             rows.push(row);
         }
         out += &titled(

@@ -9,8 +9,8 @@ use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
 use crate::results::{
-    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Interaction, Margins,
-    ObserverResult, Pole, Robustness, ScenarioStrain, ZeroMode,
+    Alternative, Canonical, ChannelResult, Complex, CrossCoupling, Definition, Design, ExactMatrix, Exploration,
+    Interaction, Margins, ObserverResult, Pole, ReadSignal, Robustness, ScenarioStrain, WithSensor, ZeroMode,
 };
 
 /// A matrix with more rows or columns is not shown.
@@ -86,7 +86,7 @@ fn head(design: &Design) -> String {
     for (what, names) in [("States", &design.states), ("Inputs", &design.inputs), ("Outputs", &design.outputs)] {
         body += &format!("<p>{what} ({}): {}</p>\n", names.len(), codes(names, "none"));
     }
-    let definition = |(state, is): &(String, String)| vec![Cell::Head(state.clone(), 1), Cell::text(is.clone())];
+    let definition = |one: &Definition| vec![Cell::Head(one.state.clone(), 1), Cell::text(one.is.clone())];
     let definitions = rows_of(&["state", "is"], design.definitions.iter().map(definition).collect());
     body += &titled("States that stand for combinations of coordinates", &definitions);
     body + &said::hidden(design, number).map(|text| paragraph(&text)).unwrap_or_default()
@@ -122,7 +122,7 @@ fn exploration(found: &Exploration) -> String {
     };
     let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
     let designs = rows_of(&headers, best.iter().map(row).collect());
-    let sensor = |(name, with): &(String, Alternative)| {
+    let sensor = |WithSensor { name, design: with }: &WithSensor| {
         let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
         let mut row = vec![Cell::Head(name.clone(), 1)];
         row.extend([interaction, noise, radius].map(Cell::Number));
@@ -257,20 +257,20 @@ fn closed_loop(design: &Design) -> String {
     if design.closed_loop_poles.is_empty() {
         return String::new();
     }
-    let row = |&((re, im), times): &(Pole, usize)| {
+    let row = |&(Complex { re, im }, times): &(Pole, usize)| {
         let size = re.hypot(im);
-        let word = match said::motion((re, im), design) {
+        let word = match said::motion(Complex { re, im }, design) {
             said::Motion::Decays => mark(true, "decays"),
             said::Motion::Grows => mark(false, "grows"),
             said::Motion::Stays => mark(false, "does not decay"),
             said::Motion::Unknown => mark(false, "not decided"),
         };
         vec![
-            Cell::Number(words::pair((re, im), number)),
+            Cell::Number(words::pair(Complex { re, im }, number)),
             Cell::Number(if times > 1 { format!("{times}×") } else { String::new() }),
             Cell::figure(size),
             Cell::Number(if size > 0.0 { figure(-re / size, 4) } else { "–".into() }),
-            Cell::text(said::owner((re, im), design)),
+            Cell::text(said::owner(Complex { re, im }, design)),
             word,
         ]
     };
@@ -295,8 +295,8 @@ fn zero_dynamics(design: &Design) -> String {
             Cell::figure(mode.natural_frequency),
             Cell::Number(figure(mode.damping_ratio, 4)),
             Cell::Text(words::together(&words::motion(&mode.shape, |value| figure(value, 3)))),
-            Cell::Text(words::together(&words::shares(&mode.stored))),
-            Cell::Text(words::together(&words::shares(&mode.dissipated))),
+            Cell::Text(words::together(&words::of_elements(&mode.stored))),
+            Cell::Text(words::together(&words::of_elements(&mode.dissipated))),
             word,
         ]
     };
@@ -368,7 +368,9 @@ fn cross_coupling(design: &Design) -> String {
         return String::new();
     }
     let same = said::window(found, number);
-    let with_unit = |value: f64, of: &str| Cell::Number(format!("{} {}", number(value), unit(of)).trim_end().into());
+    let with_unit = |value: Option<f64>, of: &str| {
+        Cell::Number(format!("{} {}", number(value.unwrap_or(f64::NAN)), unit(of)).trim_end().into())
+    };
     let row = |c: &CrossCoupling| {
         let mut row = vec![
             Cell::text(said::step(c, number)),
@@ -419,7 +421,7 @@ fn canonical(found: &Canonical, design: &Design) -> String {
 
 fn controller(design: &Design) -> String {
     let mut body = items(&said::controller(&design.controller_data, number));
-    let read = |(signal, of): &(String, String)| vec![Cell::Head(signal.clone(), 1), Cell::text(unit(of))];
+    let read = |one: &ReadSignal| vec![Cell::Head(one.signal.clone(), 1), Cell::text(unit(&one.unit))];
     let reads = rows_of(&["signal read", "unit"], design.controller_data.reads.iter().map(read).collect());
     if !reads.is_empty() && !body.is_empty() {
         body += &format!("<details><summary>Signals in their order</summary>\n{reads}</details>\n");

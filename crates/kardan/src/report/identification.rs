@@ -6,7 +6,7 @@ use super::summary::matrices;
 use super::table::{Cell, section};
 use super::text::{escape, figure, unit};
 use super::words::identification as said;
-use crate::results::Identification;
+use crate::results::{FoundDamping, Identification};
 
 fn number(value: f64) -> String {
     figure(value, 5)
@@ -106,7 +106,7 @@ fn candidates(found: &Identification) -> String {
 }
 
 fn damping(found: &Identification) -> String {
-    let Some((matrix, passive)) = &found.damping else { return String::new() };
+    let Some(FoundDamping { matrix, passive }) = &found.damping else { return String::new() };
     let sentence = if *passive {
         "Every motion loses energy, or none: the damping is passive as a whole, even where that of a single shaft is below zero."
     } else {

@@ -2,7 +2,7 @@
 
 use super::table::{Cell, section, table};
 use super::text::{escape, figure, unit};
-use crate::results::{ModelSummary, NamedMatrix, Pole};
+use crate::results::{Complex, ElementSummary, ModelSummary, NamedMatrix, Pole};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -14,7 +14,7 @@ pub(super) fn summary(model: &ModelSummary) -> String {
         let rows: Vec<Vec<Cell>> = model
             .elements
             .iter()
-            .map(|(kind, name, values)| {
+            .map(|ElementSummary { kind, name, values }| {
                 vec![Cell::Head(name.clone(), 1), Cell::text(kind.clone()), Cell::text(values.clone())]
             })
             .collect();
@@ -89,9 +89,9 @@ pub(super) fn poles(poles: &[Pole]) -> String {
     let mut rest = poles.to_vec();
     let mut rows = Vec::new();
     while !rest.is_empty() {
-        let (real, imaginary) = rest.remove(0);
+        let Complex { re: real, im: imaginary } = rest.remove(0);
         let size = real.hypot(imaginary);
-        let conjugate = |pole: &Pole| (pole.0 - real).hypot(pole.1 + imaginary) <= 1e-9 * size;
+        let conjugate = |pole: &Pole| (pole.re - real).hypot(pole.im + imaginary) <= 1e-9 * size;
         let pair = if imaginary == 0.0 { None } else { rest.iter().position(conjugate) };
         let value = match (pair, imaginary) {
             (Some(_), _) => format!("{} ± {} j", figure(real, 5), figure(imaginary.abs(), 5)),
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn conjugate_poles_share_a_row() {
-        let html = poles(&[(-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0)]);
+        let html = poles(&[Complex::new(-3.0, 4.0), Complex::new(-1.0, 0.0), Complex::new(-3.0, -4.0)]);
         assert_eq!(html.matches("<tr>").count(), 3, "a header and two rows: {html}");
         assert!(html.contains("−3 ± 4 j") && html.contains(">5<") && html.contains(">0.6<"), "{html}");
     }

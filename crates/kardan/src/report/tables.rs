@@ -164,11 +164,13 @@ pub(super) fn requirements(study: &Study) -> String {
                 row.push(Cell::Head(text.clone(), judged.len()));
             }
             row.push(Cell::text(variant_label(study, run)));
-            row.push(Cell::Number(if requirement.measured.is_finite() {
-                format!("{} {}", figure(requirement.measured, 5), unit(&requirement.unit))
-            } else {
-                "not measured".into()
-            }));
+            row.push(Cell::Number(
+                if let Some(measured) = requirement.measured.filter(|measured| measured.is_finite()) {
+                    format!("{} {}", figure(measured, 5), unit(&requirement.unit))
+                } else {
+                    "not measured".into()
+                },
+            ));
             row.push(mark(requirement.passed, if requirement.passed { "passed" } else { "failed" }));
             rows.push(row);
         }

@@ -2,9 +2,9 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use crate::results::{
-    Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole, Robustness,
-    Spread, TorquePeak, TransferEntry, ZeroDynamics,
+    Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability,
+    Design, ExactMatrix, Exploration, Feedback, Flatness, Integrators, Interaction, Interval, Margins, MotorStrain,
+    ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak, TransferEntry, VariedParameter, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -106,8 +106,8 @@ pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
                  {} to {}.",
                 found.positions,
                 found.turned,
-                degrees(found.range.0),
-                degrees(found.range.1)
+                degrees(found.range.from),
+                degrees(found.range.until)
             )
         },
         "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
@@ -190,7 +190,7 @@ pub fn channels(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[Strin
             Some(_) => "any".into(),
             None => "–".into(),
         };
-        let disk = number(one.disk) + &at(Some(one.disk_frequency));
+        let disk = number(one.disk) + &at(one.disk_frequency);
         let disk = if one.searched { format!("{disk}, searched") } else { disk };
         let [from, to] = one.disk_gain;
         let to = if to.is_finite() { number(to) } else { "any".into() };
@@ -241,7 +241,11 @@ pub fn exploration(found: &Exploration) -> Vec<String> {
 
 /// What is said of the loop over a box of plants.
 pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<String> {
-    let varied = found.parameters.iter().filter(|(_, low, high)| low != high).count();
+    let varied = found
+        .parameters
+        .iter()
+        .filter(|VariedParameter { name: _, factors: Interval { lower: low, upper: high } }| low != high)
+        .count();
     let mut out = vec![
         format!("{} coefficients vary: {}.", varied, found.range),
         format!(
@@ -264,8 +268,8 @@ pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<Str
         number(radius.worst)
     ));
     if let Some(worst) = found.interactions.iter().max_by(|a, b| a.size.worst.total_cmp(&b.size.worst)) {
-        let end = |(parameter, factor): (&(String, f64, f64), &f64)| {
-            (parameter.1 != parameter.2).then(|| format!("{} {}", parameter.0, number(*factor)))
+        let end = |(one, factor): (&VariedParameter, &f64)| {
+            (one.factors.lower != one.factors.upper).then(|| format!("{} {}", one.name, number(*factor)))
         };
         let at: Vec<String> = found.parameters.iter().zip(&worst.size.at).filter_map(end).collect();
         out.push(format!("Worst for {} after {}, as factors: {}.", worst.signal, worst.reference, at.join(", ")));
@@ -355,7 +359,9 @@ pub fn decouplability(design: &Design) -> Vec<String> {
     let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
     let added: Vec<String> = integrators
         .iter()
-        .map(|(input, count)| format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" }))
+        .map(|Integrators { input, count }| {
+            format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" })
+        })
         .collect();
     let added = if added.is_empty() { String::new() } else { format!(" with {}", list(&added, NAMES)) };
     let mut out = vec![match possible {
@@ -469,9 +475,9 @@ pub enum Motion {
 /// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a
 /// millionth of the fastest one around the axis, where rounding puts multiple poles at zero.
 pub fn motion(pole: Pole, design: &Design) -> Motion {
-    let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+    let fastest = design.closed_loop_poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
     let unsure = if design.exact_poles { 0.0 } else { 1e-6 * fastest };
-    match pole.0 {
+    match pole.re {
         re if re < -unsure => Motion::Decays,
         re if re > unsure => Motion::Grows,
         _ if design.exact_poles => Motion::Stays,
@@ -489,11 +495,11 @@ pub fn floating_poles(design: &Design) -> Option<&'static str> {
 
 /// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
-    let near = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1) <= 1e-9 * a.0.hypot(a.1);
+    let near = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im) <= 1e-9 * a.re.hypot(a.im);
     let mut out: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
-        let mirrored = (value.0, -value.1);
-        if value.1 < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
+        let mirrored = Pole { im: -value.im, ..value };
+        if value.im < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
             continue;
         }
         // Equal ones are counted, not those that lie near each other.
@@ -507,8 +513,7 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
 
 /// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
 pub fn owner(pole: Pole, design: &Design) -> String {
-    let near =
-        |other: &Pole| (other.0 - pole.0).hypot(other.1.abs() - pole.1.abs()) <= 1e-6 * pole.0.hypot(pole.1).max(1e-9);
+    let near = |other: &Pole| (other.re - pole.re).hypot(other.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9);
     let channels = design.channels.iter().filter(|channel| channel.poles.iter().any(near));
     let mut names: Vec<&str> = channels.map(|channel| channel.output.as_str()).collect();
     if design.zero_dynamics.modes.iter().any(|mode| near(&mode.pole)) {
@@ -636,11 +641,13 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
         Some(time) => format!("every {} s", figures(time)),
         None => "in continuous time".into(),
     };
-    let reads: Vec<&str> = data.reads.iter().map(|(name, _)| name.as_str()).collect();
+    let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
     let matrices: Vec<String> = data
         .matrices
         .iter()
-        .map(|(name, rows)| format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len)))
+        .map(|DataMatrix { name, values: rows }| {
+            format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
+        })
         .collect();
     let mut out = vec![
         format!("Block {} of kardan-rt, {time}.", data.block),
@@ -649,7 +656,8 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
     if !matrices.is_empty() {
         out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
     }
-    let numbers: Vec<String> = data.numbers.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
+    let numbers: Vec<String> =
+        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", figures(*value))).collect();
     if !numbers.is_empty() {
         out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
     }
@@ -660,8 +668,8 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
 pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
     let own = all.iter().find(|other| other.own && other.output == coupling.output && other.failure.is_none())?;
     // A step of another unit has no share.
-    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak;
-    let share = coupling.peak / own;
+    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak?;
+    let share = coupling.peak? / own;
     (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
 }
 
@@ -720,7 +728,7 @@ mod tests {
         assert_eq!(poles.iter().map(|(_, times)| *times).collect::<Vec<_>>(), [2, 1]);
         assert_eq!(owner(poles[0].0, &design), "rk.phi, fs.phi");
         assert_eq!(owner(poles[1].0, &design), "zero dynamics");
-        assert_eq!(owner((-1.0, 0.0), &design), "");
+        assert_eq!(owner(Pole::new(-1.0, 0.0), &design), "");
         let drifting = ZeroDynamics { modes: vec![ZeroMode::default()], ..ZeroDynamics::default() };
         assert!(zero_dynamics(&drifting)[1].contains("NOT stable"));
     }
