@@ -143,9 +143,7 @@ fn module(file: String, code: &str) -> Module {
             }
             "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "mod" | "macro_rules" if depth == 0 => {
                 let name = tokens[at..].iter().find(|token| is_word(token) && *token != "mut");
-                if let Some(name) =
-                    name.filter(|name| !(token == "mod" && tokens.get(at + 1).is_some_and(|t| t == ";")))
-                {
+                if let Some(name) = name.filter(|_| !(token == "mod" && tokens.get(at + 1).is_some_and(|t| t == ";"))) {
                     out.items.insert(name.clone());
                 }
             }

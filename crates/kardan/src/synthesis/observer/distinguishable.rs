@@ -1,14 +1,42 @@
-use super::Distinguishable;
-use super::distinguish::in_proportion;
-use crate::num::{Rational, Scalar};
+//! Which unknown torques sensors tell apart: the answer, and how it is said.
+
+use crate::num::{Matrix, Rational, Scalar};
 use crate::synthesis::words::{in_words, listed};
+
+/// What a set of sensors can tell about unknown constant torques.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distinguishable {
+    /// The sensors.
+    pub sensors: Vec<String>,
+    /// The torques.
+    pub disturbances: Vec<String>,
+    /// Rank of the observability matrix of the system extended by the torques.
+    pub rank: usize,
+    /// Number of its states.
+    pub states: usize,
+    /// How many combinations of the torques can be told apart.
+    pub independent: usize,
+    /// These combinations, one per row, in reduced echelon form: torques early in the list come first.
+    pub combinations: Matrix<Rational>,
+    /// Torques, one set per row, that show in no sensor: they cannot be told from none.
+    pub hidden: Matrix<Rational>,
+    /// Torques that can be estimated by themselves, by number.
+    pub individual: Vec<usize>,
+    /// Smallest sets of torques, by number, that make all others known if they are measured; empty if none is needed. Not all
+    /// are listed where there are more than [`MOST_SETS`] candidates.
+    pub resolving: Vec<Vec<usize>>,
+    /// Motions that show in no sensor even if all torques are known, in words.
+    pub hidden_motions: Vec<String>,
+    /// All this for a reader.
+    pub sentences: Vec<String>,
+}
 
 /// What the sensors can tell, for a reader: the combinations (6.42), what stays hidden, what would resolve it (6.43).
 pub(super) fn sentences(found: &Distinguishable) -> Vec<String> {
     let names = &found.disturbances;
     let sensors = listed(&found.sensors);
     let mut out = Vec::new();
-    let rows = |m: &crate::num::Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).to_vec()).collect::<Vec<_>>();
+    let rows = |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).to_vec()).collect::<Vec<_>>();
     let combinations: Vec<String> = rows(&found.combinations).iter().map(|row| in_words(names, row)).collect();
     let (all, independent) = (names.len(), found.independent);
     if all > 0 {
@@ -62,4 +90,15 @@ fn torques(names: &[String]) -> String {
         [one] => format!("the constant torque {one}"),
         _ => format!("the constant torques {}", listed(names)),
     }
+}
+
+/// `T_wg : T_cs : T_fs = 1 : -51 : 50`; the name alone if there is but one.
+pub(super) fn in_proportion<S: AsRef<str>>(names: &[S], vector: &[Rational]) -> String {
+    let terms: Vec<(&str, &Rational)> =
+        names.iter().map(AsRef::as_ref).zip(vector).filter(|(_, x)| !x.is_zero()).collect();
+    if let [(name, _)] = terms.as_slice() {
+        return (*name).to_string();
+    }
+    let (names, factors): (Vec<&str>, Vec<String>) = terms.iter().map(|(name, x)| (*name, x.to_string())).unzip();
+    format!("{} = {}", names.join(" : "), factors.join(" : "))
 }
