@@ -3,8 +3,11 @@ use std::sync::Arc;
 use kardan_rt::{Health, ModelObserver, Row, Sensor, StateSpace, hold};
 
 use super::observer::{Noise, distinguishable, extend, kalman, luenberger};
-use super::sampled::{Block, Clock, Firmware, entries};
-use super::{Continuous, ExactLoop, Law, LinearLaw, Plant, Reference, Running, Seen, SynthesisError, named, rounded};
+use super::sampled::entries;
+use super::{
+    Block, Clock, Continuous, ExactLoop, Firmware, Law, LinearLaw, Plant, Reference, Running, Seen, SynthesisError,
+    named, rounded,
+};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
 use crate::equations::Measured;

@@ -14,10 +14,10 @@ use crate::num::{Float, Keeper, Matrix, Rational, Scalar, echelon, rational_to_f
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, Physical, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign, keys};
-use crate::synthesis::sampled::{Block, Clock, Firmware, entries};
+use crate::synthesis::sampled::entries;
 use crate::synthesis::{
-    Continuous, ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen, SynthesisError,
-    angle_output, effective_inertia, named, output_shaft,
+    Block, Clock, Continuous, ExactLoop, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen,
+    SynthesisError, angle_output, effective_inertia, named, output_shaft,
 };
 use crate::units::{Dimension, Exact};
 

@@ -6,9 +6,9 @@ use crate::element::Values;
 use crate::num::{Float, Keeper, Matrix, rational_to_f64};
 use crate::results::{ControllerData, DataNumber, Design, Physical, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign};
-use crate::synthesis::sampled::{Block, Clock, Firmware};
 use crate::synthesis::{
-    Continuous, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError, input_inertia, output_shaft,
+    Block, Clock, Continuous, Firmware, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError,
+    input_inertia, output_shaft,
 };
 use crate::units::Dimension;
 

@@ -18,12 +18,12 @@ use crate::synthesis::observed::{Reading, reading, rows, sensor_table, sensors, 
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::sampled::{
-    Block, Firmware, GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter,
-    hold_plant, on_their_way, turning,
+    GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter, hold_plant,
+    on_their_way, turning,
 };
 use crate::synthesis::{
-    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock, effective_inertia,
-    reading_variance, rounded,
+    Block, Clock, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock,
+    effective_inertia, reading_variance, rounded,
 };
 use crate::units::Dimension;
 
@@ -368,7 +368,7 @@ fn schedule(
     let mechanism =
         MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
     let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
-    if let Some(points) = request.plant.turned.of(request) {
+    if let Some(points) = request.plant.turned.of(request.values, request.disturbances) {
         return Ok(all(points));
     }
     let mut points = vec![straight.data.clone()];
@@ -387,7 +387,7 @@ fn schedule(
         });
         ratios.push(basis);
     }
-    request.plant.turned.keep(request, &points);
+    request.plant.turned.keep(request.values, request.disturbances, &points);
     Ok(all(points))
 }
 
