@@ -333,7 +333,7 @@ pub fn identify(bytes: &[u8]) {
 /// `kardan bench`: the plan; its log where that is short.
 pub fn bench(bytes: &[u8]) {
     let Some(source) = small(bytes) else { return };
-    match study::prepare_bench(source, &study::BenchSettings::default()) {
+    match study::prepare_bench(&study::Project::open(source), &study::BenchSettings::default()) {
         Ok(bench) => {
             drop(export::truth_toml(bench.truth()));
         }

@@ -24,7 +24,7 @@ fn main() {
     divan::main();
 }
 
-fn variant(name: &str, number: usize) -> PreparedVariant {
+fn variant(name: &str, number: usize) -> std::sync::Arc<PreparedVariant> {
     study::prepare(builtin(name).expect("built in").source).0.variants.remove(number)
 }
 

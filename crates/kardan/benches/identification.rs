@@ -22,7 +22,7 @@ fn main() {
 fn coverage(repetitions: u64) {
     let source = builtin("harmonic-drive-bench").expect("built in").source;
     let settings = BenchSettings { run: BenchRun::Excitation, ..BenchSettings::default() };
-    let bench = study::prepare_bench(source, &settings).expect("a bench");
+    let bench = study::prepare_bench(&study::Project::open(source), &settings).expect("a bench");
     let truth: Vec<(String, f64)> = bench.truth().iter().map(|one| (one.name.clone(), one.value)).collect();
     let start = Instant::now();
     let found: Vec<_> = (0..repetitions)

@@ -1,16 +1,18 @@
 //! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
 
+mod choice;
 mod given;
 mod keys;
 
 use std::collections::BTreeMap;
 
 use crate::entries::Place;
-use crate::units::{Dimension, Exact, Tolerated};
+use crate::units::{Dimension, Exact, Tolerated, parse_number, parse_quantity};
 
 pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
 pub use keys::{ElementKeys, Keys, LawKeys};
 
+pub(crate) use choice::choice;
 pub(crate) use keys::keys;
 
 /// Which numbers a field takes.
@@ -104,6 +106,20 @@ impl Field {
         Self { name, kind, required: false, default: None, doc }
     }
 
+    /// The number that holds when the key is left out, if that is a number; a test reads that of each field.
+    pub fn default_number(&self) -> Option<Exact> {
+        match self.kind {
+            Kind::Quantity(..) => self.default.and_then(|text| parse_quantity(text).ok()).map(|(value, _)| value),
+            Kind::Number(_) => self.default.and_then(|text| parse_number(text).ok()),
+            _ => None,
+        }
+    }
+
+    /// The word that holds when the key is left out, if that is a word.
+    pub fn default_word(&self) -> Option<&'static str> {
+        self.default.filter(|_| matches!(self.kind, Kind::Choice(_) | Kind::Text))
+    }
+
     /// A key that may be left out, and then has this value.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> Self {
         Self { name, kind, required: false, default: Some(default), doc }
@@ -150,10 +166,30 @@ pub enum Value {
 /// A table as read: known keys with typed values; what was wrong has been reported already.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
+    /// The keys that it may have.
+    pub fields: &'static [Field],
     /// Byte range of the table's header (or of the inline table).
     pub place: Place,
     /// The values by key.
     pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
+}
+
+impl Table {
+    fn default_of(&self, key: &str) -> Option<&'static Field> {
+        self.fields.iter().find(|field| field.name == key).filter(|_| !self.unread.contains(&key))
+    }
+
+    /// The number that holds for a key that is left out.
+    pub fn default_scalar(&self, key: &str) -> Option<Scalar> {
+        let field = self.default_of(key)?;
+        let dimension = if let Kind::Quantity(dimension, _) = field.kind { dimension } else { Dimension::NONE };
+        Some(Scalar::Literal(field.default_number()?, dimension))
+    }
+
+    /// The word that holds for a key that is left out.
+    pub fn default_word(&self, key: &str) -> Option<&'static str> {
+        self.default_of(key)?.default_word()
+    }
 }

@@ -1,19 +1,20 @@
 //! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, WrittenLog};
+use kardan::project::Named;
 use kardan::report;
 use kardan::results::{BenchStudy, Experiment, Outcome};
-use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench};
+use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench, Project};
 
 use super::identify::logs as opened;
 use super::run::table;
 use super::{DONE, ERROR};
 use crate::args::{BenchArgs, Format, Limits};
 use crate::bench_text;
-use crate::input::{self, Source};
+use crate::input::{self, Origin, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
@@ -32,12 +33,13 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         }
     }
     let source = input::read(&args.model, quiet)?;
-    let truth = args.truth.as_deref().map(input::read_text).transpose()?;
-    let known = study::check(&source.text);
+    let project = Project::open(source.text.as_str());
+    let known = project.mistakes().to_vec();
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
     }
     render::show(Some(&source), &known);
+    let truth = args.truth.as_deref().map(true_values).transpose()?;
     let control = args.control.clone().filter(|_| !args.study);
     let settings = BenchSettings {
         seed: args.seed,
@@ -57,10 +59,10 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     // What would stop the study in its middle is told before it begins.
     let tried = args
         .study
-        .then(|| study::bench_controller(&source.text, args.control.as_deref(), args.variant.as_deref()))
+        .then(|| study::bench_controller(&project, args.control.as_deref(), args.variant.as_deref()))
         .transpose();
     let tried = tried.map_err(failed(&source))?;
-    let bench = study::prepare_bench(&source.text, &settings).map_err(failed(&source))?;
+    let bench = study::prepare_bench(&project, &settings).map_err(failed(&source))?;
     let folder = Folder::prepare(&args.out)?;
     let mut output = Output { folder, files: Vec::new(), problems: Vec::new() };
     let logs = output.logs(&bench, &formats, u64::from(args.repetitions), args.limits, quiet);
@@ -70,11 +72,11 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         Some(control) if stop::reason().is_none() => {
             let settings = BenchSettings {
                 // Drawn true values lie around those of this file, not of the one that is written.
-                truth: Some(export::truth_toml(bench.truth())),
+                truth: Some(study::given_truth(bench.truth())),
                 run: BenchRun::Control(control),
                 ..settings
             };
-            output.study(&source, &bench, &logs, &formats, &settings, args, quiet)?
+            output.study(&source, &project, &bench, &logs, &formats, &settings, args, quiet)?
         }
         _ => None,
     };
@@ -88,6 +90,13 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
     let whole = outcomes.chain(logs.iter().map(|log| &log.outcome)).all(|outcome| *outcome == Outcome::Completed);
     Ok(if problems.is_empty() && whole && stop::reason().is_none() { DONE } else { ERROR })
+}
+
+/// The true values in a file.
+fn true_values(path: &Path) -> Result<Named, Failure> {
+    let text = input::read_text(path)?;
+    let source = Source { name: path.display().to_string(), text, origin: Origin::File };
+    study::read_truth(&source.text).map_err(|diagnostics| Failure { source: Some(source), diagnostics })
 }
 
 /// A study that ended early.
@@ -189,6 +198,7 @@ impl Output {
     fn study(
         &mut self,
         source: &Source,
+        project: &Project,
         bench: &PreparedBench,
         logs: &[WrittenLog],
         formats: &[Format],
@@ -202,7 +212,7 @@ impl Output {
         let asked = IdentifySettings { variant: settings.variant.clone(), ..IdentifySettings::default() };
         let bars = Bars::new(quiet);
         self.keep_told(bench, logs, args.json);
-        let found = study::identify(&source.text, opened(&paths)?, &asked, &bars);
+        let found = project.identify(opened(&paths)?, &asked, &bars);
         bars.finish();
         if stop::reason().is_some() {
             return Ok(None);
@@ -212,7 +222,7 @@ impl Output {
         self.keep("identified", "toml", text.as_bytes());
         let bars = Bars::within(quiet, args.limits);
         self.keep_told(bench, logs, args.json);
-        let closed_loop = study::closed_loop(&text, settings, &bars);
+        let closed_loop = study::closed_loop(&Project::open(text), settings, &bars);
         bars.finish();
         let closed_loop = closed_loop.map_err(|diagnostics| Failure { source: None, diagnostics })?;
         for Experiment { name, simulated, measured, .. } in &closed_loop.experiments {

@@ -13,8 +13,8 @@ keys! {
                 "Capacitance C.";
         }
         optional {
-            initial_voltage: Quantity(Dimension::VOLTAGE, Sign::Any),
-                "v0, the voltage while `<name>.q` is zero, as it is at the start; left out: zero.";
+            initial_voltage: Quantity(Dimension::VOLTAGE, Sign::Any) = "0 V",
+                "v0, the voltage while `<name>.q` is zero, as it is at the start.";
         }
     }
 }
@@ -44,7 +44,7 @@ fn terms(name: &str, values: &Values) -> Vec<Term> {
     let mut out = branch(name, values, ["from", "to"]);
     let capacitance = values.exact("capacitance");
     if let (Some(capacitance), Some(stiffness)) = (capacitance, capacitance.and_then(|c| c.recip())) {
-        let rest = -&(capacitance * &values.exact_or_zero("initial_voltage"));
+        let rest = -&(capacitance * &values.exact_or_default("initial_voltage"));
         out.push(Term::Spring { along: Direction::shaft(name), stiffness, rest });
     }
     out

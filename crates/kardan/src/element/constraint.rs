@@ -10,7 +10,7 @@ keys! {
             coefficients: Coefficients, "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any), "The right-hand side; left out: zero.";
+            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "The right-hand side.";
         }
     }
 }
@@ -45,5 +45,5 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
-    vec![Term::Constraint { along, offset: values.exact_or_zero("offset") }]
+    vec![Term::Constraint { along, offset: values.exact_or_default("offset") }]
 }

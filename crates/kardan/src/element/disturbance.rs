@@ -30,5 +30,5 @@ shaft = \"rk\"
 };
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    vec![Term::Input { along: Direction::shaft(values.required("shaft")), kind: InputKind::Disturbance }]
+    vec![Term::Input { along: Direction::shaft(values.word_or_default("shaft")), kind: InputKind::Disturbance }]
 }

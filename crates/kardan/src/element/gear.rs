@@ -13,7 +13,7 @@ keys! {
                 "i: turns of the first shaft for one turn of the second; a fraction such as \"51/50\" stays exact.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset; left out: zero.";
+            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset.";
         }
     }
 }
@@ -43,7 +43,7 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
     if values.word("shaft_1").is_some() && values.word("shaft_1") == values.word("shaft_2") {
         return vec![Mistake::new(
             "shaft_2",
-            format!("both ends are the shaft `{}`", values.required("shaft_1")),
+            format!("both ends are the shaft `{}`", values.word_or_default("shaft_1")),
             "name two different shafts",
         )];
     }
@@ -51,9 +51,12 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
+    let ratio = values.exact_or_default("ratio");
     let along = Direction {
-        entries: vec![(values.required("shaft_1").into(), Exact::one()), (values.required("shaft_2").into(), -&ratio)],
+        entries: vec![
+            (values.word_or_default("shaft_1").into(), Exact::one()),
+            (values.word_or_default("shaft_2").into(), -&ratio),
+        ],
     };
-    vec![Term::Constraint { along, offset: -&values.exact_or_zero("offset") }]
+    vec![Term::Constraint { along, offset: -&values.exact_or_default("offset") }]
 }

@@ -14,12 +14,12 @@ keys! {
             ratio: Number(Sign::Positive), "The transmission ratio i of the catalogue.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset of the angles; left out: zero.";
+            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting offset of the angles.";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive),
                 "Torsional stiffness as felt at the flexspline while the other two shafts are held; a spring then \
                  stands in place of the equation of the gear. Left out: rigid.";
-            damping: Quantity(Dimension::DAMPING, Sign::NonNegative),
-                "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`. Left out: none.";
+            damping: Quantity(Dimension::DAMPING, Sign::NonNegative) = "0 N m s/rad",
+                "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`.";
         }
     }
 }
@@ -56,7 +56,7 @@ fn check(values: &Values) -> Vec<Mistake> {
         values.word(keys[*k]).is_some() && keys[..*k].iter().any(|key| values.word(key) == values.word(keys[*k]))
     };
     let mistake = |k: usize| {
-        let message = format!("two of its shafts are `{}`", values.required(keys[k]));
+        let message = format!("two of its shafts are `{}`", values.word_or_default(keys[k]));
         Mistake::new(keys[k], message, "name three different shafts")
     };
     let mut out: Vec<Mistake> = (1..keys.len()).filter(again).map(mistake).collect();
@@ -72,18 +72,18 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = values.exact("ratio").cloned().unwrap_or_else(Exact::one);
+    let ratio = values.exact_or_default("ratio");
     let circular = Exact { rational: -(ratio.to_rational() + Rational::ONE), pi: 0 };
     let along = Direction {
         entries: vec![
-            (values.required("wave_generator").into(), Exact::one()),
-            (values.required("circular_spline").into(), circular),
-            (values.required("flexspline").into(), ratio.clone()),
+            (values.word_or_default("wave_generator").into(), Exact::one()),
+            (values.word_or_default("circular_spline").into(), circular),
+            (values.word_or_default("flexspline").into(), ratio.clone()),
         ],
     };
-    let offset = -&values.exact_or_zero("offset");
+    let offset = -&values.exact_or_default("offset");
     let Some(stiffness) = values.exact("stiffness").cloned() else { return vec![Term::Constraint { along, offset }] };
-    vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_zero("damping") }]
+    vec![Term::Compliance { along, offset, scale: ratio, stiffness, damping: values.exact_or_default("damping") }]
 }
 
 #[cfg(test)]

@@ -138,6 +138,8 @@ pub enum Resolved {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Values {
     map: BTreeMap<&'static str, Resolved>,
+    /// What holds for keys that are left out.
+    defaults: BTreeMap<&'static str, Resolved>,
 }
 
 impl Values {
@@ -146,19 +148,29 @@ impl Values {
         self.map.insert(key, value);
     }
 
+    /// What holds for a key if it is left out.
+    pub fn insert_default(&mut self, key: &'static str, value: Resolved) {
+        self.defaults.insert(key, value);
+    }
+
+    /// What is given for a key, or its default.
+    fn get(&self, key: &str) -> Option<&Resolved> {
+        self.map.get(key).or_else(|| self.defaults.get(key))
+    }
+
     /// Takes a key away.
     pub fn remove(&mut self, key: &str) {
         self.map.remove(key);
     }
 
-    /// Whether the key is there.
+    /// Whether the key is there, and not its default.
     pub fn has(&self, key: &str) -> bool {
         self.map.contains_key(key)
     }
 
     /// A word.
     pub fn word(&self, key: &str) -> Option<&str> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Word(word)) => Some(word),
             _ => None,
         }
@@ -166,7 +178,7 @@ impl Values {
 
     /// A list of words.
     pub fn words(&self, key: &str) -> Option<&[String]> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Words(words)) => Some(words),
             _ => None,
         }
@@ -174,14 +186,14 @@ impl Values {
 
     /// A number.
     pub fn exact(&self, key: &str) -> Option<&Exact> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Exact(value)) => Some(value),
             _ => None,
         }
     }
 
-    /// A number, or zero.
-    pub fn exact_or_zero(&self, key: &str) -> Exact {
+    /// A number, or its default; zero where it has none.
+    pub fn exact_or_default(&self, key: &str) -> Exact {
         self.exact(key).cloned().unwrap_or_else(Exact::zero)
     }
 
@@ -190,9 +202,14 @@ impl Values {
         self.exact(key).map(Exact::to_f64)
     }
 
+    /// The same as `f64`.
+    pub fn number_or_default(&self, key: &str) -> f64 {
+        self.number(key).unwrap_or_default()
+    }
+
     /// Coefficients by shaft.
     pub fn map(&self, key: &str) -> Option<&[(String, Exact)]> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Map(map)) => Some(map),
             _ => None,
         }
@@ -200,7 +217,7 @@ impl Values {
 
     /// A list of tables.
     pub fn tables(&self, key: &str) -> Option<&[Values]> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Tables(tables)) => Some(tables),
             _ => None,
         }
@@ -213,14 +230,14 @@ impl Values {
 
     /// Poles, 1/s.
     pub fn poles(&self, key: &str) -> Option<&[ExactPole]> {
-        match self.map.get(key) {
+        match self.get(key) {
             Some(Resolved::Poles(poles)) => Some(poles),
             _ => None,
         }
     }
 
-    /// A required word. The parser has seen to it that it is there.
-    fn required(&self, key: &str) -> &str {
+    /// A word that is required, or has a default.
+    pub fn word_or_default(&self, key: &str) -> &str {
         self.word(key).unwrap_or_default()
     }
 }
@@ -251,7 +268,8 @@ fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
     if values.word(from).is_none() || values.word(from) != values.word(to) {
         return Vec::new();
     }
-    let message = format!("both ends are the node `{}`, so it has no part in the circuit", values.required(from));
+    let message =
+        format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
     vec![Mistake::new(to, message, "name two different nodes")]
 }
 
@@ -261,7 +279,7 @@ fn losses(along: &Direction, values: &Values) -> Vec<Term> {
     if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
         out.push(Term::Damper { along: along.clone(), damping: damping.clone() });
     }
-    let torque = values.exact_or_zero("friction");
+    let torque = values.exact_or_default("friction");
     let stribeck = match (values.exact("breakaway"), values.exact("stribeck_speed")) {
         (Some(breakaway), Some(speed)) => Some(Stribeck { breakaway: breakaway.clone(), speed: speed.clone() }),
         _ => None,
@@ -302,7 +320,7 @@ fn check_losses(values: &Values) -> Vec<Mistake> {
         )),
         (Some(_), true) => {}
     }
-    let (friction, breakaway) = (values.exact_or_zero("friction"), values.exact("breakaway"));
+    let (friction, breakaway) = (values.exact_or_default("friction"), values.exact("breakaway"));
     if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
         let message =
             format!("the breakaway torque {} N m is below the friction {} N m", breakaway.to_f64(), friction.to_f64());

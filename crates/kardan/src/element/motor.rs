@@ -15,7 +15,7 @@ keys! {
                 "Largest torque either way; left out: unlimited.";
             rate_limit: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
                 "Largest change of torque per time; left out: unlimited.";
-            lag: Quantity(Dimension::TIME, Sign::NonNegative), "Time constant of the first-order lag; left out: none.";
+            lag: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Time constant of the first-order lag.";
             ripple: Quantity(Dimension::TORQUE, Sign::NonNegative),
                 "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft \
                  against `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as \
@@ -67,14 +67,14 @@ fn check_shafts(values: &Values) -> Vec<Mistake> {
     if values.word("shaft").is_none() || values.word("shaft") != values.word("reaction") {
         return Vec::new();
     }
-    let message = format!("it pushes against its own shaft `{}`, so it does nothing", values.required("shaft"));
+    let message = format!("it pushes against its own shaft `{}`, so it does nothing", values.word_or_default("shaft"));
     vec![Mistake::new("reaction", message, "name another shaft, or remove `reaction` for the housing")]
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ripple = values.exact("ripple").filter(|x| !x.is_zero()).zip(values.exact("ripple_order"));
     vec![Term::Input {
-        along: Direction::difference(values.required("shaft"), values.word("reaction")),
+        along: Direction::difference(values.word_or_default("shaft"), values.word("reaction")),
         kind: InputKind::Motor(equations::Motor {
             torque_limit: values.exact("torque_limit").cloned(),
             rate_limit: values.exact("rate_limit").cloned(),

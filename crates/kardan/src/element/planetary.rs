@@ -11,7 +11,7 @@ keys! {
                 "The three coefficients by shaft, such as tooth numbers { sun = 30, ring = 70, carrier = -100 }.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any), "Value of r1 q1 + r2 q2 + r3 q3; left out: zero.";
+            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Value of r1 q1 + r2 q2 + r3 q3.";
         }
     }
 }
@@ -53,5 +53,5 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
     let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
-    vec![Term::Constraint { along, offset: values.exact_or_zero("offset") }]
+    vec![Term::Constraint { along, offset: values.exact_or_default("offset") }]
 }

@@ -19,9 +19,9 @@ keys! {
             lines: Number(Sign::Positive), "Lines per revolution; every line counts four edges. Left out: no rounding.";
             resolution: Quantity(Dimension::ANGLE, Sign::Positive),
                 "Smallest step of the angle or twist, instead of `lines`.";
-            phase: Number(Sign::NonNegative),
+            phase: Number(Sign::NonNegative) = "0",
                 "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
-                 floor(angle/step + phase). Left out: 0; with 0.5 it rounds to the nearest step.";
+                 floor(angle/step + phase); with 0.5 it rounds to the nearest step.";
             sample_time: Quantity(Dimension::TIME, Sign::Positive),
                 "Time between readings, held in between; a speed is then the difference of two rounded angles. Left \
                  out: continuous.";
@@ -122,8 +122,8 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let shaft = || values.required("shaft").to_string();
-    let measured = match (values.required("measures"), values.word("element")) {
+    let shaft = || values.word_or_default("shaft").to_string();
+    let measured = match (values.word_or_default("measures"), values.word("element")) {
         ("angle", _) => Measured::Angle(shaft()),
         ("speed", _) => Measured::Speed(shaft()),
         ("net_torque", _) => Measured::NetTorque(shaft()),
@@ -134,7 +134,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     vec![Term::Output(equations::Sensor {
         measured,
         resolution: lines.or(values.number("resolution")),
-        phase: values.number("phase").unwrap_or(0.0),
+        phase: values.number_or_default("phase"),
         sample_time: values.exact("sample_time").cloned(),
         noise: values.number("noise").filter(|noise| *noise > 0.0),
     })]

@@ -9,13 +9,12 @@ keys! {
         required {
         }
         optional {
-            inertia: Quantity(Dimension::INERTIA, Sign::NonNegative), "Moment of inertia; left out: massless.";
-            damping: Quantity(Dimension::DAMPING, Sign::Any),
-                "Viscous damping against the housing; left out: none. An equivalent damping identified on a gear may \
-                 be negative as long as the whole model stays passive.";
-            friction: Quantity(Dimension::TORQUE, Sign::NonNegative),
-                "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`; \
-                 left out: none.";
+            inertia: Quantity(Dimension::INERTIA, Sign::NonNegative) = "0 kg m^2", "Moment of inertia.";
+            damping: Quantity(Dimension::DAMPING, Sign::Any) = "0 N m s/rad",
+                "Viscous damping against the housing. An equivalent damping identified on a gear may be negative as \
+                 long as the whole model stays passive.";
+            friction: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m",
+                "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`.";
             breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
             stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
         }

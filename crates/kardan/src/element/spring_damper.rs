@@ -12,8 +12,8 @@ keys! {
         optional {
             shaft_2: Shaft, "The second shaft; left out: the housing.";
             stiffness: Quantity(Dimension::STIFFNESS, Sign::NonNegative), "Torsional stiffness; left out: no spring.";
-            damping: Quantity(Dimension::DAMPING, Sign::Any), "Viscous damping; left out: none.";
-            friction: Quantity(Dimension::TORQUE, Sign::NonNegative), "Coulomb friction torque; left out: none.";
+            damping: Quantity(Dimension::DAMPING, Sign::Any) = "0 N m s/rad", "Viscous damping.";
+            friction: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m", "Coulomb friction torque.";
             breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
             stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
             rest: Quantity(Dimension::ANGLE, Sign::Any),
@@ -50,13 +50,13 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction::difference(values.required("shaft_1"), values.word("shaft_2"));
+    let along = Direction::difference(values.word_or_default("shaft_1"), values.word("shaft_2"));
     let mut out = Vec::new();
     if let Some(stiffness) = values.exact("stiffness").filter(|x| !x.is_zero()) {
         out.push(Term::Spring {
             along: along.clone(),
             stiffness: stiffness.clone(),
-            rest: values.exact_or_zero("rest"),
+            rest: values.exact_or_default("rest"),
         });
     }
     out.extend(losses(&along, values));

@@ -18,7 +18,7 @@ keys! {
             angle_1: Quantity(Dimension::ANGLE, Sign::Any), "Bend angle of the joint at shaft_1 of a double joint.";
             angle_2: Quantity(Dimension::ANGLE, Sign::Any),
                 "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.";
-            phase: Quantity(Dimension::ANGLE, Sign::Any), "Mounting angle of shaft_2; left out: zero.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Mounting angle of shaft_2.";
         }
     }
 }
@@ -84,10 +84,10 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         (None, Some(c1), Some(c2)) => c1 / c2,
         _ => 1.0,
     };
-    let phase = values.number("phase").unwrap_or(0.0);
+    let phase = values.number_or_default("phase");
     vec![Term::Transmission {
-        driven: values.required("shaft_1").into(),
-        driving: values.required("shaft_2").into(),
+        driven: values.word_or_default("shaft_1").into(),
+        driving: values.word_or_default("shaft_2").into(),
         curve: Arc::new(UniversalJointCurve { ratio, phase_in: phase, phase_out: 0.0 }),
     }]
 }

@@ -217,7 +217,8 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     check_tables(&root, &mut document.doubts, &mut out, &mut study);
     let single = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
         let what = format!("`[{key}]`");
-        let mut table = root.child(key, out).map(|node| table(fields, &node, &what, out)).unwrap_or_default();
+        let empty = || Table { fields, ..Table::default() };
+        let mut table = root.child(key, out).map_or_else(empty, |node| table(fields, &node, &what, out));
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         table
     };

@@ -211,15 +211,22 @@ pub fn manual_of(name: &str) -> Option<String> {
 
 fn keys(fields: &[Field], out: &mut String) {
     for field in fields {
-        let need = if field.required { "required" } else { "optional" };
-        let _ = writeln!(out, "  {} ({}, {need})\n      {}", field.name, describe(&field.kind), field.doc);
+        let _ = writeln!(out, "  {} ({}, {})\n      {}", field.name, describe(&field.kind), need(field), field.doc);
         if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
             for field in inner {
-                let need = if field.required { "required" } else { "optional" };
-                let _ =
-                    writeln!(out, "      {} ({}, {need})\n          {}", field.name, describe(&field.kind), field.doc);
+                let (kind, need) = (describe(&field.kind), need(field));
+                let _ = writeln!(out, "      {} ({kind}, {need})\n          {}", field.name, field.doc);
             }
         }
+    }
+}
+
+/// Whether a key must be there, or what holds without it.
+fn need(field: &Field) -> String {
+    match (field.required, field.default) {
+        (true, _) => "required".into(),
+        (_, Some(default)) => format!("left out: {default}"),
+        (_, None) => "optional".into(),
     }
 }
 
@@ -286,12 +293,55 @@ mod tests {
             assert!(manual_of(name).is_some(), "{name}");
         }
         let page = manual_of("analysis").unwrap_or_default();
-        for key in
-            ["shaft (shaft, required)", "measures (angle | speed, optional)", "cost (number, zero or more, optional)"]
-        {
+        for key in [
+            "shaft (shaft, required)",
+            "measures (angle | speed, left out: angle)",
+            "cost (number, zero or more, left out: 1)",
+        ] {
             assert!(page.contains(key), "{key}: {page}");
         }
         assert!(manual().contains("[analysis]") && manual_of("nothing").is_none());
+    }
+
+    /// What holds for a key that is left out could be written there.
+    #[test]
+    fn defaults_are_values_of_their_keys() {
+        fn check(fields: &[Field], seen: &mut usize) {
+            for field in fields {
+                if let Kind::Tables(inner) | Kind::Table(inner) = field.kind {
+                    check(inner, seen);
+                }
+                let Some(default) = field.default else { continue };
+                let entry = crate::entries::Entry::from(crate::entries::Written::Text(default.into()));
+                let mut mistakes = Vec::new();
+                let read = super::super::parse::value(&field.kind, field.name, &entry, &mut mistakes);
+                assert_eq!(mistakes, [], "{} = {default}", field.name);
+                assert!(read.is_some() && !field.required);
+                assert!(field.default_number().is_some() != field.default_word().is_some(), "{}", field.name);
+                assert!(
+                    !field.doc.contains("eft out: ") || field.doc.contains(", of "),
+                    "{}: {}",
+                    field.name,
+                    field.doc
+                );
+                *seen += 1;
+            }
+        }
+        let mut seen = 0;
+        element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
+        synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut seen));
+        for fields in [
+            tables::Header::FIELDS,
+            tables::Scenario::FIELDS,
+            tables::Requirement::FIELDS,
+            tables::Analysis::FIELDS,
+            tables::Bench::FIELDS,
+            tables::Log::FIELDS,
+            tables::Identification::FIELDS,
+        ] {
+            check(fields, &mut seen);
+        }
+        assert!(seen > 40, "{seen}");
     }
 
     #[test]

@@ -124,7 +124,7 @@ impl<'t> Node<'t> {
 /// `key::unknown`, `key::missing`, and for each value the errors of [`value`].
 pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Table {
     let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
-    let mut read = Table { place: node.place.clone(), ..Table::default() };
+    let mut read = Table { fields, place: node.place.clone(), ..Table::default() };
     let mut misspelt = Vec::new();
     for found in node.table.iter() {
         let name = found.key.as_str();

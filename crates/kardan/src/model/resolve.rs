@@ -204,7 +204,14 @@ impl<'a> TableReader<'a> {
     pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
         let mut values = Values::default();
         for field in fields {
-            let Some(spanned) = table.values.get(field.name) else { continue };
+            let Some(spanned) = table.values.get(field.name) else {
+                let word = || field.default_word().map(|word| Resolved::Word(word.into()));
+                let default = field.default_number().map(Resolved::Exact).or_else(word);
+                if let Some(default) = default.filter(|_| !table.unread.contains(&field.name)) {
+                    values.insert_default(field.name, default);
+                }
+                continue;
+            };
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
@@ -540,7 +547,7 @@ impl Document {
         controls.sort_by(|a, b| a.name.cmp(&b.name));
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         let model = Model {
-            name: header.word("name").unwrap_or("model").to_string(),
+            name: header.word_or_default("name").to_string(),
             description: header.word("description").unwrap_or_default().to_string(),
             shafts,
             terms,

@@ -1,6 +1,6 @@
 //! The tables of a model beside its elements and laws: header, scenario, requirements, plots, analysis, bench, logs.
 
-use crate::schema::{Sign, keys};
+use crate::schema::{Sign, choice, keys};
 use crate::units::Dimension;
 
 /// The elements that can have Coulomb friction; a test keeps them equal to the registry.
@@ -12,7 +12,7 @@ keys! {
         required {
         }
         optional {
-            name: Text, "Name of the model; left out: `model`.";
+            name: Text = "model", "Name of the model.";
             description: Text, "A sentence for the report.";
             coordinates: Shafts(0),
                 "Shafts (in a circuit: charges) to use as reduced coordinates; left out: chosen so that the equations \
@@ -27,16 +27,16 @@ keys! {
         required {
         }
         optional {
-            duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run; left out: 1 s.";
-            output_step: Quantity(Dimension::TIME, Sign::Positive),
-                "Time between rows of the results, a twentieth of it during 20 steps after each event; left out: 1 ms.";
-            relative_tolerance: Number(Sign::Positive),
-                "Relative error allowed per integration step, from 1e-13 to 1e-3; left out: 1e-10.";
+            duration: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Length of the run.";
+            output_step: Quantity(Dimension::TIME, Sign::Positive) = "1 ms",
+                "Time between rows of the results, a twentieth of it during 20 steps after each event.";
+            relative_tolerance: Number(Sign::Positive) = "1e-10",
+                "Relative error allowed per integration step, from 1e-13 to 1e-3.";
             initial: Overrides,
                 "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: { \
                  \"rk.phi\" = \"10 deg\" }; left out: zero.";
-            seed: Number(Sign::NonNegative),
-                "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.";
+            seed: Number(Sign::NonNegative) = "1",
+                "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise.";
             event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";
             fault: Tables(Fault), "Sensors that fail: `[[scenario.fault]]`.";
         }
@@ -68,11 +68,43 @@ keys! {
             at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where sensors work.";
         }
         optional {
-            kind: Choice(&["lost", "stuck"]),
+            kind: Choice(&["lost", "stuck"]) = "lost",
                 "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on \
-                 giving its last reading. Left out: lost.";
+                 giving its last reading.";
             until: Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never.";
         }
+    }
+}
+
+choice! {
+    /// What a requirement measures of a signal.
+    Measure {
+        /// The largest value in the window.
+        Max = "max",
+        /// The smallest value.
+        Min = "min",
+        /// The largest in size.
+        MaxAbs = "max_abs",
+        /// The last value.
+        Final = "final",
+        /// Root of the mean of its squares over the time.
+        Rms = "rms",
+        /// The same around its mean.
+        Ripple = "ripple",
+        /// How long the motor of this torque is at its torque limit, s.
+        TimeAtLimit = "time_at_limit",
+    }
+}
+
+choice! {
+    /// How the motors of a bench move the plant.
+    ExcitationPlan {
+        /// From one constant speed to the next.
+        ConstantSpeeds = "constant_speeds",
+        /// By sums of sines.
+        Multisine = "multisine",
+        /// By random steps of the speeds.
+        RandomSteps = "random_steps",
     }
 }
 
@@ -81,7 +113,7 @@ keys! {
     table Requirement {
         required {
             signal: Signal, "The signal to judge.";
-            measure: Choice(&["max", "min", "max_abs", "final", "rms", "ripple", "time_at_limit"]),
+            measure: Choice(Measure::WORDS),
                 "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its \
                  squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
                  what it holds; `time_at_limit`: how long in the window the motor of this torque is at its torque \
@@ -90,7 +122,7 @@ keys! {
         optional {
             below: AnyQuantity, "The measure must be less than this.";
             above: AnyQuantity, "The measure must be more than this.";
-            from: Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the window; left out: 0 s.";
+            from: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Begin of the window.";
             until: Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.";
             variants: Words, "Variants that it applies to; left out: all.";
         }
@@ -144,8 +176,7 @@ keys! {
                 "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial \
                  position of the scenario.";
             stuck: Elements(FRICTION), "Elements whose Coulomb friction holds, hence constrains; left out: all slide.";
-            horizon: Quantity(Dimension::TIME, Sign::Positive),
-                "Time over which the Gramians are taken; left out: 1 s.";
+            horizon: Quantity(Dimension::TIME, Sign::Positive) = "1 s", "Time over which the Gramians are taken.";
             motion: Overrides,
                 "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of \
                  motors are then compared by the energy that this takes; left out: by their Gramians.";
@@ -172,15 +203,15 @@ keys! {
                  elements, also keys that the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \
                  \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn from `seed`, each inertia, damping and \
                  friction within `spread` of its value.";
-            spread: Number(Sign::NonNegative),
-                "How far drawn true values may be from those of the file, as a part of them, below 1; left out: 0.1.";
-            sample_time: Quantity(Dimension::TIME, Sign::Positive),
-                "Time between two rows of a log, and between two commands of the servo loops; left out: 1 ms.";
-            seed: Number(Sign::NonNegative),
-                "Whole number that noise, drawn true values and drawn excitations come from; left out: 1.";
-            plan: Choice(&["constant_speeds", "multisine", "random_steps"]),
+            spread: Number(Sign::NonNegative) = "0.1",
+                "How far drawn true values may be from those of the file, as a part of them, below 1.";
+            sample_time: Quantity(Dimension::TIME, Sign::Positive) = "1 ms",
+                "Time between two rows of a log, and between two commands of the servo loops.";
+            seed: Number(Sign::NonNegative) = "1",
+                "Whole number that noise, drawn true values and drawn excitations come from.";
+            plan: Choice(ExcitationPlan::WORDS) = "constant_speeds",
                 "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random \
-                 steps of the speeds; left out: constant_speeds.";
+                 steps of the speeds.";
             parameters: Signals,
                 "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, \
                  damping, stiffness and friction that this kind of motion can tell at all.";
@@ -196,9 +227,9 @@ keys! {
             speeds: Lists,
                 "Grid of constant speeds, by coordinate: { wg = [\"-60 rad/s\", \"60 rad/s\"], cs = [\"1 rad/s\", \"2 \
                  rad/s\"] }; signs are as written. Left out, and for coordinates without a list: `levels` speeds.";
-            levels: Number(Sign::Positive),
+            levels: Number(Sign::Positive) = "8",
                 "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole \
-                 number from 2 to 50; left out: 8.";
+                 number from 2 to 50.";
             points: Number(Sign::Positive),
                 "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to \
                  1000; left out: 16, and of a grid of `speeds` all.";
@@ -206,15 +237,14 @@ keys! {
                 "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 \
                  s. Constant speeds are held up to half as long again, drawn from the seed, so that ripple does not \
                  fall into step.";
-            ramp: Quantity(Dimension::TIME, Sign::Positive),
-                "Shortest time from one speed to the next; left out: 0.5 s.";
-            duration: Quantity(Dimension::TIME, Sign::Positive),
-                "Longest log; a plan that takes longer is refused. Left out: 10 min.";
-            torque_noise: Quantity(Dimension::TORQUE, Sign::NonNegative),
+            ramp: Quantity(Dimension::TIME, Sign::Positive) = "0.5 s", "Shortest time from one speed to the next.";
+            duration: Quantity(Dimension::TIME, Sign::Positive) = "10 min",
+                "Longest log; a plan that takes longer is refused.";
+            torque_noise: Quantity(Dimension::TORQUE, Sign::NonNegative) = "0 N m",
                 "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own \
-                 `noise`. Left out: none.";
+                 `noise`.";
             bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s.";
+                "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s, or that most.";
         }
     }
 }
@@ -226,7 +256,7 @@ keys! {
             shaft: Shaft, "The shaft that the torque would act on.";
         }
         optional {
-            cost: Number(Sign::NonNegative), "What this place costs; left out: 1.";
+            cost: Number(Sign::NonNegative) = "1", "What this place costs.";
         }
     }
 }
@@ -238,8 +268,8 @@ keys! {
             shaft: Shaft, "The shaft that would be measured.";
         }
         optional {
-            measures: Choice(&["angle", "speed"]), "What would be measured; left out: angle.";
-            cost: Number(Sign::NonNegative), "What this place costs; left out: 1.";
+            measures: Choice(&["angle", "speed"]) = "angle", "What would be measured.";
+            cost: Number(Sign::NonNegative) = "1", "What this place costs.";
         }
     }
 }
@@ -255,8 +285,8 @@ keys! {
                  Several tables of files that were recorded together are joined by time.";
             time: Text, "The column of the time; left out: the one the file marks, or the one called time or t.";
             time_unit: Text, "Unit of the time; left out: that of the file, else s.";
-            time_offset: Quantity(Dimension::TIME, Sign::Any),
-                "What is added to the time, where clocks differ; left out: nothing.";
+            time_offset: Quantity(Dimension::TIME, Sign::Any) = "0 s",
+                "What is added to the time, where clocks differ.";
             sample_time: Quantity(Dimension::TIME, Sign::Positive), "Time between rows of a file without a time.";
             delimiter: Text, "What stands between the cells of a text file; left out: found out.";
             decimal: Choice(&["point", "comma"]), "The decimal sign of a text file; left out: found out.";
@@ -282,8 +312,7 @@ keys! {
             column: Text, "The column, or the channel of a binary file, by its name.";
             number: Number(Sign::Positive), "The column by its number, from 1 on, instead.";
             unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal.";
-            factor: Number(Sign::NonZero),
-                "What readings are multiplied by, as -1 where the sense differs; left out: 1.";
+            factor: Number(Sign::NonZero) = "1", "What readings are multiplied by, as -1 where the sense differs.";
             scale: AnyQuantity,
                 "What one unit of a reading is, as \"200 N m\" for one volt, instead of a unit: for readings that are \
                  no such quantity.";
@@ -312,17 +341,17 @@ keys! {
             rest_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
                 "Speed below which nobody knows the sign of a friction; left out: a hundredth of its largest, or what \
                  noise hides.";
-            steady_tolerance: Number(Sign::Positive),
-                "Change of a speed in a steady segment, as a part of its largest; left out: 0.02.";
+            steady_tolerance: Number(Sign::Positive) = "0.02",
+                "Change of a speed in a steady segment, as a part of its largest.";
             shortest_segment: Quantity(Dimension::TIME, Sign::Positive),
                 "Shortest steady segment; left out: four windows.";
             absent: Elements(&["motor", "disturbance"]),
                 "Inputs that did nothing while it was logged; of others without a channel the torque is eliminated.";
             nonnegative: Signals,
                 "Parameters that may not be below zero; left out: none, as an equivalent damping may be.";
-            loss: Choice(&["squares", "huber", "bisquare"]),
-                "How residuals count: the two others let outliers count less, or not at all. Left out: squares.";
-            confidence: Number(Sign::Positive), "Confidence of the intervals, below 1; left out: 0.95.";
+            loss: Choice(&["squares", "huber", "bisquare"]) = "squares",
+                "How residuals count: the two others let outliers count less, or not at all.";
+            confidence: Number(Sign::Positive) = "0.95", "Confidence of the intervals, below 1.";
             extra: Tables(Extra),
                 "Terms beyond those of the model: `[[identification.extra]]`. They are fitted where `parameters` \
                  names theirs, or is left out; candidates choose among them.";
@@ -345,9 +374,8 @@ keys! {
             friction: Element(&["shaft", "spring_damper"]), "The element whose friction it adds to.";
         }
         optional {
-            shape: Choice(&["gaussian", "exponential", "peak"]),
-                "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x). \
-                 Left out: gaussian.";
+            shape: Choice(&["gaussian", "exponential", "peak"]) = "gaussian",
+                "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x).";
             speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
                 "The Stribeck speed, if it is known; left out: it is found too.";
             torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear.";

@@ -8,6 +8,11 @@ use crate::schema::Field;
 pub trait Keys: Clone + PartialEq + std::fmt::Debug {
     /// What the parser, the checks and the manual know of them.
     const FIELDS: &'static [Field];
+    /// The number that holds for a key that is left out, SI; zero for a key that has none.
+    fn default_number(key: &str) -> f64 {
+        let field = Self::FIELDS.iter().find(|field| field.name == key);
+        field.and_then(Field::default_number).map_or(0.0, |value| value.to_f64())
+    }
     /// The table as it is written.
     fn entries(&self) -> Entries;
     /// The table as it was written; nothing if a key is of another kind, or one that is required is missing.

@@ -7,10 +7,11 @@ use super::checks::is_finite_at;
 use super::read::{of_dimension, read_word, read_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Place;
 use crate::equations::{Domain, Measured};
 use crate::model::{Setting, TableReader, tables};
+use crate::names::unknown_name;
 use crate::reduce::Reduced;
 use crate::results::Physical;
 use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
@@ -114,9 +115,7 @@ pub(super) fn analysis_spec(
         places: table.values.iter().map(|(key, given)| (*key, given.place.clone())).collect(),
         ..AnalysisSpec::default()
     };
-    if let Some(horizon) = values.exact("horizon") {
-        spec.horizon = horizon.clone();
-    }
+    spec.horizon = values.exact_or_default("horizon");
     spec.outputs = outputs(known, equations, table, out);
     spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
@@ -244,10 +243,7 @@ pub(super) fn output(
         .chain(equations.sensors.iter().map(|(sensor, _)| sensor.clone()))
         .collect();
     let names = || all.iter().map(String::as_str);
-    let help = match nearest(name, names()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there are {}", quoted(names())),
-    };
+    let help = unknown_name(name, names());
     let what = match (0..equations.shafts.len()).all(|k| equations.domain(k) == Domain::Charge) {
         true => "charge, current or sensor",
         false => "angle, speed or sensor",
@@ -312,8 +308,7 @@ fn targets_of(
             (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
         } else {
             let kind = if tails.len() > 1 { "angle or speed" } else { "angle" };
-            let help = nearest(&name.value, names())
-                .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+            let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the {kind} of a coordinate"), help)
         };
         out.push(
@@ -354,7 +349,7 @@ fn places(
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
         let cost = super::read::read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
-        let Some(cost) = cost.unwrap_or_else(|| Some(Exact::one())) else { continue };
+        let Some(Some(cost)) = cost else { continue };
         let place = TableReader::place(table, "shaft");
         let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place: place.clone() };
         match found.iter().find(|other| other.shaft == site.shaft && other.signal == site.signal) {
@@ -481,7 +476,7 @@ initial = { "c.phi" = "1 rad" }
         let source = format!("{MODEL}{analysis}");
         let (prepared, mistakes) = prepare(&source);
         assert_eq!(plain(&source, &mistakes), "");
-        prepared.variants.into_iter().map(|variant| variant.analysis).collect()
+        prepared.variants.into_iter().map(|variant| variant.analysis.clone()).collect()
     }
 
     #[test]

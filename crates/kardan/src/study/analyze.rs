@@ -1,6 +1,7 @@
 //! What `kardan analyze` asks for.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::analysis::output;
 use super::checks::signals_of;
@@ -16,6 +17,7 @@ use crate::analysis::{
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::model::read_state_space;
+use crate::names::unknown_name;
 use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::results::{Analysis, Mode, Placement, Structure};
@@ -361,20 +363,17 @@ fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
 }
 
 pub(super) fn choose<'a>(
-    variants: &'a [PreparedVariant],
+    variants: &'a [Arc<PreparedVariant>],
     name: Option<&str>,
 ) -> Result<&'a PreparedVariant, Diagnostic> {
     let Some(name) = name else {
         return variants
             .first()
+            .map(|variant| &**variant)
             .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
     };
-    variants.iter().find(|variant| variant.name == name).ok_or_else(|| {
-        let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
-        let help = match nearest(name, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", quoted(names.into_iter())),
-        };
+    variants.iter().map(|variant| &**variant).find(|variant| variant.name == name).ok_or_else(|| {
+        let help = unknown_name(name, variants.iter().map(|variant| variant.name.as_str()));
         Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
     })
 }

@@ -1,9 +1,10 @@
 //! What a study asks for: requirements, plots, accuracy.
 
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
-use super::{Requirement, TIME_AT_LIMIT, motor_of};
+use super::{Requirement, motor_of};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
+use crate::model::tables::Measure;
 use crate::model::{Document, TableReader};
 use crate::results::{Physical, Plot};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
@@ -99,11 +100,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
     let reader = TableReader::new(document, &[]);
     let time = (Dimension::TIME, Sign::NonNegative);
     let mut silent = Vec::new();
-    let duration =
-        match document.scenario.values.contains_key("duration") || document.scenario.unread.contains(&"duration") {
-            true => quantity(&reader, &document.scenario, "duration", time, "", &mut silent).map(|x| x.to_f64()),
-            false => Some(1.0),
-        };
+    let duration = quantity(&reader, &document.scenario, "duration", time, "", &mut silent).map(|x| x.to_f64());
     let mut requirements = Vec::new();
     for table in &document.requirements {
         let what = "`[[requirement]]`";
@@ -133,7 +130,8 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
             signal.and_then(|name| known_signal(name, &TableReader::place(table, "signal"), known, what, out));
         let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let (from, until) = (number("from", time), number("until", time));
-        let timed = read_word(table, "measure") == Some(TIME_AT_LIMIT);
+        let measure = read_word(table, "measure").and_then(Measure::of);
+        let timed = measure == Some(Measure::TimeAtLimit);
         if let (true, Some(name), Some(_)) = (timed, signal, physical) {
             check_limited(name, &TableReader::place(table, "signal"), document, out);
         }
@@ -144,7 +142,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
             (number("below", dimension), number("above", dimension))
         });
         let end = until.unwrap_or(f64::INFINITY).min(duration.unwrap_or(f64::INFINITY));
-        let begin = from.unwrap_or(0.0);
+        let begin = from.unwrap_or_default();
         if begin > end {
             let (key, other) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
             let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {other} s");
@@ -164,10 +162,10 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
                     .help("let `above` be less than `below`, or write two requirements"),
             );
         }
-        if let (Some(signal), Some(measure), Some((below, above))) = (signal, read_word(table, "measure"), bounds) {
+        if let (Some(signal), Some(measure), Some((below, above))) = (signal, measure, bounds) {
             requirements.push(Requirement {
                 signal: signal.into(),
-                measure: measure.into(),
+                measure,
                 below,
                 above,
                 from: begin,

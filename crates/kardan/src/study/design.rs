@@ -16,6 +16,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
 use crate::equations::{Domain, InputKind, Measured};
 use crate::model::ControlSpec;
+use crate::names::unknown_name;
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design};
 use crate::schema::{Field, Kind};
@@ -85,7 +86,7 @@ pub(super) fn of_project(
         variant.model.controls.iter().any(|control| Some(&control.name) == settings.control.as_ref())
     };
     // A controller that only some variants use is designed for the first of those.
-    let first = prepared.variants.iter().find(named).filter(|_| settings.variant.is_none());
+    let first = prepared.all().find(named).filter(|_| settings.variant.is_none());
     let variant = match first {
         Some(variant) => variant,
         None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?,
@@ -196,10 +197,7 @@ fn keys(
 ) -> Result<Entries, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
         let names = || REGISTRY.iter().map(|law| law.keyword);
-        let help = match nearest(keyword, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", quoted(names())),
-        };
+        let help = unknown_name(keyword, names());
         let message = format!("there is no law `{}`", shortened(keyword));
         return Err(vec![Diagnostic::error("name::unknown", message).help(help)]);
     };
@@ -252,10 +250,7 @@ fn check_feedback(project: &Project, name: &str, feedback: &str) -> Result<(), V
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
         Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
-            let help = match nearest(feedback, choices.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("there are {}", quoted(choices.iter().copied())),
-            };
+            let help = unknown_name(feedback, choices.iter().copied());
             let message = format!("there is no feedback `{}`", shortened(feedback));
             Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
         }

@@ -9,7 +9,7 @@ use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
 use crate::reduce::linearise;
 use crate::results::{Alternative, Exploration, WithSensor};
-use crate::synthesis::{BANDWIDTH, Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
+use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
 use crate::units::Exact;
 
 /// Factors that are tried.
@@ -254,10 +254,10 @@ fn changed(variant: &PreparedVariant, number: usize, change: &Change) -> Option<
     }
     // What is looked at is the loop straight ahead.
     values.insert("schedule", exact(1.0)?);
-    values.insert("effort", exact(change.effort * control.values.number("effort").unwrap_or(1.0))?);
+    values.insert("effort", exact(change.effort * control.values.number_or_default("effort"))?);
     let channels = control.values.tables("channels").unwrap_or_default().iter().map(|channel| {
         let mut channel = channel.clone();
-        channel.insert("bandwidth", exact(change.bandwidth * channel.number("bandwidth").unwrap_or(BANDWIDTH))?);
+        channel.insert("bandwidth", exact(change.bandwidth * channel.number_or_default("bandwidth"))?);
         Some(channel)
     });
     values.insert("channels", Resolved::Tables(channels.collect::<Option<_>>()?));

@@ -27,7 +27,10 @@ mod strain;
 
 pub use analysis::{AnalysisSpec, Site};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
-pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, prepare_bench};
+pub use bench::{
+    BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, given_truth, prepare_bench,
+    read_truth,
+};
 pub use design::{DesignSettings, design};
 pub use effort::{Effort, MANY_STEPS, expected_effort};
 pub use equations::{EquationsForm, equations};
@@ -40,11 +43,11 @@ use std::sync::Arc;
 
 use analyze::analyze_variant;
 use design::designed;
-use prepare::Purpose;
 use rayon::prelude::*;
 
 use crate::diagnostics::{Diagnostic, Severity, nearest};
 use crate::equations::Domain;
+use crate::model::tables::Measure;
 use crate::num::Matrix;
 use crate::reduce::{Reduced, linearise};
 use crate::results::{
@@ -152,8 +155,7 @@ fn run_prepared(
         return Err(diagnostics);
     }
     let chosen: Vec<&PreparedVariant> = prepared
-        .variants
-        .iter()
+        .all()
         .filter(|variant| settings.variants.is_empty() || settings.variants.contains(&variant.name))
         .collect();
     let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
@@ -325,8 +327,8 @@ fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, pr
 pub struct Requirement {
     /// Signal.
     pub signal: String,
-    /// `max`, `min`, `max_abs`, `final`, `rms`, `ripple` or `time_at_limit`.
-    pub measure: String,
+    /// What is measured of it.
+    pub measure: Measure,
     /// Bound from above, SI.
     pub below: Option<f64>,
     /// Bound from below, SI.
@@ -339,41 +341,38 @@ pub struct Requirement {
     pub variants: Vec<String>,
 }
 
-/// The measure of a requirement that asks how long a motor is at its torque limit, s.
-const TIME_AT_LIMIT: &str = "time_at_limit";
-
 fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], completed: bool) -> RequirementResult {
     let Requirement { signal, measure, below, above, from, until, .. } = requirement;
     let found = series.signal(signal);
-    let unit = match measure.as_str() {
-        TIME_AT_LIMIT => "s".to_string(),
+    let unit = match measure {
+        Measure::TimeAtLimit => "s".to_string(),
         _ => found.map_or("", |signal| signal.physical.unit()).to_string(),
     };
     let values = found.map(|signal| signal.values.as_slice()).unwrap_or_default();
     let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
     let (times, window): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
-    let measured = match measure.as_str() {
+    let measured = match measure {
         _ if window.is_empty() => None,
-        "max" => Some(window.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-        "min" => Some(window.iter().copied().fold(f64::INFINITY, f64::min)),
-        "max_abs" => Some(window.iter().fold(0.0, |max: f64, x| max.max(x.abs()))),
-        TIME_AT_LIMIT => {
+        Measure::Max => Some(window.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+        Measure::Min => Some(window.iter().copied().fold(f64::INFINITY, f64::min)),
+        Measure::MaxAbs => Some(window.iter().fold(0.0, |max: f64, x| max.max(x.abs()))),
+        Measure::TimeAtLimit => {
             let strain = strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
             strain.map(|strain| strain.seconds_at_limit(*from, *until))
         }
-        "rms" => Some(root_mean_square(&times, &window, 0.0)),
-        "ripple" => Some(root_mean_square(&times, &window, mean(&times, &window))),
-        _ => window.last().copied(),
+        Measure::Rms => Some(root_mean_square(&times, &window, 0.0)),
+        Measure::Ripple => Some(root_mean_square(&times, &window, mean(&times, &window))),
+        Measure::Final => window.last().copied(),
     };
     // A run that ended inside the window cannot pass: nobody knows what would have come.
     let complete = completed || series.time.last().is_some_and(|last| last >= until);
     let passed = complete
         && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
         && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
-    let name = match measure.as_str() {
-        "max_abs" => format!("max |{signal}|"),
-        TIME_AT_LIMIT => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),
-        _ => format!("{measure} {signal}"),
+    let name = match measure {
+        Measure::MaxAbs => format!("max |{signal}|"),
+        Measure::TimeAtLimit => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),
+        _ => format!("{} {signal}", measure.word()),
     };
     let window = if *from > 0.0 || until.is_finite() {
         let end = if until.is_finite() { format!("{until} s") } else { "the end".to_string() };

@@ -33,13 +33,20 @@ pub struct Prepared {
     /// A sentence.
     pub description: String,
     /// One entry for each run.
-    pub variants: Vec<PreparedVariant>,
+    pub variants: Vec<Arc<PreparedVariant>>,
     /// Bounds on signals.
     pub requirements: Vec<Requirement>,
     /// Plots of the report.
     pub plots: Vec<Plot>,
     /// Accuracy of the runs.
     pub tolerance: Tolerance,
+}
+
+impl Prepared {
+    /// The runs, in order.
+    pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
+        self.variants.iter().map(|variant| &**variant)
+    }
 }
 
 /// One run, ready to start.
@@ -109,7 +116,7 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
     };
     let all: Vec<_> = all_settings.par_iter().map(one).collect();
     for (k, (model, variant, mistakes)) in all.into_iter().enumerate() {
-        prepared.variants.extend(variant);
+        prepared.variants.extend(variant.map(Arc::new));
         add_new(out, mistakes, (k > 0).then_some(&all_settings[k].name));
         prepared.name.clone_from(&model.name);
         prepared.description.clone_from(&model.description);

@@ -4,15 +4,16 @@ use std::sync::OnceLock;
 
 use super::prepare::{Purpose, is_error, prepare_document};
 use super::{
-    AnalyzeSettings, DesignSettings, EquationsForm, Prepared, Progress, Settings, analyze, design, equations,
-    run_prepared,
+    AnalyzeSettings, DesignSettings, EquationsForm, IdentifySettings, LogFile, Prepared, Progress, Settings, analyze,
+    design, equations, identification, run_prepared,
 };
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
 use crate::model::{Builder, Document, open, read_entries};
-use crate::results::{Analysis, Design, Study};
+use crate::results::{Analysis, Design, Identification, Study};
 use crate::schema::{ElementKeys, LawKeys};
+use crate::simulate::{Setup, Simulation};
 
 /// A model, read once. What follows from it (equations, designed laws, scenarios) is made when it is asked for first, and kept: a
 /// command that checks, runs and reports prepares once and designs each law once for each variant.
@@ -159,6 +160,33 @@ impl Project {
     /// All mistakes.
     pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
         equations::of_project(self, form)
+    }
+
+    /// Identifies parameters from logs; see [`identify`](super::identify()).
+    ///
+    /// # Errors
+    /// Mistakes of the model and of what is asked for; logs that cannot be read, or hold too little.
+    pub fn identify(
+        &self,
+        files: Vec<LogFile>,
+        settings: &IdentifySettings,
+        progress: &dyn Progress,
+    ) -> Result<Identification, Vec<Diagnostic>> {
+        identification::of_project(self, files, settings, progress)
+    }
+
+    /// The closed loop of a variant (of the first, if none is named), to be stepped from outside.
+    ///
+    /// # Errors
+    /// All mistakes; no such variant.
+    pub fn simulation(&self, variant: Option<&str>) -> Result<Simulation, Vec<Diagnostic>> {
+        if self.mistakes().iter().any(is_error) {
+            return Err(self.mistakes().to_vec());
+        }
+        let prepared = self.prepared();
+        let variant = analyze::choose(&prepared.variants, variant).map_err(|problem| vec![problem])?;
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+        Ok(Simulation::new(setup, prepared.tolerance))
     }
 
     /// The typed tables, and what was wrong with them alone.

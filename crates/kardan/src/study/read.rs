@@ -18,17 +18,21 @@ pub(super) fn physical_dimension(physical: Physical) -> Dimension {
 }
 
 pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<Written>> {
-    table.values.get(key).and_then(|spanned| match &spanned.value {
-        Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: spanned.place.clone() }),
-        _ => None,
-    })
+    match table.values.get(key) {
+        Some(Placed { value: Value::Scalar(scalar), place }) => {
+            Some(Placed { value: scalar.clone(), place: place.clone() })
+        }
+        Some(_) => None,
+        None => table.default_scalar(key).map(|value| Placed { value, place: table.place.clone() }),
+    }
 }
 
 pub(super) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
-    table.values.get(key).and_then(|spanned| match &spanned.value {
-        Value::Word(word) => Some(word.as_str()),
-        _ => None,
-    })
+    match table.values.get(key) {
+        Some(Placed { value: Value::Word(word), .. }) => Some(word.as_str()),
+        Some(_) => None,
+        None => table.default_word(key),
+    }
 }
 
 pub(super) fn read_words<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {

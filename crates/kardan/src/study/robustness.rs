@@ -12,9 +12,9 @@ use crate::model::ControlSpec;
 use crate::num::{Random, multiply, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{Interaction, Interval, Robustness, Spread, VariedParameter};
+use crate::schema::Keys;
 use crate::synthesis::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart,
-    VariedPlant, effective_inertia,
+    Law, LoopPlant, Plant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
 };
 
 /// Which box of plants.
@@ -317,12 +317,13 @@ pub(super) fn any_subject(
         let (Some(output), Some(reference)) = (channel.word("output"), channel.word("reference")) else { continue };
         let Ok(signal) = model.output(output) else { continue };
         let torque = channel.word("kind") == Some("torque");
-        let (key, otherwise) = match signal.measured {
-            Measured::Angle(_) if !torque => ("acceptable_angle", ACCEPTABLE_ANGLE),
-            Measured::Speed(_) => ("acceptable_speed", ACCEPTABLE_SPEED),
-            _ => ("acceptable_torque", ACCEPTABLE_TORQUE),
+        let key = match signal.measured {
+            Measured::Angle(_) if !torque => "acceptable_angle",
+            Measured::Speed(_) => "acceptable_speed",
+            _ => "acceptable_torque",
         };
-        let acceptable = channel.number(key).unwrap_or(otherwise);
+        // Laws without such a key are judged alike.
+        let acceptable = channel.number(key).unwrap_or_else(|| SampledNoninteractingChannel::default_number(key));
         let (name, unit, watch) = match &signal.measured {
             Measured::Angle(name) if torque => {
                 let Some(shaft) = variant.reduced.shaft(name) else { continue };

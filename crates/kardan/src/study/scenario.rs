@@ -8,6 +8,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader};
+use crate::names::unknown_name;
 use crate::num::{Rational, rational_to_f64};
 use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
@@ -139,13 +140,8 @@ pub(super) fn scenario(
     let time = |table: &Table, key: &str, sign: Sign, what: &str, out: &mut Vec<Diagnostic>| {
         quantity(&reader, table, key, (Dimension::TIME, sign), what, out)
     };
-    // Left out is not the same as unreadable.
-    let mut or_default = |key: &str, default: Exact| {
-        let left_out = !table.values.contains_key(key) && !table.unread.contains(&key);
-        if left_out { Some(default) } else { time(table, key, Sign::Positive, "`[scenario]`", out) }
-    };
-    let duration = or_default("duration", Exact::one());
-    let step = or_default("output_step", Exact::from_ratio(1, 1000));
+    let duration = time(table, "duration", Sign::Positive, "`[scenario]`", out);
+    let step = time(table, "output_step", Sign::Positive, "`[scenario]`", out);
     let sources = sources(model, equations, document, out);
     let mut events = Vec::new();
     let mut times = Vec::new();
@@ -225,7 +221,7 @@ pub(super) fn scenario(
     let (position, speed) = initial_state(&reader, document, coordinates, out);
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_noise(&reader, document, out);
-    let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or(1);
+    let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
     Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
 }
 
@@ -427,8 +423,7 @@ pub(super) fn initial_state(
                     format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(known()));
                 (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
             } else {
-                let help = nearest(&name.value, known())
-                    .map_or_else(|| format!("there are {}", quoted(known())), |near| format!("did you mean `{near}`?"));
+                let help = unknown_name(&name.value, known());
                 let what = if charges.is_empty() { "angle or speed" } else { "angle, speed, charge or current" };
                 (format!("`{shown}` is not the {what} of a coordinate"), help)
             };

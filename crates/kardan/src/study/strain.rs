@@ -21,7 +21,7 @@ pub(super) fn scenario_strains(prepared: &Prepared, design: &mut Design, progres
         let inputs = &variant.reduced.equations.inputs;
         inputs.iter().any(|input| design.inputs.contains(&input.element) && input.value.limited())
     };
-    let chosen: Vec<&PreparedVariant> = prepared.variants.iter().filter(with).filter(limited).collect();
+    let chosen: Vec<&PreparedVariant> = prepared.all().filter(with).filter(limited).collect();
     let first = design.cross_coupling.len() + 1;
     let run = |(k, variant): (usize, &&PreparedVariant)| {
         let name = format!("scenario of {}", variant.name);

@@ -5,20 +5,20 @@ use std::collections::BTreeSet;
 use super::decoupling::Compensation;
 use super::{Reference, SynthesisError};
 use crate::element::Values;
-use crate::num::Rational;
 use crate::results::Physical;
 use crate::schema::{Field, Kind, Sign};
 use crate::units::{Dimension, Exact};
 
 /// Keys that give a channel its dynamics.
-pub(super) const NATURAL_FREQUENCY: Field = Field::optional(
+pub(super) const NATURAL_FREQUENCY: Field = Field::with_default(
     "natural_frequency",
     Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-    "Natural frequency of the channel; left out: 20 rad/s.",
+    "20 rad/s",
+    "Natural frequency of the channel.",
 );
 /// See [`NATURAL_FREQUENCY`].
 pub(super) const DAMPING_RATIO: Field =
-    Field::optional("damping_ratio", Kind::Number(Sign::Positive), "Damping ratio of the channel; left out: 0.7.");
+    Field::with_default("damping_ratio", Kind::Number(Sign::Positive), "0.7", "Damping ratio of the channel.");
 /// See [`NATURAL_FREQUENCY`].
 pub(super) const CROSSOVER: Field = Field::optional(
     "crossover_frequency",
@@ -32,16 +32,6 @@ pub(super) const POLES: Field = Field::optional(
     "The poles of the channel, as many as its relative degree, instead of frequencies: [\"-14 ± 14.3j\"].",
 );
 
-/// 20 rad/s.
-pub(super) fn default_frequency() -> Rational {
-    Rational::from(20)
-}
-
-/// 0.7.
-pub(super) fn default_damping_ratio() -> Rational {
-    Rational::from_parts(7.into(), 10u8.into())
-}
-
 /// The dynamics that a channel's keys ask for.
 pub(super) fn compensation(channel: &Values) -> Compensation {
     let exact = |key: &str| channel.exact(key).map(Exact::to_rational);
@@ -52,8 +42,8 @@ pub(super) fn compensation(channel: &Values) -> Compensation {
         return Compensation::FirstOrder { frequency };
     }
     Compensation::SecondOrder {
-        natural_frequency: exact("natural_frequency").unwrap_or_else(default_frequency),
-        damping_ratio: exact("damping_ratio").unwrap_or_else(default_damping_ratio),
+        natural_frequency: channel.exact_or_default("natural_frequency").to_rational(),
+        damping_ratio: channel.exact_or_default("damping_ratio").to_rational(),
     }
 }
 

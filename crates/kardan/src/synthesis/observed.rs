@@ -33,20 +33,20 @@ keys! {
                 "The model that it runs: `linear`: that at zero angles; `nonlinear`: the full one, joints and \
                  friction fed forward by the law included. Its gain is that at zero angles either way. Left out: \
                  nonlinear where the design model of the law is.";
-            method: Choice(&["poles", "kalman"]), "How its gain is found; left out: poles.";
+            method: Choice(&["poles", "kalman"]),
+                "How its gain is found; left out: poles, of the law `sampled_noninteracting` kalman.";
             poles: Poles,
                 "Poles of the error: as many as the longest chain of a sensor has (for every sensor alike), or one \
                  for each state of the observer. Required by the method `poles`.";
-            disturbance_rate: Number(Sign::Positive),
-                "Kalman: how fast a disturbance may wander, N m/sqrt(s); left out: 10.";
+            disturbance_rate: Number(Sign::Positive) = "10", "Kalman: how fast a disturbance may wander, N m/sqrt(s).";
             speed_noise: Number(Sign::NonNegative),
                 "Kalman: noise of the accelerations, rad/s/sqrt(s); the more, the better the loop bears errors of the \
                  model. Left out: 0.1, of the law `sampled_noninteracting` 10.";
             sensor_noise: Number(Sign::Positive),
                 "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5, of the law \
                  `sampled_noninteracting` what the resolution makes.";
-            compensation: Number(Sign::NonNegative),
-                "Which part of the estimated disturbances the law cancels, from 0 to 1; left out: 1.";
+            compensation: Number(Sign::NonNegative) = "1",
+                "Which part of the estimated disturbances the law cancels, from 0 to 1.";
         }
     }
 }
@@ -488,7 +488,7 @@ impl Observed {
         if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
             return Err(SynthesisError::NotAShare { share });
         }
-        let compensation = values.number("compensation").unwrap_or(1.0);
+        let compensation = values.number_or_default("compensation");
         let friction = law.friction_width().is_some();
         let nonlinear = match values.word("plant") {
             Some(word) => word == "nonlinear",

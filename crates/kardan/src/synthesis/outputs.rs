@@ -48,7 +48,7 @@ pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
 
 /// The motors of channels that have one each.
 pub(super) fn paired_inputs(values: &Values) -> Vec<String> {
-    channels(values).map(|channel| channel.word("input").unwrap_or_default().to_string()).collect()
+    channels(values).map(|channel| channel.word_or_default("input").to_string()).collect()
 }
 
 /// A channel for each output with an input of its own; nothing if there are not as many of both.
@@ -89,7 +89,7 @@ impl Task {
         let (plant, values) = (request.plant, request.values);
         let (inputs, references) = (inputs(values), references(values));
         let outputs: Vec<OutputSignal> = channels(values)
-            .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
+            .map(|channel| plant.output(channel.word_or_default("output")))
             .collect::<Result<_, _>>()?;
         let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
         once(names.iter().map(String::as_str), "output")?;

@@ -29,7 +29,7 @@ pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
     if !allowed.contains(&period) {
         return Err(SynthesisError::SampleTime { time: period });
     }
-    let delay = values.number("delay").unwrap_or(0.0);
+    let delay = values.number_or_default("delay");
     if delay > LONGEST_DELAY * period {
         return Err(SynthesisError::Delay { delay, period });
     }

@@ -28,15 +28,15 @@ pub fn prepared(source: &str) -> Prepared {
 }
 
 /// The first variant of a model.
-pub fn first(source: &str) -> PreparedVariant {
+pub fn first(source: &str) -> std::sync::Arc<PreparedVariant> {
     prepared(source).variants.remove(0)
 }
 
 /// The first variant of a model at zero angles, its coordinates and their basis.
 pub fn constrained(source: &str, inputs: &[&str]) -> (ConstrainedSystem, Vec<usize>, Matrix<Rational>) {
-    let reduced = first(source).reduced;
+    let reduced = &first(source).reduced;
     let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let system = ConstrainedSystem::at(&reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
+    let system = ConstrainedSystem::at(reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     (system, coordinates, basis)
 }

@@ -8,8 +8,9 @@ use kardan::export::truth_toml;
 use kardan::identify::{coefficients, d_optimal, expected_errors, information};
 use kardan::model::builtin;
 use kardan::num::{Matrix, Random};
+use kardan::project::Named;
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, BenchRun, BenchSettings, PreparedBench, Silent, bench, prepare_bench};
+use kardan::study::{self, BenchRun, BenchSettings, PreparedBench, Project, Silent, bench, prepare_bench};
 
 fn source() -> &'static str {
     builtin("harmonic-drive-bench").expect("built in").source
@@ -18,6 +19,11 @@ fn source() -> &'static str {
 /// The bench of the file with few points, so that a log takes a few seconds of its own time.
 fn short() -> String {
     source().replace("points = 24", "points = 6").replace("dwell = \"2 s\"", "dwell = \"0.5 s\"")
+}
+
+/// True values of a text.
+fn truth(text: &str) -> Named {
+    study::read_truth(text).expect("a table of quantities")
 }
 
 /// The same without a controller.
@@ -29,7 +35,8 @@ fn free() -> String {
 }
 
 fn prepared(source: &str, settings: &BenchSettings) -> PreparedBench {
-    prepare_bench(source, settings).unwrap_or_else(|found| panic!("{}", kardan::diagnostics::plain(source, &found)))
+    prepare_bench(&Project::open(source), settings)
+        .unwrap_or_else(|found| panic!("{}", kardan::diagnostics::plain(source, &found)))
 }
 
 fn log(source: &str) -> (PreparedBench, Run) {
@@ -181,7 +188,7 @@ fn constant_speeds_are_reached_and_obey_the_truth() {
 fn nobody_looks_into_the_plant() {
     let other = "[bench.truth]\n\"wg.inertia\" = \"200 kg mm^2\"\n\"cs.friction\" = \"0.3 N m\"\n\
                  \"wg_motor.lag\" = \"0.4 ms\"\n\"cs_motor.lag\" = \"1 ms\"\n\"fs_motor.lag\" = \"1 ms\"\n";
-    let settings = BenchSettings { truth: Some(other.into()), ..Default::default() };
+    let settings = BenchSettings { truth: Some(truth(other)), ..Default::default() };
     let (one, other) = (prepared(&short(), &BenchSettings::default()), prepared(&short(), &settings));
     assert_eq!(one.plan(), other.plan());
     let (one, other) = (one.log(0, &mut |_| None), other.log(0, &mut |_| None));
@@ -312,7 +319,7 @@ fn sines_and_steps_keep_the_limits() {
 #[test]
 fn true_values_are_given_or_drawn() {
     let bench = prepared(&short(), &BenchSettings::default());
-    let settings = BenchSettings { truth: Some(truth_toml(bench.truth())), ..Default::default() };
+    let settings = BenchSettings { truth: Some(truth(&truth_toml(bench.truth()))), ..Default::default() };
     let again = prepared(&short(), &settings);
     assert_eq!((bench.truth(), bench.truth().len()), (again.truth(), 23));
     assert_eq!(bench.plant().freedoms(), 3);
@@ -346,7 +353,7 @@ fn controllers_of_the_file_run_on_the_plant() {
     let run = |truth: &str| {
         let settings = BenchSettings {
             run: BenchRun::Control("drive".into()),
-            truth: Some(format!("[bench.truth]\n{truth}")),
+            truth: Some(self::truth(&format!("[bench.truth]\n{truth}"))),
             ..Default::default()
         };
         let log = prepared(source(), &settings).log(0, &mut |_| None);
@@ -365,7 +372,7 @@ fn controllers_of_the_file_run_on_the_plant() {
 }
 
 fn refused(source: &str, settings: &BenchSettings) -> Vec<Diagnostic> {
-    match prepare_bench(source, settings) {
+    match prepare_bench(&Project::open(source), settings) {
         Ok(_) => panic!("it is accepted"),
         Err(found) => found,
     }
@@ -426,11 +433,18 @@ fn nonsense_is_explained() {
         (settings(|s| s.plan = Some("multisin".into())), "there is no plan `multisin`"),
         (settings(|s| s.variant = Some("x".into())), "there is no variant `x`"),
         (settings(|s| s.run = BenchRun::Control("drve".into())), "there is no controller `drve`"),
-        (settings(|s| s.truth = Some("[shaft.a]\n".into())), "it has no table `[bench.truth]`"),
-        (settings(|s| s.truth = Some("[bench.truth]\n\"x\" = 1\n".into())), "there is no such parameter"),
-        (settings(|s| s.truth = Some("not toml".into())), "the file with the true values"),
+        (settings(|s| s.truth = Some([("x", 1)].into())), "there is no such parameter"),
+        (settings(|s| s.truth = Some([("wg.damping", "1 kg")].into())), "expected a torsional damping"),
     ] {
         let found = refused(source(), &settings);
+        assert!(found.iter().any(|d| d.message.contains(message) && d.help.is_some()), "{message}: {found:#?}");
+    }
+    for (text, message) in [
+        ("[shaft.a]\n", "no table `[bench.truth]`"),
+        ("[bench.truth]\nx = true\n", "no table `[bench.truth]` of quantities"),
+        ("not toml", "the file with the true values: this is not TOML"),
+    ] {
+        let found = study::read_truth(text).expect_err(text);
         assert!(found.iter().any(|d| d.message.contains(message) && d.help.is_some()), "{message}: {found:#?}");
     }
 }
@@ -452,7 +466,7 @@ fn simulation_and_bench_side_by_side() {
     ] {
         short = short.replacen(guess, value, 1);
     }
-    let found = study::closed_loop(&short, &BenchSettings::default(), &Silent).unwrap();
+    let found = study::closed_loop(&Project::open(short.as_str()), &BenchSettings::default(), &Silent).unwrap();
     assert!(found.notes.is_empty() && found.design.controller == "drive" && found.design.decoupled == Some(true));
     let names: Vec<&str> = found.experiments.iter().map(|one| one.name.as_str()).collect();
     assert_eq!(names, ["position", "torque"]);
@@ -485,7 +499,7 @@ fn simulation_and_bench_side_by_side() {
     };
     // Of the flexspline's damping the last digits are missing; the guesses of the file cost much.
     let rough = source().replace("duration = \"5 s\"", "duration = \"2 s\"");
-    let rough = study::closed_loop(&rough, &BenchSettings::default(), &Silent).unwrap();
+    let rough = study::closed_loop(&Project::open(rough.as_str()), &BenchSettings::default(), &Silent).unwrap();
     assert!(errors(&found).0 < 1e-4 && errors(&rough).0 > 0.03 && errors(&rough).1 > 0.03);
 }
 
@@ -494,8 +508,8 @@ fn simulation_and_bench_side_by_side() {
 #[test]
 fn a_bench_like_the_model_differs_by_the_controller_alone() {
     let short = source().replace("duration = \"5 s\"", "duration = \"1.5 s\"");
-    let settings = BenchSettings { truth: Some("[bench.truth]\n".into()), ..Default::default() };
-    let found = study::closed_loop(&short, &settings, &Silent).unwrap();
+    let settings = BenchSettings { truth: Some(truth("[bench.truth]\n")), ..Default::default() };
+    let found = study::closed_loop(&Project::open(short.as_str()), &settings, &Silent).unwrap();
     let plain = short
         .replace("sample_time = \"1 ms\"\ndelay = \"1 ms\"", "")
         .replace("friction = \"0.03 N m\"", "")
@@ -514,12 +528,16 @@ fn a_bench_like_the_model_differs_by_the_controller_alone() {
         assert_eq!(known, ["delay (sampling, computation, motors, sensors)", "Coulomb friction and stiction"]);
     }
     let none = short.replace("[control.drive", "[unknown.drive");
-    assert!(study::closed_loop(&none, &settings, &Silent).is_err());
+    assert!(study::closed_loop(&Project::open(&*none), &settings, &Silent).is_err());
     let bare = "[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n";
-    let refused = study::bench_controller(bare, None, None).unwrap_err();
+    let refused = study::bench_controller(&Project::open(bare), None, None).unwrap_err();
     assert!(refused[0].message.contains("no controller") && refused[0].help.is_some());
-    assert_eq!(study::bench_controller(source(), None, Some("torque")).unwrap(), "drive");
-    assert!(study::bench_controller(source(), None, Some("torqe")).unwrap_err()[0].message.contains("no variant"));
-    let refused = study::bench_controller(source(), Some("drve"), None).unwrap_err();
+    assert_eq!(study::bench_controller(&Project::open(source()), None, Some("torque")).unwrap(), "drive");
+    assert!(
+        study::bench_controller(&Project::open(source()), None, Some("torqe")).unwrap_err()[0]
+            .message
+            .contains("no variant")
+    );
+    let refused = study::bench_controller(&Project::open(source()), Some("drve"), None).unwrap_err();
     assert!(refused[0].help.as_ref().is_some_and(|help| help.contains("did you mean `drive`")));
 }

@@ -755,7 +755,7 @@ fn many_at_once() {
 #[test]
 fn logs_cut_at_every_length() {
     let (source, settings) = (builtin("harmonic-drive-bench").unwrap().source, study::BenchSettings::default());
-    let bench = study::prepare_bench(source, &settings).unwrap();
+    let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
     let whole = String::from_utf8(kardan::export::csv(&bench.log(0, &mut |_| None))).unwrap();
     let lines: Vec<&str> = whole.split_inclusive('\n').take(1000).collect();
     let (mut told, mut without) = (0, 0);

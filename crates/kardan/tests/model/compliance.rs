@@ -59,7 +59,7 @@ const RAMPS: &str = r#"
 #[test]
 fn stiffness_is_that_of_the_flexspline() {
     let keys = "stiffness = \"8000 N m/rad\"\ndamping = \"0.3 N m s/rad\"\noffset = \"0.1 rad\"";
-    let equations = first(&drive(keys, "")).reduced.equations;
+    let equations = first(&drive(keys, "")).reduced.equations.clone();
     let number = |name: &str| equations.shafts.iter().position(|shaft| shaft == name).unwrap();
     let gear = [("cs", -51), ("fs", 50), ("wg", 1)];
     let square = Rational::from(50 * 50);
@@ -146,7 +146,7 @@ fn the_torque_is_that_of_the_twist() {
 #[test]
 fn the_linear_output_is_the_torque() {
     let variant = first(&drive("stiffness = \"5000 N m/rad\"\ndamping = \"2 N m s/rad\"", ""));
-    let plant = Plant::new(variant.reduced, vec![0.0; 3]);
+    let plant = Plant::new(variant.reduced.clone(), vec![0.0; 3]);
     let output = plant.output("fs_torque").unwrap();
     assert_eq!(output.measured, Measured::ComplianceTorque("hd".into(), "fs".into()));
     let system = plant.system(&[], &[OutputSignal { name: output.name, measured: output.measured }]);

@@ -96,7 +96,7 @@ fn around(kind: &element::Element) -> Vec<String> {
 /// Steps and ramps of everything that the scenario can set in the model.
 fn driven(tables: &[String]) -> String {
     let bare = tables.concat();
-    let equations = first(&bare).reduced.equations;
+    let equations = first(&bare).reduced.equations.clone();
     let mut out = "[scenario]\nduration = \"3 s\"\noutput_step = \"5 ms\"\n".to_string();
     for (k, input) in equations.inputs.iter().enumerate() {
         let charge = equations.domain_of(input) == Domain::Charge;
@@ -143,7 +143,7 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
 ///
 /// The multiplier drops out, so that only the rounding of speeds and coefficients is left: 1e-12 of the shares.
 fn constraints_do_no_work(run: &Run, source: &str) -> usize {
-    let reduced = first(source).reduced;
+    let reduced = first(source).reduced.clone();
     let elements = kardan::reduce::Multipliers::new(&reduced).elements;
     for element in &elements {
         let pairs = shares(run, &reduced, element);

@@ -289,7 +289,7 @@ proptest! {
     /// The reduced inertia is positive definite and everything symmetric, exactly, at any position; J K = 0 exactly.
     #[test]
     fn reduced_matrices_are_symmetric_and_definite(tree in tree(7, true)) {
-        let reduced = first(&tree.text(false, false, false)).reduced;
+        let reduced = first(&tree.text(false, false, false)).reduced.clone();
         let r = reduced.freedoms();
         prop_assert_eq!(r, tree.free().len());
         let model = linearise(&reduced, &tree.position[..r]);
@@ -324,7 +324,7 @@ proptest! {
     /// the largest term leaves two digits.
     #[test]
     fn constraints_hold_in_explicit_form(tree in tree(7, true)) {
-        let reduced = first(&tree.text(false, false, false)).reduced;
+        let reduced = first(&tree.text(false, false, false)).reduced.clone();
         let (r, place) = (reduced.freedoms(), tree.places(&reduced.equations.shafts));
         let mut kinematics = Kinematics::new(&reduced);
         kinematics.update(&tree.position[..r], &tree.speed[..r]);
@@ -351,7 +351,7 @@ proptest! {
     /// of six, which leaves ten digits of the accelerations and nine of the multipliers.
     #[test]
     fn implicit_and_explicit_form_agree(tree in tree(7, false)) {
-        let reduced = first(&tree.text(false, false, false)).reduced;
+        let reduced = first(&tree.text(false, false, false)).reduced.clone();
         let (r, n, place) = (reduced.freedoms(), tree.nodes.len(), tree.places(&reduced.equations.shafts));
         let (dynamics, mut work) = Dynamics::new(&reduced);
         prop_assert!(dynamics.update(&tree.position[..r], &tree.speed[..r], &mut work));
@@ -400,8 +400,8 @@ proptest! {
     /// Named coordinates and those chosen automatically give the same motion of the shafts at one point.
     #[test]
     fn coordinates_do_not_matter(tree in tree(7, false)) {
-        let chosen = first(&tree.text(false, false, false)).reduced;
-        let named = first(&tree.text(false, false, true)).reduced;
+        let chosen = first(&tree.text(false, false, false)).reduced.clone();
+        let named = first(&tree.text(false, false, true)).reduced.clone();
         let r = named.freedoms();
         let (from, mut point) = Dynamics::new(&named);
         from.update(&tree.position[..r], &tree.speed[..r], &mut point);

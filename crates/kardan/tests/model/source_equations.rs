@@ -256,12 +256,12 @@ load = \"load_fs\"
         out
     }
 
-    fn straight(&self) -> PreparedVariant {
+    fn straight(&self) -> std::sync::Arc<PreparedVariant> {
         first(&self.text("angle = \"0 deg\""))
     }
 
     fn bent(&self, degrees: f64) -> Reduced {
-        first(&self.text(&format!("angle = \"{degrees} deg\""))).reduced
+        first(&self.text(&format!("angle = \"{degrees} deg\""))).reduced.clone()
     }
 
     fn linear(&self) -> LinearModel {
@@ -674,7 +674,7 @@ fn eq_4_53_multipliers_and_eq_4_55_constraint_torque_projector() {
 /// Erratum (4.54): with `Cᵀλ = F τ − D q̇ − S q` as printed, λ has the wrong sign and the shafts leave the constraint.
 #[test]
 fn erratum_4_54_the_printed_sign_leaves_the_constraint() {
-    let reduced = first(&Hd::skew().text()).reduced;
+    let reduced = first(&Hd::skew().text()).reduced.clone();
     let (c, h) = (reduced.equations.constraint_matrix(), reduced.equations.inertia_matrix());
     let (_, generalised) = projector(&reduced);
     let load = Matrix::from_fn(3, 1, |i, _| int([5, -7, 11][i]).rational());
@@ -701,7 +701,7 @@ fn erratum_4_54_the_printed_sign_leaves_the_constraint() {
 #[test]
 fn eq_6_1_constraint_of_the_harmonic_drive() {
     let hd = Hd::skew();
-    let reduced = first(&(hd.text() + "offset = \"0.25 rad\"\n")).reduced;
+    let reduced = first(&(hd.text() + "offset = \"0.25 rad\"\n")).reduced.clone();
     let c = reduced.equations.constraint_matrix();
     same(&c, &[Hd::SORTED.map(|k| hd.n()[k]).to_vec()], "n_HD in the order (cs, fs, wg)");
     let (dynamics, mut work) = Dynamics::new(&reduced);
@@ -750,7 +750,7 @@ fn eq_6_12_reduced_harmonic_drive() {
 #[test]
 fn eq_6_14_constraint_torques_of_the_harmonic_drive() {
     let hd = Hd::skew();
-    let reduced = first(&hd.text()).reduced;
+    let reduced = first(&hd.text()).reduced.clone();
     let (dynamics, mut work) = Dynamics::new(&reduced);
     let (inputs, frictions) = ([0.7, -1.9, 3.1], [0.2, -0.3, 0.1]);
     dynamics.update(&[0.3, -0.7], &[2.0, -3.0], &mut work);
@@ -790,7 +790,7 @@ fn eq_6_34_damping_of_axes_table_6_1() {
 /// Erratum (6.38): the transpose is missing in print (the matrix printed is right).
 #[test]
 fn eq_6_38_coulomb_friction_of_the_harmonic_drive() {
-    let reduced = first(&Hd::table().text()).reduced;
+    let reduced = first(&Hd::table().text()).reduced.clone();
     let (dynamics, mut work) = Dynamics::new(&reduced);
     dynamics.update(&[0.0; 2], &[0.0; 2], &mut work);
     let expected = rows(&golden()["hd"]["FCr"]);
@@ -901,7 +901,7 @@ fn compare_poles(poles: &[Pole], expected: &serde_json::Value, what: &str) {
 #[test]
 fn eq_a_8_elliptical_basis_with_a_8b_corrected() {
     for hds in [Hds::table(), Hds::skew()] {
-        let equations = first(&hds.text()).reduced.equations;
+        let equations = first(&hds.text()).reduced.equations.clone();
         let ([jwg, jcs, jfs, jrk], [dwg, dcs, dfs, drk]) = (hds.inertia, hds.damping);
         let (i, j, o, one) = (hds.i, hds.i + int(1), int(0), int(1));
         let m = jfs + i * i * jwg;
@@ -942,7 +942,7 @@ fn eq_a_8_elliptical_basis_with_a_8b_corrected() {
 fn eq_6_102_double_joint() {
     for (first_angle, second_angle) in [(30.0_f64, 10.0_f64), (10.0, 30.0)] {
         let joint = format!("angle_1 = \"{first_angle} deg\"\nangle_2 = \"{second_angle} deg\"");
-        let reduced = first(&Sia::skew().text(&joint)).reduced;
+        let reduced = first(&Sia::skew().text(&joint)).reduced.clone();
         let (dynamics, mut work) = Dynamics::new(&reduced);
         let c = first_angle.to_radians().cos() / second_angle.to_radians().cos();
         for k in -20..20 {
@@ -951,7 +951,7 @@ fn eq_6_102_double_joint() {
             close(cj.sin() * cs.cos(), c * cj.cos() * cs.sin(), TOLERANCE, "(6.102a) in the form (6.100)");
         }
     }
-    let rigid = first(&Sia::skew().text("angle_1 = \"25 deg\"\nangle_2 = \"25 deg\"")).reduced;
+    let rigid = first(&Sia::skew().text("angle_1 = \"25 deg\"\nangle_2 = \"25 deg\"")).reduced.clone();
     assert_eq!((rigid.equations.transmissions.len(), rigid.equations.constraints.len()), (0, 2));
 }
 

@@ -154,7 +154,7 @@ to = \"90.01 deg\"
 }
 
 fn laws(source: &str) -> Vec<Arc<dyn Law>> {
-    prepared(source).variants.remove(0).running
+    prepared(source).variants.remove(0).running.clone()
 }
 
 fn close(one: &LinearLaw, other: &LinearLaw) {

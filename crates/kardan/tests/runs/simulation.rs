@@ -17,7 +17,7 @@ const MODELS: [(&str, usize); 7] = [
     ("rlc-ladder", 0),
 ];
 
-fn variant(name: &str, number: usize) -> PreparedVariant {
+fn variant(name: &str, number: usize) -> std::sync::Arc<PreparedVariant> {
     prepared(model::builtin(name).expect("built in").source).variants.swap_remove(number)
 }
 

@@ -41,7 +41,7 @@ fn steering(degrees: u32, coordinates: [&str; 3]) -> Reduced {
     let named = format!("coordinates = {coordinates:?}");
     let text = source("sia-steering").replace("coordinates = [\"rk\", \"fs\", \"cj\"]", &named);
     let text = text.replace("beta = \"[0, 10, 20, 30] deg\"", &format!("beta = \"[{degrees}] deg\""));
-    first(&text).reduced
+    first(&text).reduced.clone()
 }
 
 const USUAL: [&str; 3] = ["rk", "fs", "cj"];
@@ -155,7 +155,7 @@ fn mechanism_agrees_with_the_reference() {
 #[test]
 fn harmonic_drive_law_agrees_with_the_reference() {
     let golden = golden();
-    let reduced = first(source("harmonic-drive")).reduced;
+    let reduced = first(source("harmonic-drive")).reduced.clone();
     let data = MechanismData::with_cuts(&reduced, &[("hd", "fs")]).expect("the flexspline can be cut");
     let position_loop = PositionLoop { natural_frequency: 20.0, damping_ratio: 1.0 };
     let gains = list(&golden["hd"]["position_gains"]);

@@ -6,7 +6,7 @@ use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{Clock, LoopPlant, SampledLoop, SampledPart, Survey, sampled};
 use serde_json::Value;
 
-fn steering() -> PreparedVariant {
+fn steering() -> std::sync::Arc<PreparedVariant> {
     study::prepare(builtin("sia-steering").expect("built in").source).0.variants.remove(0)
 }
 

@@ -7,8 +7,8 @@ use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
 use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
-use crate::study::design::{DesignSettings, design};
-use crate::study::{PreparedVariant, Progress, Silent, prepare};
+use crate::study::design::DesignSettings;
+use crate::study::{PreparedVariant, Progress, Project, Silent};
 
 /// The last part of a run, in which it is taken as settled.
 const LAST: f64 = 0.1;
@@ -50,7 +50,7 @@ struct Job {
 /// ```
 /// use kardan::{model, study};
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source.replace("duration = \"5 s\"", "duration = \"1.2 s\"");
-/// let found = study::closed_loop(&source, &study::BenchSettings::default(), &study::Silent).unwrap();
+/// let found = study::closed_loop(&study::Project::open(source), &study::BenchSettings::default(), &study::Silent).unwrap();
 /// // The angle follows on the bench as in the simulation; the torque does not.
 /// let [angle, torque] = &found.experiments[0].responses[..] else { panic!("two outputs") };
 /// assert!(angle.distance.0 < 0.05 && torque.farthest.1 > 1.5 * torque.farthest.0);
@@ -59,7 +59,7 @@ struct Job {
 /// # Errors
 /// All mistakes of the file and of the truth; a file without a controller.
 pub fn closed_loop(
-    source: &str,
+    project: &Project,
     settings: &BenchSettings,
     progress: &dyn Progress,
 ) -> Result<ClosedLoop, Vec<Diagnostic>> {
@@ -67,22 +67,22 @@ pub fn closed_loop(
         BenchRun::Control(name) => Some(name.as_str()),
         BenchRun::Excitation => None,
     };
-    let control = bench_controller(source, asked, settings.variant.as_deref())?;
-    let (prepared, _) = prepare(source);
+    let control = bench_controller(project, asked, settings.variant.as_deref())?;
+    let prepared = project.prepared();
     let settings = BenchSettings { run: BenchRun::Control(control.clone()), ..settings.clone() };
-    let first = prepare_bench(source, &settings)?;
+    let first = prepare_bench(project, &settings)?;
     let meant = |variant: &&PreparedVariant| match &settings.variant {
         Some(name) => variant.name == *name,
         None => variant.model.controls.iter().any(|one| one.name == control),
     };
-    let variants: Vec<&PreparedVariant> = prepared.variants.iter().filter(meant).collect();
+    let variants: Vec<&PreparedVariant> = prepared.all().filter(meant).collect();
     let kinds = kinds(first.truth(), !first.plant().equations.frictions.is_empty());
     let jobs: Vec<Job> = variants.iter().flat_map(|variant| jobs(&variant.name, first.truth(), &kinds)).collect();
-    let runs = jobs.par_iter().enumerate().map(|(number, job)| run(source, &settings, number, job, progress));
+    let runs = jobs.par_iter().enumerate().map(|(number, job)| run(project, &settings, number, job, progress));
     let mut runs = runs.collect::<Result<Vec<Option<Run>>, _>>()?.into_iter();
     let design_settings =
         DesignSettings { control: Some(control.clone()), variant: settings.variant.clone(), ..Default::default() };
-    let design = design(source, &design_settings, &Silent)?;
+    let design = project.design(&design_settings, &Silent)?;
     // What the outputs do not show may be slower.
     let poles = design.channels.iter().flat_map(|channel| &channel.poles);
     let slowest = poles.map(|pole| -pole.re).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
@@ -119,26 +119,30 @@ pub fn closed_loop(
 /// ```
 /// use kardan::{model, study};
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source;
-/// assert_eq!(study::bench_controller(source, None, None).unwrap(), "drive");
+/// assert_eq!(study::bench_controller(&study::Project::open(source), None, None).unwrap(), "drive");
 /// ```
 ///
 /// # Errors
 /// Mistakes of the file; no controller, or none of this name; no such variant.
-pub fn bench_controller(source: &str, name: Option<&str>, variant: Option<&str>) -> Result<String, Vec<Diagnostic>> {
-    let (mut prepared, mistakes) = prepare(source);
-    if mistakes.iter().any(super::is_error) {
-        return Err(mistakes);
+pub fn bench_controller(
+    project: &Project,
+    name: Option<&str>,
+    variant: Option<&str>,
+) -> Result<String, Vec<Diagnostic>> {
+    if project.mistakes().iter().any(super::is_error) {
+        return Err(project.mistakes().to_vec());
     }
+    let mut variants = project.prepared().variants.clone();
     if variant.is_some() {
         let settings = BenchSettings { variant: variant.map(String::from), ..BenchSettings::default() };
-        let number = super::choose(&prepared.variants, &settings).map_err(|mistake| vec![*mistake])?;
-        prepared.variants = vec![prepared.variants.swap_remove(number)];
+        let number = super::choose(&variants, &settings).map_err(|mistake| vec![*mistake])?;
+        variants = vec![variants.swap_remove(number)];
     }
-    let first = prepared.variants.iter().find_map(|variant| variant.model.controls.first());
+    let first = variants.iter().find_map(|variant| variant.model.controls.first());
     match (name, first) {
         (Some(name), _) => {
             let settings = BenchSettings { run: BenchRun::Control(name.into()), ..BenchSettings::default() };
-            super::choose(&prepared.variants, &settings).map(|_| name.into()).map_err(|mistake| vec![*mistake])
+            super::choose(&variants, &settings).map(|_| name.into()).map_err(|mistake| vec![*mistake])
         }
         (None, Some(first)) => Ok(first.name.clone()),
         (None, None) => Err(vec![
@@ -216,14 +220,14 @@ fn jobs(variant: &str, truth: &[TrueValue], kinds: &[Kind]) -> Vec<Job> {
 }
 
 fn run(
-    source: &str,
+    project: &Project,
     settings: &BenchSettings,
     number: usize,
     job: &Job,
     progress: &dyn Progress,
 ) -> Result<Option<Run>, Vec<Diagnostic>> {
     let settings = BenchSettings { variant: Some(job.variant.clone()), ..settings.clone() };
-    let mut bench = match prepare_without(source, &settings, &job.without) {
+    let mut bench = match prepare_without(project, &settings, &job.without) {
         Ok(bench) => bench,
         // Some values may make no plant without others.
         Err(_) if job.optional => return Ok(None),

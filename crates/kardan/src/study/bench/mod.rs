@@ -14,16 +14,22 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::checks::{check_matrices, reduce_diagnostics};
-use super::prepare::{PreparedVariant, file_stem, is_error, prepare_document};
-use super::{Progress, Purpose};
+use super::prepare::{PreparedVariant, file_stem, is_error};
+use super::{Progress, Project};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Entry;
 use crate::equations::{InputKind, Measured};
+use crate::file::syntax;
 use crate::identify::coefficients;
-use crate::model::{Document, Setting, TableReader, read};
+use crate::model::parse::value;
+use crate::model::tables::ExcitationPlan;
+use crate::model::{Document, Setting, TableReader};
+use crate::names::unknown_name;
 use crate::num::Random;
 use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
+use crate::schema::{Given, Kind, Named, Quantity, Value};
 use crate::simulate::{Scenario, Setup, Tolerance, signal_names, simulate};
 use crate::synthesis::Law;
 use plan::{Planner, Refusal, Tour};
@@ -51,7 +57,7 @@ pub struct BenchSettings {
     /// Plan in place of the file's.
     pub plan: Option<String>,
     /// Text of a file with `[bench.truth]`, in place of the model's.
-    pub truth: Option<String>,
+    pub truth: Option<Named>,
     /// The variant whose parameter values hold; the first if not given.
     pub variant: Option<String>,
     /// What runs.
@@ -67,7 +73,7 @@ const TOLERANCE: f64 = 1e-8;
 /// use kardan::{model, study};
 /// let source = model::builtin("harmonic-drive-bench").unwrap().source;
 /// let settings = study::BenchSettings { plan: Some("multisine".into()), ..Default::default() };
-/// let bench = study::prepare_bench(source, &settings).unwrap();
+/// let bench = study::prepare_bench(&study::Project::open(source), &settings).unwrap();
 /// // What the plan is to tell, and what it promises.
 /// let plan = bench.plan().unwrap();
 /// assert!(plan.parameters.iter().all(|one| one.standard_error.is_some()) && plan.gain > 1.0);
@@ -76,7 +82,7 @@ const TOLERANCE: f64 = 1e-8;
 /// # Errors
 /// All mistakes of the file and of the truth; why there is no plan within the limits.
 pub fn bench(source: &str, settings: &BenchSettings, progress: &dyn Progress) -> Result<Bench, Vec<Diagnostic>> {
-    let bench = prepare_bench(source, settings)?;
+    let bench = prepare_bench(&Project::open(source), settings)?;
     let logs = bench.logs(0..settings.repetitions.max(1) as u64, progress);
     let PreparedBench { model, truth, plan, notes, .. } = bench;
     Ok(Bench { model, truth, plan, logs, notes })
@@ -87,7 +93,7 @@ pub struct PreparedBench {
     model: String,
     /// What logs are called, before their seed.
     label: String,
-    nominal: PreparedVariant,
+    nominal: Arc<PreparedVariant>,
     plant: Reduced,
     truth: Vec<TrueValue>,
     plan: Option<BenchPlan>,
@@ -249,46 +255,43 @@ pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Dia
 ///
 /// # Errors
 /// As [`bench()`].
-pub fn prepare_bench(source: &str, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
-    prepare_without(source, settings, &[])
+pub fn prepare_bench(project: &Project, settings: &BenchSettings) -> Result<PreparedBench, Vec<Diagnostic>> {
+    prepare_without(project, settings, &[])
 }
 
 /// The same with a plant in which the values of these names are those of the model.
 fn prepare_without(
-    source: &str,
+    project: &Project,
     settings: &BenchSettings,
     without: &[String],
 ) -> Result<PreparedBench, Vec<Diagnostic>> {
-    let (document, mut out) = read(source);
-    let mut prepared = prepare_document(Purpose::Run, &document, &mut out);
+    let (document, prepared, mut out) = (project.read().0, project.prepared(), project.mistakes().to_vec());
     let fails = |out: &Vec<Diagnostic>| out.iter().any(is_error);
     if fails(&out) {
         return Err(out);
     }
     let chosen = choose(&prepared.variants, settings).map_err(|mistake| vec![*mistake])?;
-    let nominal = prepared.variants.swap_remove(chosen);
+    let nominal = Arc::clone(&prepared.variants[chosen]);
     let own = document.variant_settings().swap_remove(chosen).settings;
-    let mut spec = Spec::read(&document, &own, &mut out);
+    let mut spec = Spec::read(document, &own, &mut out);
     spec.seed = settings.seed.unwrap_or(spec.seed);
     if spec.seed.checked_add(settings.repetitions as u64).is_none() {
         let message = format!("there are not so many seeds from {} on", spec.seed);
         out.push(Diagnostic::error("bench::seed", message).help("begin with a smaller seed"));
     }
     if let Some(plan) = &settings.plan {
-        let known = ["constant_speeds", "multisine", "random_steps"];
-        if !known.contains(&plan.as_str()) {
-            let message = format!("there is no plan `{}`", shortened(plan));
-            let help = nearest(plan, known).map_or_else(
-                || format!("there are {}", quoted(known.iter().copied())),
-                |near| format!("did you mean `{near}`?"),
-            );
-            out.push(Diagnostic::error("bench::plan", message).help(help));
+        match ExcitationPlan::of(plan) {
+            Some(plan) => spec.plan = plan,
+            None => {
+                let message = format!("there is no plan `{}`", shortened(plan));
+                let help = unknown_name(plan, ExcitationPlan::WORDS.iter().copied());
+                out.push(Diagnostic::error("bench::plan", message).help(help));
+            }
         }
-        spec.plan.clone_from(plan);
     }
     let mut notes = Vec::new();
-    let truth = Truth::new(&document, without);
-    let truth = true_values(truth, &document, &own, &spec, settings, &mut notes, &mut out);
+    let truth = Truth::new(document, without);
+    let truth = true_values(truth, document, &own, &spec, settings, &mut notes, &mut out);
     let plant = if fails(&out) { None } else { true_plant(&truth, &own, &nominal.reduced, &mut out) };
     let Some(plant) = plant.filter(|_| !fails(&out)) else { return Err(out) };
     let is_motor = |k: &usize| matches!(nominal.reduced.equations.inputs[*k].value, InputKind::Motor(_));
@@ -300,7 +303,7 @@ fn prepare_without(
             (BenchRun::Excitation, None) => file_stem(&prepared.name),
             _ => nominal.name.clone(),
         },
-        model: prepared.name,
+        model: prepared.name.clone(),
         truth: truth.values,
         plan: None,
         tour: None,
@@ -319,29 +322,28 @@ fn prepare_without(
         nominal,
     };
     match &settings.run {
-        BenchRun::Excitation => bench.excite(&document, &spec, &mut out),
+        BenchRun::Excitation => bench.excite(document, &spec, &mut out),
         BenchRun::Control(_) => bench.control(),
     }
     if !fails(&out) {
-        bench.choose_columns(&document, &spec, settings.run == BenchRun::Excitation, &mut out);
+        bench.choose_columns(document, &spec, settings.run == BenchRun::Excitation, &mut out);
     }
     if fails(&out) { Err(out) } else { Ok(bench) }
 }
 
 /// The number of the variant that is meant.
-fn choose(variants: &[PreparedVariant], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
+fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result<usize, Box<Diagnostic>> {
     if let Some(name) = &settings.variant {
         let names = || variants.iter().map(|variant| variant.name.as_str());
         return names().position(|known| known == name).ok_or_else(|| {
-            let help = nearest(name, names())
-                .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+            let help = unknown_name(name, names());
             Box::new(
                 Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help),
             )
         });
     }
     let BenchRun::Control(name) = &settings.run else { return Ok(0) };
-    let has = |variant: &PreparedVariant| variant.model.controls.iter().any(|control| control.name == *name);
+    let has = |variant: &Arc<PreparedVariant>| variant.model.controls.iter().any(|control| control.name == *name);
     variants.iter().position(has).ok_or_else(|| {
         let mut all: Vec<&str> =
             variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
@@ -367,7 +369,7 @@ fn true_values(
     notes: &mut Vec<String>,
     out: &mut Vec<Diagnostic>,
 ) -> Truth {
-    let Some(text) = &settings.truth else {
+    let Some(given) = &settings.truth else {
         return match &spec.truth {
             Some(entries) => truth.given(document, own, entries, out),
             None => {
@@ -379,24 +381,54 @@ fn true_values(
             }
         };
     };
-    let (file, mut mistakes) = read(text);
-    mistakes.retain(|mistake| is_error(mistake) && mistake.code != "model::no-shaft");
-    let entries = spec::entries(&file.bench, "truth");
-    if entries.is_none() && mistakes.is_empty() {
-        let message = "it has no table `[bench.truth]`";
-        mistakes.push(
-            Diagnostic::error("bench::truth", message)
-                .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
-        );
-    }
-    let truth = truth.given(document, own, &entries.unwrap_or_default(), &mut mistakes);
-    // Places lie in the other file.
+    let mut mistakes = Vec::new();
+    let read = value(&Kind::Overrides, "the true values", &Entry::from(given.written()), &mut mistakes);
+    let entries = match read.map(|read| read.value) {
+        Some(Value::Map(entries)) => entries,
+        _ => Vec::new(),
+    };
+    let truth = truth.given(document, own, &entries, &mut mistakes);
     out.extend(mistakes.into_iter().map(|mistake| Diagnostic {
-        message: format!("the file with the true values: {}", mistake.message),
+        message: format!("the true values that are given: {}", mistake.message),
         labels: Vec::new(),
         ..mistake
     }));
     truth
+}
+
+/// The true values that a file has in its table `[bench.truth]`.
+///
+/// ```
+/// let truth = kardan::study::read_truth("[bench.truth]\n\"wg.damping\" = \"0.5 N m s/rad\"\n").unwrap();
+/// assert_eq!(truth, [("wg.damping", "0.5 N m s/rad")].into());
+/// ```
+///
+/// # Errors
+/// What is not TOML, or no such table, or other values than quantities in it; places lie in this text.
+pub fn read_truth(text: &str) -> Result<Named, Vec<Diagnostic>> {
+    let (entries, mistakes) = syntax(text);
+    if !mistakes.is_empty() {
+        let of = |d: Diagnostic| Diagnostic { message: format!("the file with the true values: {}", d.message), ..d };
+        return Err(mistakes.into_iter().map(of).collect());
+    }
+    let table = entries.table("bench").and_then(|bench| bench.get("truth"));
+    table.and_then(Named::read).ok_or_else(|| {
+        vec![
+            Diagnostic::error(
+                "bench::truth",
+                "the file with the true values has no table `[bench.truth]` of quantities",
+            )
+            .help("write `[bench.truth]` with lines such as `\"wg.damping\" = \"0.001 N m s/rad\"`"),
+        ]
+    })
+}
+
+/// True values of a bench as they are given to another.
+pub fn given_truth(values: &[TrueValue]) -> Named {
+    let one = |value: &TrueValue| {
+        (value.name.clone(), Quantity::from(format!("{:?} {}", value.value, value.unit).trim_end().to_string()))
+    };
+    Named(values.iter().map(one).collect())
 }
 
 /// The plant in explicit form, with the coordinates of the model as far as it has them.
@@ -458,8 +490,7 @@ impl PreparedBench {
             let found: Vec<_> = all.iter().filter(|one| one.name == name.value).cloned().collect();
             if found.is_empty() {
                 let names = || all.iter().map(|one| one.name.as_str());
-                let help = nearest(&name.value, names())
-                    .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+                let help = unknown_name(&name.value, names());
                 let message =
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
                 out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not known").help(help));
@@ -530,8 +561,7 @@ impl PreparedBench {
             let signal = reading.map_or(&name, |(_, reading)| reading);
             if known.iter().all(|(known, _)| known != signal) {
                 let names = || known.iter().map(|(name, _)| name.as_str());
-                let help = nearest(&name, names())
-                    .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+                let help = unknown_name(&name, names());
                 let place = spec.signals.iter().find(|known| known.value == name);
                 let place =
                     place.map_or_else(|| TableReader::place(&document.bench, "signals"), |known| known.place.clone());

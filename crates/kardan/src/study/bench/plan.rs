@@ -5,6 +5,7 @@ use super::spec::Spec;
 use crate::identify::{
     Coefficient, Excitation, Motion, Regressor, d_optimal, expected_errors, information, undetermined,
 };
+use crate::model::tables::ExcitationPlan;
 use crate::num::{Cholesky, Matrix, Random, Scalar};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::{BenchPlan, BenchPoint, PlannedParameter};
@@ -138,7 +139,7 @@ pub(super) struct Planner<'a> {
 
 impl Planner<'_> {
     pub fn excitation(&self) -> Excitation {
-        if self.spec.plan == "constant_speeds" { Excitation::Steady } else { Excitation::Free }
+        if self.spec.plan == ExcitationPlan::ConstantSpeeds { Excitation::Steady } else { Excitation::Free }
     }
 
     /// Of these coefficients those that this kind of motion can tell from all others.
@@ -150,7 +151,7 @@ impl Planner<'_> {
     }
 
     fn dwell(&self) -> f64 {
-        self.spec.dwell.unwrap_or(if self.spec.plan == "constant_speeds" { 1.0 } else { 4.0 })
+        self.spec.dwell.unwrap_or(if self.spec.plan == ExcitationPlan::ConstantSpeeds { 1.0 } else { 4.0 })
     }
 
     /// Largest speed of each shaft, rad/s.
@@ -211,11 +212,11 @@ impl Planner<'_> {
             return Err(Refusal::NoLimit(self.reduced.equations.shafts[free].clone()));
         }
         let shortest = self.count(0) as f64 * self.dwell();
-        if self.spec.plan != "constant_speeds" && shortest > self.spec.duration {
+        if self.spec.plan != ExcitationPlan::ConstantSpeeds && shortest > self.spec.duration {
             return Err(Refusal::TooLong(shortest));
         }
-        let (mut candidates, looked) = match self.spec.plan.as_str() {
-            "constant_speeds" => self.constant(&mut work, &limits)?,
+        let (mut candidates, looked) = match self.spec.plan {
+            ExcitationPlan::ConstantSpeeds => self.constant(&mut work, &limits)?,
             _ => self.sections(&mut work, &limits),
         };
         let blocks: Vec<Matrix<f64>> =
@@ -248,7 +249,7 @@ impl Planner<'_> {
         };
         let known = all.iter().filter(|one| wanted.iter().all(|other| other.name != one.name));
         let plan = BenchPlan {
-            kind: self.spec.plan.clone(),
+            kind: self.spec.plan.into(),
             known: known.map(|one| one.name.clone()).collect(),
             parameters: wanted.iter().zip(errors).map(parameter).collect(),
             shafts: self.reduced.equations.shafts.clone(),
@@ -265,7 +266,7 @@ impl Planner<'_> {
 
     /// How many parts are chosen.
     fn count(&self, candidates: usize) -> usize {
-        let gridded = self.spec.plan == "constant_speeds" && !self.spec.speeds.is_empty();
+        let gridded = self.spec.plan == ExcitationPlan::ConstantSpeeds && !self.spec.speeds.is_empty();
         self.spec.points.unwrap_or(if gridded { candidates.max(1) } else { POINTS })
     }
 
@@ -309,13 +310,13 @@ impl Planner<'_> {
         let samples = ((self.dwell() / period).round() as usize).max(10);
         let ramp = ((self.spec.ramp / period).round() as usize).clamp(1, samples / 3);
         let looked = DRAWS * self.count(0);
-        let mut random = Random::named(self.spec.seed, &self.spec.plan);
+        let mut random = Random::named(self.spec.seed, self.spec.plan.word());
         let mut out = Vec::new();
         for _ in 0..looked {
             let mut speeds = vec![0.0; samples * r];
             for i in 0..r {
-                let profile = match self.spec.plan.as_str() {
-                    "multisine" => sines(samples, period, ramp, &mut random),
+                let profile = match self.spec.plan {
+                    ExcitationPlan::Multisine => sines(samples, period, ramp, &mut random),
                     _ => steps(samples, ramp, &mut random),
                 };
                 let size = limits[self.reduced.coordinates[i]] * (0.3 + 0.7 * random.unit());
@@ -357,7 +358,7 @@ impl Planner<'_> {
         limits: &[f64],
     ) -> Result<(Tour, Vec<BenchPoint>), Refusal> {
         let (r, period) = (self.reduced.freedoms(), self.spec.period);
-        let constant = self.spec.plan == "constant_speeds";
+        let constant = self.spec.plan == ExcitationPlan::ConstantSpeeds;
         let dwell = ((self.dwell() / period).round() as usize).max(1);
         let mut left: Vec<usize> = chosen.to_vec();
         let mut tour = Tour { freedoms: r, period, legs: Vec::new() };

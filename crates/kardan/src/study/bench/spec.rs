@@ -1,8 +1,10 @@
 //! What `[bench]` asks for.
 
 use super::truth::Entry;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::model::tables::ExcitationPlan;
 use crate::model::{Document, Setting, TableReader};
+use crate::names::unknown_name;
 use crate::schema::{Placed, Sign, Table, Value};
 use crate::study::read::{of_dimension, quantity, read_word, read_words};
 use crate::study::scenario::whole;
@@ -14,7 +16,7 @@ pub(super) struct Spec {
     pub spread: f64,
     pub period: f64,
     pub seed: u64,
-    pub plan: String,
+    pub plan: ExcitationPlan,
     pub parameters: Vec<Placed<String>>,
     pub signals: Vec<Placed<String>>,
     /// Shaft and speed, rad/s.
@@ -55,7 +57,7 @@ impl Spec {
             quantity(&reader, table, key, (dimension, sign), what, out).map(|value| value.to_f64())
         };
         let time = |key: &str, out: &mut Vec<Diagnostic>| number(key, Dimension::TIME, Sign::Positive, out);
-        let spread = number("spread", Dimension::NONE, Sign::NonNegative, out).unwrap_or(0.1);
+        let spread = number("spread", Dimension::NONE, Sign::NonNegative, out).unwrap_or_default();
         if spread >= 1.0 {
             out.push(
                 Diagnostic::error(
@@ -66,7 +68,7 @@ impl Spec {
                 .help("give a part of the values, such as 0.1"),
             );
         }
-        let period = time("sample_time", out).unwrap_or(1e-3);
+        let period = time("sample_time", out).unwrap_or(1e-3); // Unreadable: checked on with a usual one.
         if !(1e-5..=0.1).contains(&period) {
             out.push(
                 Diagnostic::error(
@@ -93,7 +95,7 @@ impl Spec {
             value.map_or(default, |value| value as usize)
         };
         let (levels, points) = (count("levels", 8, (2, 50)), count("points", 16, (1, 1000)));
-        let seed = whole(&reader, table, "seed", what, out).unwrap_or(1);
+        let seed = whole(&reader, table, "seed", what, out).unwrap_or_default();
         let positive = (Sign::Positive, "write the largest speed either way, such as \"60 rad/s\"");
         let nonnegative =
             (Sign::NonNegative, "write the least speed either way, such as \"0.5 rad/s\", or \"0 rad/s\"");
@@ -118,7 +120,7 @@ impl Spec {
             spread,
             period,
             seed,
-            plan: read_word(table, "plan").unwrap_or("constant_speeds").into(),
+            plan: read_word(table, "plan").and_then(ExcitationPlan::of).unwrap_or(ExcitationPlan::ConstantSpeeds),
             parameters: read_words(table, "parameters").to_vec(),
             signals: read_words(table, "signals").to_vec(),
             speed_limits,
@@ -127,9 +129,9 @@ impl Spec {
             levels,
             points: table.values.contains_key("points").then_some(points),
             dwell: time("dwell", out),
-            ramp: time("ramp", out).unwrap_or(0.5),
-            duration: time("duration", out).unwrap_or(600.0),
-            torque_noise: number("torque_noise", Dimension::TORQUE, Sign::NonNegative, out).unwrap_or(0.0),
+            ramp: time("ramp", out).unwrap_or_default(),
+            duration: time("duration", out).unwrap_or_default(),
+            torque_noise: number("torque_noise", Dimension::TORQUE, Sign::NonNegative, out).unwrap_or_default(),
             bandwidth,
         }
     }
@@ -149,10 +151,7 @@ fn speeds(
         let shafts = || document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
         if !shafts().any(|shaft| shaft == name.value) {
             if !document.doubts.has(&name.value) {
-                let help = nearest(&name.value, shafts()).map_or_else(
-                    || format!("there are {}", quoted(shafts())),
-                    |near| format!("did you mean `{near}`?"),
-                );
+                let help = unknown_name(&name.value, shafts());
                 out.push(
                     Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
                         .at(name.place.clone(), "not a shaft")

@@ -2,6 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
+use crate::names::unknown_name;
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Value};
@@ -157,8 +158,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
     };
     let Some(number) = document.elements.iter().position(|element| element.name == head) else {
         let names = || document.elements.iter().map(|element| element.name.as_str());
-        let help = nearest(head, names())
-            .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
+        let help = unknown_name(head, names());
         return wrong(format!("there is no element `{}`", shortened(head)), help);
     };
     let kind = document.elements[number].kind;

@@ -6,6 +6,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Term;
 use crate::identify::{Coefficient, Extra, Loss, Shape, Steadiness};
 use crate::model::{Document, Model, Setting, TableReader};
+use crate::names::unknown_name;
 use crate::schema::{Placed, Scalar, Sign, Table, Value};
 use crate::study::read::{quantity, read_word, read_words};
 use crate::units::{Dimension, Exact};
@@ -142,10 +143,7 @@ fn wanted(document: &Document, settings: &[Setting], name: &str, out: &mut Vec<D
         return None;
     }
     let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
-    let help = match nearest(name, names()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there are {}", quoted(names())),
-    };
+    let help = unknown_name(name, names());
     let help = match name.rsplit_once('.') {
         Some((element, key @ ("stribeck" | "stribeck_speed" | "load_loss"))) => format!(
             "declare the term: `[[identification.extra]]` with `kind = \"{}\"` and `friction = \"{element}\"`",
@@ -247,7 +245,7 @@ pub(super) fn asked(
         );
     }
     let steadiness = Steadiness {
-        tolerance: number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or(0.02),
+        tolerance: number(document, "steady_tolerance", Dimension::NONE, out).unwrap_or_default(),
         ..Steadiness::default()
     };
     let published = match table.values.get("published").map(|given| &given.value) {

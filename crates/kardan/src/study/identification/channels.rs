@@ -6,6 +6,7 @@ use super::LogFile;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Measured, Term};
 use crate::model::{Document, Model, TableReader};
+use crate::names::unknown_name;
 use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
@@ -342,10 +343,7 @@ fn wire(
     let signal = read_word(table, "signal")?;
     let Some((quantity, _)) = quantity_of(signal, model) else {
         let all = signals(model);
-        let help = match nearest(signal, all.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", quoted(all.iter().map(String::as_str))),
-        };
+        let help = unknown_name(signal, all.iter().map(String::as_str));
         let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
         out.push(Diagnostic::error("name::unknown", message).at(place("signal"), "no such signal").help(help));
         return None;

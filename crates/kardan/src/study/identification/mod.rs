@@ -20,11 +20,11 @@ use reading::{Counted, Recording, read as read_logs, usual_window};
 use rows::{Built, Material, rows, settled};
 
 use super::prepare::is_error;
-use super::{Part, Progress};
+use super::{Part, Progress, Project};
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::{Diagnostic, nearest, quoted};
 use crate::identify::{Excitation, FitOptions, Samples, cross_validate, fit};
-use crate::model::{self, Document, Model, NewValue, Setting, read};
+use crate::model::{self, Document, Model, NewValue, Setting};
 use crate::results::{Identification, LogRead, WindowCount};
 use kardan_tables::read::Bytes;
 
@@ -115,8 +115,18 @@ pub fn identify(
     settings: &IdentifySettings,
     progress: &dyn Progress,
 ) -> Result<Identification, Vec<Diagnostic>> {
-    let (document, mut out) = read(source);
-    out.retain(is_error);
+    Project::open(source).identify(files, settings, progress)
+}
+
+/// The same of a model that is open.
+pub(super) fn of_project(
+    project: &Project,
+    files: Vec<LogFile>,
+    settings: &IdentifySettings,
+    progress: &dyn Progress,
+) -> Result<Identification, Vec<Diagnostic>> {
+    let (document, mistakes) = project.read();
+    let mut out: Vec<Diagnostic> = mistakes.iter().filter(|one| is_error(one)).cloned().collect();
     if !out.is_empty() {
         return Err(out);
     }
@@ -126,21 +136,21 @@ pub fn identify(
                 .help("name one or more behind the model: `kardan identify my.toml bench.mf4`"),
         ]);
     }
-    let set = variant(&document, settings.variant.as_deref())?;
+    let set = variant(document, settings.variant.as_deref())?;
     let (model, mistakes) = document.model_with(&set, Some(&[]));
     out.extend(mistakes.into_iter().filter(is_error));
-    let asked = asked(&document, &model, &set, settings, &mut out);
+    let asked = asked(document, &model, &set, settings, &mut out);
     if !out.is_empty() {
         return Err(out);
     }
-    let Opened { mut experiments, counters, bytes } = opened(&document, &model, files)?;
+    let Opened { mut experiments, counters, bytes } = opened(document, &model, files)?;
     let slots = slots(&experiments)?;
     let notes: Vec<String> = experiments
         .iter()
         .flatten()
         .flat_map(|open| open.log.notes().into_iter().map(|note| format!("`{}`: {note}", open.name)))
         .collect();
-    let plant = plant(&document, &set, &asked, &slots, &model).map_err(|mistakes| with_remarks(mistakes, &notes))?;
+    let plant = plant(document, &set, &asked, &slots, &model).map_err(|mistakes| with_remarks(mistakes, &notes))?;
     let failed = |(name, error): (String, _)| vec![log_error(&name, &error)];
     let window = match asked.window {
         Some(window) => window,
@@ -227,7 +237,7 @@ pub fn identify(
     let mut out = tell(unseen.as_deref(), None);
     keep(&|| Identification { unfinished: missing("the comparison of models is missing"), ..out.clone() });
     if settings.compare && !ends() {
-        let (document, settings) = (&document, &set[..]);
+        let settings = &set[..];
         let whole = Whole { document, settings, asked: &asked, plant: &plant, built: &built, method };
         out.candidates = compare(&whole, &material, progress)?;
         if out.candidates.is_empty() {

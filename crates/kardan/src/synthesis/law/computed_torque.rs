@@ -95,9 +95,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);
     let inputs = (COMPUTED_TORQUE.inputs)(values);
     let references = (COMPUTED_TORQUE.references)(values);
-    let outputs: Vec<OutputSignal> = channels(values)
-        .map(|channel| plant.output(channel.word("output").unwrap_or_default()))
-        .collect::<Result<_, _>>()?;
+    let outputs: Vec<OutputSignal> =
+        channels(values).map(|channel| plant.output(channel.word_or_default("output"))).collect::<Result<_, _>>()?;
     let names: Vec<String> = outputs.iter().map(|output| output.name.clone()).collect();
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;

@@ -40,9 +40,9 @@ law_keys! {
                 "One table for each output.";
         }
         optional {
-            feedback: Choice(&["static", "block", "dynamic"]),
+            feedback: Choice(&["static", "block", "dynamic"]) = "static",
                 "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; \
-                 `dynamic`: integrators before motors where static feedback does not suffice. Left out: static.";
+                 `dynamic`: integrators before motors where static feedback does not suffice.";
         }
     }
 }

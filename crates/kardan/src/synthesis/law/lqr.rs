@@ -15,8 +15,8 @@ keys! {
             reference: Name as REFERENCE;
         }
         optional {
-            largest: Number(Sign::Positive),
-                "Largest acceptable deviation of the output in SI units (rad, rad/s, N m); left out: 0.1.";
+            largest: Number(Sign::Positive) = "0.1",
+                "Largest acceptable deviation of the output in SI units (rad, rad/s, N m).";
         }
     }
 }
@@ -84,7 +84,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     }
     let weight = |name: &String| largest.iter().find(|(other, _)| other == name).map(|(_, x)| x.to_f64().powi(-2));
     let of_outputs: Vec<f64> =
-        channels(request.values).map(|channel| channel.number("largest").unwrap_or(0.1).powi(-2)).collect();
+        channels(request.values).map(|channel| channel.number_or_default("largest").powi(-2)).collect();
     let (c, d) = (task.system.c.to_f64(), task.system.d.to_f64());
     let product = |a: &Matrix<f64>, b: &Matrix<f64>, i: usize, j: usize| -> f64 {
         of_outputs.iter().enumerate().map(|(k, w)| w * a[(k, i)] * b[(k, j)]).sum()

@@ -18,10 +18,7 @@ pub use noninteracting::{
 };
 pub use pole_placement::{PolePlacement, PolePlacementChannel};
 pub use position_loop::PositionLoop;
-pub use sampled_noninteracting::{
-    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH, SampledNoninteracting,
-    SampledNoninteractingChannel,
-};
+pub use sampled_noninteracting::{SampledNoninteracting, SampledNoninteractingChannel};
 
 use super::LawKind;
 

@@ -33,9 +33,9 @@ keys! {
             reference: Name, "Name of the reference signal, set by the scenario.";
         }
         optional {
-            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Natural frequency of a position channel; left out: 20 rad/s.";
-            damping_ratio: Number(Sign::Positive), "Damping ratio of a position channel; left out: 0.7.";
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "20 rad/s",
+                "Natural frequency of a position channel.";
+            damping_ratio: Number(Sign::Positive) = "0.7", "Damping ratio of a position channel.";
             load: Name, "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.";
         }
     }
@@ -48,9 +48,9 @@ law_keys! {
             channels: Tables(NoninteractingChannel), "One table for each output and its input.";
         }
         optional {
-            plant: Choice(&["linear", "nonlinear"]),
+            plant: Choice(&["linear", "nonlinear"]) = "linear",
                 "`linear`: constant gains for the model at zero angles (with the values of `design`, or those of the \
-                 file); `nonlinear`: the full model is evaluated at every step. Left out: linear.";
+                 file); `nonlinear`: the full model is evaluated at every step.";
             friction_width: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as FRICTION_WIDTH;
         }
     }
@@ -99,7 +99,7 @@ fn is_position(channel: &Values) -> bool {
 fn references(values: &Values) -> Vec<Reference> {
     let mut out = Vec::new();
     for channel in channels(values) {
-        let output = channel.word("output").unwrap_or_default();
+        let output = channel.word_or_default("output");
         if let Some(name) = channel.word("reference") {
             let (physical, what) = if is_position(channel) {
                 (Physical::Angle, "position reference of")
@@ -343,8 +343,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for channel in channels(request.values) {
-        let output = channel.word("output").unwrap_or_default().to_string();
-        let input = channel.word("input").unwrap_or_default().to_string();
+        let output = channel.word_or_default("output").to_string();
+        let input = channel.word_or_default("input").to_string();
         let shaft = output_shaft(&output, request.plant.shafts())?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
         for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {

@@ -21,9 +21,8 @@ law_keys! {
             reference: Name, "Name of the reference angle, set by the scenario.";
         }
         optional {
-            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Natural frequency; left out: 20 rad/s.";
-            damping_ratio: Number(Sign::Positive), "Damping ratio; left out: 0.7.";
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "20 rad/s", "Natural frequency.";
+            damping_ratio: Number(Sign::Positive) = "0.7", "Damping ratio.";
             inertia: Quantity(Dimension::INERTIA, Sign::Positive),
                 "Input torque per acceleration of the output; left out: that of the design model, so that all inertia \
                  is moved.";
@@ -55,7 +54,7 @@ reference = \"ref_fs\"
 };
 
 fn references(values: &Values) -> Vec<Reference> {
-    let output = values.word("output").unwrap_or_default();
+    let output = values.word_or_default("output");
     let reference = values.word("reference").map(|name| Reference {
         name: name.into(),
         physical: Physical::Angle,
@@ -144,7 +143,7 @@ impl<T: Float> Block for Runner<T> {
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let values = request.values;
-    let output = values.word("output").unwrap_or_default().to_string();
+    let output = values.word_or_default("output").to_string();
     let shaft = output_shaft(&output, request.plant.shafts())?;
     let inputs = (POSITION_LOOP.inputs)(values);
     let input = inputs.first().cloned().unwrap_or_default();
@@ -165,8 +164,8 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             shaft,
             inertia,
             position_loop: kardan_rt::PositionLoop {
-                natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
-                damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
+                natural_frequency: values.number_or_default("natural_frequency"),
+                damping_ratio: values.number_or_default("damping_ratio"),
             },
             torque: 0.0,
             kept: false,

@@ -37,25 +37,24 @@ keys! {
             reference: Name, "Name of the reference signal, set by the scenario.";
         }
         optional {
-            kind: Choice(&["position", "torque"]),
+            kind: Choice(&["position", "torque"]) = "position",
                 "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along \
-                 it, on top of what others apply there, as if the shaft carried its effective inertia alone. Left \
-                 out: position. A speed, and a sensor of a torque, follow a reference.";
-            bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Corner of the reference model, critically damped of second order; left out: 30 rad/s.";
-            acceptable_angle: Quantity(Dimension::ANGLE, Sign::Positive),
-                "Error of an angle that is acceptable, against which changes of torques are weighed; left out: 0.01 \
-                 rad.";
-            acceptable_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-                "Error of a speed that is acceptable; left out: 0.3 rad/s.";
-            acceptable_torque: Quantity(Dimension::TORQUE, Sign::Positive),
-                "Error of a torque that is acceptable; left out: 0.02 N m.";
+                 it, on top of what others apply there, as if the shaft carried its effective inertia alone. A speed, \
+                 and a sensor of a torque, follow a reference.";
+            bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "30 rad/s",
+                "Corner of the reference model, critically damped of second order.";
+            acceptable_angle: Quantity(Dimension::ANGLE, Sign::Positive) = "0.01 rad",
+                "Error of an angle that is acceptable, against which changes of torques are weighed.";
+            acceptable_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) = "0.3 rad/s",
+                "Error of a speed that is acceptable.";
+            acceptable_torque: Quantity(Dimension::TORQUE, Sign::Positive) = "0.02 N m",
+                "Error of a torque that is acceptable.";
             torque_rate: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
                 "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 \
                  N m/s for a motor without a limit.";
-            coasting_time: Quantity(Dimension::TIME, Sign::Positive),
+            coasting_time: Quantity(Dimension::TIME, Sign::Positive) = "1 s",
                 "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own \
-                 damping is compensated up to that; errors of the model must not overcompensate it. Left out: 1 s.";
+                 damping is compensated up to that; errors of the model must not overcompensate it.";
         }
     }
 }
@@ -68,9 +67,9 @@ law_keys! {
             channels: Tables(SampledNoninteractingChannel), "One table for each output and its motor.";
         }
         optional {
-            effort: Number(Sign::Positive),
+            effort: Number(Sign::Positive) = "1",
                 "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the \
-                 loop asks of motors and model. Left out: 1.";
+                 loop asks of motors and model.";
             governor: Choice(&["on", "off"]),
                 "Whether references are held back that would drive a motor beyond its torque limit; left out: on.";
             schedule: Number(Sign::Positive),
@@ -125,20 +124,10 @@ disturbances = [\"rk\", \"fs\"]
     design,
 };
 
-/// Corner of a reference model, rad/s.
-pub const BANDWIDTH: f64 = 30.0;
-/// Acceptable error of an angle, rad.
-pub const ACCEPTABLE_ANGLE: f64 = 0.01;
-/// Acceptable error of a speed, rad/s.
-pub const ACCEPTABLE_SPEED: f64 = 0.3;
-/// Acceptable error of a torque, N m.
-pub const ACCEPTABLE_TORQUE: f64 = 0.02;
 /// Acceptable rate of a torque over its limit, 1/s.
 const RATE_OVER_LIMIT: f64 = 80.0;
 /// Acceptable rate of a torque without a limit, N m/s.
 const RATE: f64 = 100.0;
-/// Time in which a shaft under a torque channel comes to rest, if nobody turns it, s.
-const COASTING: f64 = 1.0;
 /// Share of a torque limit that the governor uses; the rest is for what it does not foresee.
 const GOVERNED: f64 = 0.9;
 /// Instants at which the governor looks ahead, and how far, in time constants of the slowest reference model.
@@ -244,7 +233,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let rate = |input: &String| motor(plant, input)?.rate_limit.as_ref().map(|rate| rate.to_f64());
     let lag = |input: &String| motor(plant, input).and_then(|motor| motor.lag.as_ref()).map_or(0.0, |lag| lag.to_f64());
     let lags: Vec<f64> = inputs.iter().map(lag).collect();
-    let effort = values.number("effort").unwrap_or(1.0);
+    let effort = values.number_or_default("effort");
     let changes: Vec<f64> = channels(values)
         .zip(&inputs)
         .map(|(channel, input)| {
@@ -405,11 +394,11 @@ fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<De
     let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
     let mut targets = Vec::new();
     for (k, (channel, task)) in channels(values).zip(tasks).enumerate() {
-        let bandwidth = channel.number("bandwidth").unwrap_or(BANDWIDTH);
+        let bandwidth = channel.number_or_default("bandwidth");
         let acceptable = match task {
-            Task::Position => channel.number("acceptable_angle").unwrap_or(ACCEPTABLE_ANGLE),
-            Task::Speed => channel.number("acceptable_speed").unwrap_or(ACCEPTABLE_SPEED),
-            _ => channel.number("acceptable_torque").unwrap_or(ACCEPTABLE_TORQUE),
+            Task::Position => channel.number_or_default("acceptable_angle"),
+            Task::Speed => channel.number_or_default("acceptable_speed"),
+            _ => channel.number_or_default("acceptable_torque"),
         };
         let (mut on_state, mut on_torque, mut on_disturbance) =
             (c.row(k).to_vec(), d.row(k).to_vec(), f.row(k).to_vec());
@@ -420,7 +409,7 @@ fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<De
                 _ => effective_inertia(&plant.linear, *shaft),
             });
             let row = Matrix::from_fn(1, c.columns(), |_, j| c[(k, j)]);
-            let coasting = channel.number("coasting_time").unwrap_or(COASTING);
+            let coasting = channel.number_or_default("coasting_time");
             let acceleration = row.multiply(&a).plus(&row.scale(&(1.0 / coasting)));
             on_state = acceleration.scale(&inertia).row(0).to_vec();
             on_torque = row.multiply(&b).scale(&inertia).row(0).to_vec();
@@ -471,7 +460,7 @@ fn pushed(
 fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>), SynthesisError> {
     let (mut tasks, mut outputs) = (Vec::new(), Vec::new());
     for channel in channels(values) {
-        let output = plant.output(channel.word("output").unwrap_or_default())?;
+        let output = plant.output(channel.word_or_default("output"))?;
         let torque = channel.word("kind") == Some("torque");
         let (task, output) = match &output.measured {
             Measured::Angle(shaft) if torque => {

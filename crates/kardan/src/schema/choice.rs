@@ -1,0 +1,40 @@
+//! Words between which a key chooses, as a type.
+
+/// Declares a type for the words of a choice: `Measure::WORDS` for its key, `of` to read one, `word` to write it.
+macro_rules! choice {
+    ($(#[$meta:meta])* $name:ident { $($(#[$about:meta])* $variant:ident = $word:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name {
+            $($(#[$about])* $variant,)*
+        }
+
+        impl $name {
+            /// The words of a model file.
+            pub const WORDS: &'static [&'static str] = &[$($word),*];
+
+            /// What a word stands for.
+            pub fn of(word: &str) -> Option<Self> {
+                match word {
+                    $($word => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+
+            /// The word in a model file.
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)*
+                }
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(choice: $name) -> Self {
+                choice.word().into()
+            }
+        }
+    };
+}
+
+pub(crate) use choice;
