@@ -53,11 +53,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let bytes = column.snapshot().to_bytes();
     column.restore(&Snapshot::from_bytes(&bytes)?)?;
-    println!(
-        "after {} s the rack stands at {:.3} rad ({} bytes to go on)",
-        column.time(),
-        column.get(rack),
-        bytes.len()
-    );
+    println!("at {} s the rack is at {:.3} rad; {} bytes go on", column.time(), column.get(rack), bytes.len());
     Ok(())
 }

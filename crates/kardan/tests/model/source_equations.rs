@@ -623,8 +623,11 @@ fn projector(reduced: &Reduced) -> (Matrix<Rational>, Matrix<Rational>) {
 /// Theorem 4.5 and (4.57), (4.58): P² = P and Pᵀ K = 0, exactly.
 #[test]
 fn theorem_4_5_projector_idempotent() {
-    for reduced in [Sia::table().straight().reduced, Sia::skew().straight().reduced, first(&Hd::skew().text()).reduced]
-    {
+    for reduced in [
+        Sia::table().straight().reduced.clone(),
+        Sia::skew().straight().reduced.clone(),
+        first(&Hd::skew().text()).reduced.clone(),
+    ] {
         let (p, _) = projector(&reduced);
         assert_eq!(p.multiply(&p), p, "(4.57)");
         let basis = linearise(&reduced, &vec![0.0; reduced.freedoms()]).basis;
@@ -636,7 +639,7 @@ fn theorem_4_5_projector_idempotent() {
 /// (4.56) for the steering system against the reference, which has the order (fs, cs, wg, cj, rk).
 #[test]
 fn eq_4_56_projector_of_the_steering_system() {
-    let reduced = Sia::table().straight().reduced;
+    let reduced = Sia::table().straight().reduced.clone();
     let (p, _) = projector(&reduced);
     let order = ["fs", "cs", "wg", "cj", "rk"].map(|name| reduced.shaft(name).expect("a shaft"));
     let sorted = Matrix::from_fn(5, 5, |i, j| p[(order[i], order[j])].clone());
@@ -648,7 +651,7 @@ fn eq_4_56_projector_of_the_steering_system() {
 #[test]
 fn eq_4_53_multipliers_and_eq_4_55_constraint_torque_projector() {
     let sia = Sia::skew();
-    let reduced = sia.straight().reduced;
+    let reduced = sia.straight().reduced.clone();
     let (p, generalised) = projector(&reduced);
     let equations = &reduced.equations;
     let (dynamics, mut work) = Dynamics::new(&reduced);
