@@ -10,6 +10,10 @@ mod identification;
 mod margins;
 mod passage;
 mod robustness;
+pub(crate) mod serial;
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 pub use analysis::*;
 pub use bench::*;
@@ -21,21 +25,28 @@ pub use passage::*;
 pub use robustness::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
 pub enum Physical {
     /// Angle, rad.
+    #[serde(rename = "rad")]
     Angle,
     /// Angular velocity, rad/s.
+    #[serde(rename = "rad/s")]
     Speed,
     /// Torque, N m.
+    #[serde(rename = "N m")]
     Torque,
     /// Energy, J.
+    #[serde(rename = "J")]
     Energy,
     /// Electric charge, C.
+    #[serde(rename = "C")]
     Charge,
     /// Electric current, A.
+    #[serde(rename = "A")]
     Current,
     /// Voltage, or potential against ground, V.
+    #[serde(rename = "V")]
     Voltage,
 }
 
@@ -103,7 +114,7 @@ impl Series {
 }
 
 /// The energy balance of a run, J: `input = stored + dissipated + residual`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Energy {
     /// Work done by all inputs and disturbances.
     pub input: f64,
@@ -116,7 +127,7 @@ pub struct Energy {
 }
 
 /// Something that happened at a located instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Event {
     /// Time in s.
     pub time: f64,
@@ -152,7 +163,7 @@ pub struct ParameterValue {
 }
 
 /// A requirement of the model file, judged.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RequirementResult {
     /// In words: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
     pub text: String,
@@ -258,7 +269,7 @@ fn length(spans: &[Span], from: f64, until: f64) -> f64 {
 }
 
 /// What the integrator did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct Effort {
     /// Accepted steps.
     pub steps: usize,
@@ -306,7 +317,7 @@ impl Run {
 }
 
 /// A matrix with named rows and columns, for display.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NamedMatrix {
     /// What it is: `reduced inertia`.
     pub title: String,
@@ -334,7 +345,8 @@ pub struct LawSummary {
 }
 
 /// A complex number.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Complex {
     /// Real part.
     pub re: f64,
@@ -369,7 +381,8 @@ impl From<(f64, f64)> for Complex {
 pub type Pole = Complex;
 
 /// From one value to another, in order: of a time, of an angle.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Span {
     /// Where it begins.
     pub from: f64,
@@ -378,7 +391,8 @@ pub struct Span {
 }
 
 /// The ends of a range in which a number lies.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -387,7 +401,7 @@ pub struct Interval {
 }
 
 /// A state that stands for a combination of others.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Definition {
     /// Its name: `z1`.
     pub state: String,
