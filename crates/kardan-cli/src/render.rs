@@ -172,7 +172,7 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
                 .labels
                 .iter()
                 .map(|label| {
-                    let (start, end) = clamp(text, label.span.start, label.span.end);
+                    let (start, end) = clamp(text, label.place.start(), label.place.span().end);
                     LabeledSpan::new((!label.text.is_empty()).then(|| visible(&label.text)), start, end - start)
                 })
                 .collect();

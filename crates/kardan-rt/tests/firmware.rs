@@ -1,4 +1,6 @@
 //! The blocks without std: firmware in small links only where no path leads to a panic.
+//!
+//! A test binary of its own: it runs cargo, for minutes where nothing is built yet, and needs nothing of the other tests.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

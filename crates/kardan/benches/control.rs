@@ -1,7 +1,7 @@
 //! Speed of one control step, as firmware and simulation run it: `cargo bench -p kardan --bench control`. Each iteration
 //! is one step, so that the times are those per step.
 
-#[path = "../tests/runtime/observer.rs"]
+#[path = "../tests/sampled/runtime_blocks/observer.rs"]
 mod observer;
 
 use divan::{Bencher, black_box};

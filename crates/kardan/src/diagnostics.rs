@@ -2,9 +2,10 @@
 //!
 //! Data only. The library never prints; the command line renders a [`Diagnostic`] with the source text underneath.
 
-pub use crate::names::{nearest, quoted, shortened};
 use std::fmt;
-use std::ops::Range;
+
+use crate::entries::Place;
+pub use crate::names::{nearest, quoted, shortened};
 
 /// How serious a [`Diagnostic`] is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,11 +16,11 @@ pub enum Severity {
     Error,
 }
 
-/// A place in the source text with a few words beneath it.
+/// A place in the model with a few words beneath it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
-    /// Byte range in the source text.
-    pub span: Range<usize>,
+    /// Where: in the source text, or the path of an entry.
+    pub place: Place,
     /// What is to be seen there.
     pub text: String,
 }
@@ -51,8 +52,8 @@ impl Diagnostic {
     }
 
     /// Adds a place and the words beneath it.
-    pub fn at(mut self, span: Range<usize>, text: impl Into<String>) -> Self {
-        self.labels.push(Label { span, text: text.into() });
+    pub fn at(mut self, place: impl Into<Place>, text: impl Into<String>) -> Self {
+        self.labels.push(Label { place: place.into(), text: text.into() });
         self
     }
 
@@ -70,6 +71,9 @@ impl fmt::Display for Diagnostic {
             Severity::Error => "error",
         };
         write!(f, "{severity}[{}]: {}", self.code, self.message)?;
+        if let Some(path) = self.labels.first().and_then(|label| label.place.path()) {
+            write!(f, " (at `{path}`)")?;
+        }
         if let Some(help) = &self.help {
             write!(f, " ({help})")?;
         }
@@ -77,7 +81,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Renders diagnostics as plain text with line and column of every place, for logs and tests.
+/// Renders diagnostics as plain text with line and column, or the path, of every place, for logs and tests.
 ///
 /// ```
 /// use kardan::diagnostics::{Diagnostic, plain};
@@ -94,8 +98,13 @@ pub fn plain(source: &str, diagnostics: &[Diagnostic]) -> String {
         };
         out.push_str(&format!("{severity}[{}]", d.code));
         if let Some(label) = d.labels.first() {
-            let (line, column) = lines.line_column(source, label.span.start);
-            out.push_str(&format!(" {line}:{column}"));
+            match &label.place {
+                Place::Text(span) => {
+                    let (line, column) = lines.line_column(source, span.start);
+                    out.push_str(&format!(" {line}:{column}"));
+                }
+                Place::Path(path) => out.push_str(&format!(" {path}")),
+            }
         }
         out.push_str(&format!(": {}", d.message));
         for label in &d.labels {

@@ -1,9 +1,17 @@
 //! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
+mod given;
+mod keys;
 
+use std::collections::BTreeMap;
+
+use crate::entries::Place;
 use crate::units::{Dimension, Exact, Tolerated};
+
+pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
+pub use keys::{ElementKeys, Keys, LawKeys};
+
+pub(crate) use keys::keys;
 
 /// Which numbers a field takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,29 +87,36 @@ pub struct Field {
     pub kind: Kind,
     /// Whether the table is incomplete without it.
     pub required: bool,
-    /// One sentence for the manual; says what holds when the key is left out.
+    /// What holds when the key is left out, as it would be written, if that is one value.
+    pub default: Option<&'static str>,
+    /// One sentence for the manual; says what holds when the key is left out, where that is no value.
     pub doc: &'static str,
 }
 
 impl Field {
     /// A key that must be there.
     pub const fn required(name: &'static str, kind: Kind, doc: &'static str) -> Self {
-        Self { name, kind, required: true, doc }
+        Self { name, kind, required: true, default: None, doc }
     }
 
     /// A key that may be left out.
     pub const fn optional(name: &'static str, kind: Kind, doc: &'static str) -> Self {
-        Self { name, kind, required: false, doc }
+        Self { name, kind, required: false, default: None, doc }
+    }
+
+    /// A key that may be left out, and then has this value.
+    pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> Self {
+        Self { name, kind, required: false, default: Some(default), doc }
     }
 }
 
 /// A value with its place in the file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spanned<T> {
+pub struct Placed<T> {
     /// The value.
     pub value: T,
     /// Byte range in the source text.
-    pub span: Range<usize>,
+    pub place: Place,
 }
 
 /// A quantity or number as written: a literal, or the name of a parameter.
@@ -121,11 +136,11 @@ pub enum Value {
     /// For `Shaft`, `Node`, `Element`, `Signal`, `Output`, `Choice`, `Name` and `Text`.
     Word(String),
     /// For `Shafts`, `Elements`, `Signals`, `Outputs` and `Words`.
-    Words(Vec<Spanned<String>>),
+    Words(Vec<Placed<String>>),
     /// For `Quantity`, `AnyQuantity` and `Number`.
     Scalar(Scalar),
     /// For `Coefficients` (numbers), `Overrides` (quantities) and `Lists` (an entry for each quantity of a list).
-    Map(Vec<(Spanned<String>, Spanned<Scalar>)>),
+    Map(Vec<(Placed<String>, Placed<Scalar>)>),
     /// For `Tables`, and the one of `Table`.
     Tables(Vec<Table>),
     /// For `Poles`.
@@ -136,9 +151,9 @@ pub enum Value {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Byte range of the table's header (or of the inline table).
-    pub span: Range<usize>,
+    pub place: Place,
     /// The values by key.
-    pub values: BTreeMap<&'static str, Spanned<Value>>,
+    pub values: BTreeMap<&'static str, Placed<Value>>,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
 }

@@ -7,6 +7,7 @@
 
 mod poles;
 mod tolerance;
+mod written;
 
 use std::fmt;
 use std::ops::{Mul, Neg, Range};
@@ -17,6 +18,7 @@ use dashu_ratio::RBig;
 
 pub use poles::parse_poles;
 pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
+pub use written::written_quantity;
 
 use crate::diagnostics::nearest;
 

@@ -1,23 +1,24 @@
 //! Text with one row per line. How it is written is found out from its beginning; rows are read in parallel.
 
 mod cell;
+mod encoding;
 mod layout;
 mod rows;
 
-use std::io::{self, Read};
+use std::io::Read;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{BLOCK_ROWS, Block, Bytes, CsvOptions, Group, Log, LogError, ReadSeek, chosen};
-use layout::{Encoding, Layout};
+use super::{BLOCK_ROWS, Block, Bytes, CsvOptions, Group, Log, LogError, chosen};
+use encoding::text;
+use layout::{CSV, Layout};
 use rows::{Plan, Rows};
 
 /// How much text is read and parsed at once.
 const CHUNK: usize = 8 << 20;
 /// The longest line.
 const LINE_LIMIT: usize = 64 << 20;
-const CSV: &str = "CSV";
 
 pub(super) struct CsvLog {
     bytes: Arc<dyn Bytes>,
@@ -62,71 +63,6 @@ impl CsvLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>, options: &CsvOptions) -> Result<Self, LogError> {
         let (layout, group) = layout::find(&*bytes, options)?;
         Ok(Self { bytes, layout, groups: [group], reading: None, found: Found::default() })
-    }
-}
-
-/// The text without its byte order mark, as UTF-8 or as the single bytes that it is.
-fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn Read + Send>> {
-    let mut reader = bytes.open()?;
-    let mut mark = [0; 3];
-    let length = match encoding {
-        Encoding::Bytes => 0,
-        Encoding::Utf8Mark => 3,
-        Encoding::Utf16 { .. } => 2,
-    };
-    reader.read_exact(&mut mark[..length])?;
-    Ok(match encoding {
-        Encoding::Utf16 { little } => Box::new(Utf16 { reader, little, ready: Vec::new(), at: 0, half: Vec::new() }),
-        _ => Box::new(reader),
-    })
-}
-
-/// UTF-16 read as UTF-8.
-struct Utf16 {
-    reader: Box<dyn ReadSeek>,
-    little: bool,
-    ready: Vec<u8>,
-    at: usize,
-    /// Bytes of a character that is not complete.
-    half: Vec<u8>,
-}
-
-impl Read for Utf16 {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        while self.at == self.ready.len() {
-            let mut raw = std::mem::take(&mut self.half);
-            let kept = raw.len();
-            (&mut self.reader).take(1 << 16).read_to_end(&mut raw)?;
-            let ended = raw.len() == kept;
-            if ended && raw.is_empty() {
-                return Ok(0);
-            }
-            let mut units: Vec<u16> = raw
-                .chunks_exact(2)
-                .map(|pair| {
-                    if self.little {
-                        u16::from_le_bytes([pair[0], pair[1]])
-                    } else {
-                        u16::from_be_bytes([pair[0], pair[1]])
-                    }
-                })
-                .collect();
-            let mut used = 2 * units.len();
-            if !ended && units.last().is_some_and(|unit| (0xd800..0xdc00).contains(unit)) {
-                units.pop();
-                used -= 2;
-            }
-            if !ended {
-                self.half.extend_from_slice(&raw[used..]);
-            }
-            let text: String = char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect();
-            self.ready = text.into_bytes();
-            self.at = 0;
-        }
-        let count = out.len().min(self.ready.len() - self.at);
-        out[..count].copy_from_slice(&self.ready[self.at..self.at + count]);
-        self.at += count;
-        Ok(count)
     }
 }
 

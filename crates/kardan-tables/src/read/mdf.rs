@@ -14,10 +14,9 @@ use rayon::prelude::*;
 
 use super::source::Source;
 use super::{BLOCK_ROWS, Block, Bytes, Group, Log, LogError, chosen};
-use blocks::{DataGroup, File};
+use blocks::{DataGroup, File, MDF};
 use stream::Stream;
 
-const MDF: &str = "MDF";
 /// How many bytes of records are decoded at once.
 const STEP: usize = 4 << 20;
 
@@ -310,6 +309,3 @@ impl File {
         (&self.data[data], &self.data[data].groups[index])
     }
 }
-
-/// Where a channel group is: data group, channel group of it.
-type Place = (usize, usize);

@@ -80,8 +80,9 @@ use rayon::prelude::*;
 
 use super::LinearSystem;
 use super::images::Image;
+use super::spectrum::SpectrumInWords;
 use super::spectrum::{self, Layout, MOST_EXPANDED, Pattern, Spectrum, factors, in_words, with_leading_one};
-use super::structure::{SpectrumInWords, relative_degrees};
+use super::structure::relative_degrees;
 use super::zeros::{self, ZeroStructure};
 use crate::num::modular_polynomial::{derivative, gcd, product};
 use crate::num::{Matrix, ModularMatrix, Polynomial, PrimeField, Rational, Reconstruction, Residue, multiply_whole};

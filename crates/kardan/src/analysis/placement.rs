@@ -3,7 +3,7 @@ use faer::linalg::solvers::Solve;
 
 use super::family::to_mat;
 use super::images::{Image, Images};
-use super::{Gramian, LinearSystem, gramian, smallest_eigenvalue, transfer_energy};
+use super::{Gramian, LinearSystem, Side, gramian, smallest_eigenvalue, transfer_energy};
 use crate::num::{Matrix, ModularMatrix, Rational, rational_to_f64, reachable};
 use crate::results::{Place, PlacedSet, PlacementSearch};
 
@@ -16,15 +16,6 @@ pub struct Candidate {
     pub cost: f64,
     /// Its column of B in `E ẋ = A x + B u`; for a sensor, its row of C.
     pub column: Vec<Rational>,
-}
-
-/// What is placed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// Motors, for controllability.
-    Inputs,
-    /// Sensors, for observability.
-    Outputs,
 }
 
 /// What ranks the sets.

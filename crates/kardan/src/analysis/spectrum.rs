@@ -27,6 +27,13 @@ pub(super) struct Spectrum {
     pub pieces: Vec<(Pattern, Vec<Residue>)>,
 }
 
+/// Eigenvalues in words, and the smallest invariant factor.
+pub(super) struct SpectrumInWords {
+    pub factors: Vec<Factor>,
+    pub invariant_factors: Vec<String>,
+    pub common: Option<Polynomial>,
+}
+
 /// The invariant factors of the action of G on what a reachable part leaves.
 pub(super) fn quotient_factors(field: &PrimeField, g: &ModularMatrix, span: &Span) -> Vec<Vec<Residue>> {
     if span.dimension() == g.rows {

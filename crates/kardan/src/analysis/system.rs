@@ -239,3 +239,12 @@ impl LinearSystem {
         }
     }
 }
+
+/// What is placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Motors, for controllability.
+    Inputs,
+    /// Sensors, for observability.
+    Outputs,
+}

@@ -1,11 +1,27 @@
 use super::{Element, FROM, TO, Values, branch, check_branch};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A capacitor: the spring of a circuit with the elastance 1/C, \[diss. Table 4.3\].
+    element Capacitor("capacitor") {
+        required {
+            from: Node as FROM;
+            to: Node as TO;
+            capacitance: Quantity(Dimension::CAPACITANCE, Sign::Positive),
+                "Capacitance C.";
+        }
+        optional {
+            initial_voltage: Quantity(Dimension::VOLTAGE, Sign::Any),
+                "v0, the voltage while `<name>.q` is zero, as it is at the start; left out: zero.";
+        }
+    }
+}
 
 /// A capacitor: the spring of a circuit with the elastance 1/C, \[diss. Table 4.3\].
 pub const CAPACITOR: Element = Element {
-    keyword: "capacitor",
+    keyword: Capacitor::KEYWORD,
     summary: "An ideal capacitor between two nodes of a circuit: v = v0 + q/C.",
     sketch: r"
            i >0   C
@@ -13,16 +29,7 @@ pub const CAPACITOR: Element = Element {
            +      v     -",
     signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
             of `to`. `<name>.q` is the charge that has gone through: with `initial_voltage` the plates hold C v0 more.",
-    fields: &[
-        FROM,
-        TO,
-        Field::required("capacitance", Kind::Quantity(Dimension::CAPACITANCE, Sign::Positive), "Capacitance C."),
-        Field::optional(
-            "initial_voltage",
-            Kind::Quantity(Dimension::VOLTAGE, Sign::Any),
-            "v0, the voltage while `<name>.q` is zero, as it is at the start; left out: zero.",
-        ),
-    ],
+    fields: Capacitor::FIELDS,
     example: "\
 [capacitor.buffer]
 from = \"out\"

@@ -1,23 +1,28 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// Any linear row by hand, \[diss. (4.31)\] with an offset.
+    element Constraint("constraint") {
+        required {
+            coefficients: Coefficients, "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.";
+        }
+        optional {
+            offset: Quantity(Dimension::ANGLE, Sign::Any), "The right-hand side; left out: zero.";
+        }
+    }
+}
 
 /// Any linear row by hand, \[diss. (4.31)\] with an offset.
 pub const CONSTRAINT: Element = Element {
-    keyword: "constraint",
+    keyword: Constraint::KEYWORD,
     summary: "Any linear relation between shaft angles, by hand: sum of coefficient times angle = offset.",
     sketch: r"
     a1 q1 + a2 q2 + ... = offset",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it.",
-    fields: &[
-        Field::required(
-            "coefficients",
-            Kind::Coefficients,
-            "Coefficients by shaft; one shaft alone is held still by { shaft = 1 }.",
-        ),
-        Field::optional("offset", Kind::Quantity(Dimension::ANGLE, Sign::Any), "The right-hand side; left out: zero."),
-    ],
+    fields: Constraint::FIELDS,
     example: "\
 [constraint.belt]
 coefficients = { pulley_1 = 2, pulley_2 = -3 }

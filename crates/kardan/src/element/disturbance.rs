@@ -1,15 +1,26 @@
 use super::{Element, Values, no_check};
 use crate::equations::{Direction, InputKind, Term};
-use crate::schema::{Field, Kind};
+use crate::schema::{ElementKeys, Keys, keys};
+
+keys! {
+    /// A torque from outside, set by the scenario and unknown to the laws.
+    element Disturbance("disturbance") {
+        required {
+            shaft: Shaft, "The shaft that the torque acts on.";
+        }
+        optional {
+        }
+    }
+}
 
 /// A torque from outside, set by the scenario and unknown to the laws.
 pub const DISTURBANCE: Element = Element {
-    keyword: "disturbance",
+    keyword: Disturbance::KEYWORD,
     summary: "A torque from outside on a shaft; events of the scenario set it, control laws do not know it.",
     sketch: r"
     road --> tau on shaft",
     signs: "Positive in the sense of the shaft's angle; the signal carries the element's own name.",
-    fields: &[Field::required("shaft", Kind::Shaft, "The shaft that the torque acts on.")],
+    fields: Disturbance::FIELDS,
     example: "\
 [disturbance.T_dist]
 shaft = \"rk\"

@@ -1,11 +1,26 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
+
+keys! {
+    /// Two shafts in a fixed ratio, \[diss. (4.3)\].
+    element Gear("gear") {
+        required {
+            shaft_1: Shaft, "The first shaft.";
+            shaft_2: Shaft, "The second shaft.";
+            ratio: Number(Sign::NonZero),
+                "i: turns of the first shaft for one turn of the second; a fraction such as \"51/50\" stays exact.";
+        }
+        optional {
+            offset: Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset; left out: zero.";
+        }
+    }
+}
 
 /// Two shafts in a fixed ratio, \[diss. (4.3)\].
 pub const GEAR: Element = Element {
-    keyword: "gear",
+    keyword: Gear::KEYWORD,
     summary: "Two shafts in a fixed ratio: q1 - i q2 + offset = 0.",
     sketch: r"
     shaft_1 ====[ ]
@@ -13,16 +28,7 @@ pub const GEAR: Element = Element {
     shaft_2 ====[ ]",
     signs: "A ratio above zero means that both shafts turn the same way; an external spur pair has a negative ratio. \
             `<name>.tau` acts on shaft_1, and -i times it on shaft_2.",
-    fields: &[
-        Field::required("shaft_1", Kind::Shaft, "The first shaft."),
-        Field::required("shaft_2", Kind::Shaft, "The second shaft."),
-        Field::required(
-            "ratio",
-            Kind::Number(Sign::NonZero),
-            "i: turns of the first shaft for one turn of the second; a fraction such as \"51/50\" stays exact.",
-        ),
-        Field::optional("offset", Kind::Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset; left out: zero."),
-    ],
+    fields: Gear::FIELDS,
     example: "\
 [gear.reduction]
 shaft_1 = \"motor\"

@@ -1,12 +1,32 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
+
+keys! {
+    /// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
+    element HarmonicDrive("harmonic_drive") {
+        required {
+            wave_generator: Shaft, "The shaft of the wave generator.";
+            circular_spline: Shaft, "The shaft of the circular spline.";
+            flexspline: Shaft, "The shaft of the flexspline.";
+            ratio: Number(Sign::Positive), "The transmission ratio i of the catalogue.";
+        }
+        optional {
+            offset: Quantity(Dimension::ANGLE, Sign::Any), "Mounting offset of the angles; left out: zero.";
+            stiffness: Quantity(Dimension::STIFFNESS, Sign::Positive),
+                "Torsional stiffness as felt at the flexspline while the other two shafts are held; a spring then \
+                 stands in place of the equation of the gear. Left out: rigid.";
+            damping: Quantity(Dimension::DAMPING, Sign::NonNegative),
+                "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`. Left out: none.";
+        }
+    }
+}
 
 /// A strain-wave gear whose three shafts all turn, \[diss. (6.1)\].
 pub const HARMONIC_DRIVE: Element = Element {
-    keyword: "harmonic_drive",
+    keyword: HarmonicDrive::KEYWORD,
     summary: "A harmonic drive in differential mode: wg - (i+1) cs + i fs + offset = 0, none of the shafts fixed.",
     sketch: r"
                  ratio i
@@ -18,28 +38,7 @@ pub const HARMONIC_DRIVE: Element = Element {
     signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
             `<name>.tau` is the constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i \
             times it act on cs and fs.",
-    fields: &[
-        Field::required("wave_generator", Kind::Shaft, "The shaft of the wave generator."),
-        Field::required("circular_spline", Kind::Shaft, "The shaft of the circular spline."),
-        Field::required("flexspline", Kind::Shaft, "The shaft of the flexspline."),
-        Field::required("ratio", Kind::Number(Sign::Positive), "The transmission ratio i of the catalogue."),
-        Field::optional(
-            "offset",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Mounting offset of the angles; left out: zero.",
-        ),
-        Field::optional(
-            "stiffness",
-            Kind::Quantity(Dimension::STIFFNESS, Sign::Positive),
-            "Torsional stiffness as felt at the flexspline while the other two shafts are held; a spring then stands in place of \
-             the equation of the gear. Left out: rigid.",
-        ),
-        Field::optional(
-            "damping",
-            Kind::Quantity(Dimension::DAMPING, Sign::NonNegative),
-            "Viscous damping of that twist, as felt at the flexspline; needs `stiffness`. Left out: none.",
-        ),
-    ],
+    fields: HarmonicDrive::FIELDS,
     example: "\
 [harmonic_drive.hd]
 wave_generator = \"wg\"

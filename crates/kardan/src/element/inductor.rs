@@ -1,11 +1,25 @@
 use super::{Element, FROM, TO, Values, branch, check_branch};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A coil: the inertia of a circuit, \[diss. Table 4.3\].
+    element Inductor("inductor") {
+        required {
+            from: Node as FROM;
+            to: Node as TO;
+            inductance: Quantity(Dimension::INDUCTANCE, Sign::Positive),
+                "Inductance L.";
+        }
+        optional {
+        }
+    }
+}
 
 /// A coil: the inertia of a circuit, \[diss. Table 4.3\].
 pub const INDUCTOR: Element = Element {
-    keyword: "inductor",
+    keyword: Inductor::KEYWORD,
     summary: "An ideal coil between two nodes of a circuit: v = L di/dt.",
     sketch: r"
            i >0   L
@@ -13,11 +27,7 @@ pub const INDUCTOR: Element = Element {
            +     v      -",
     signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
             of `to`.",
-    fields: &[
-        FROM,
-        TO,
-        Field::required("inductance", Kind::Quantity(Dimension::INDUCTANCE, Sign::Positive), "Inductance L."),
-    ],
+    fields: Inductor::FIELDS,
     example: "\
 [inductor.choke]
 from = \"in\"

@@ -21,7 +21,21 @@ mod voltage_source;
 
 use std::collections::BTreeMap;
 
-pub use universal_joint::UniversalJointCurve;
+pub use capacitor::Capacitor;
+pub use constraint::Constraint;
+pub use disturbance::Disturbance;
+pub use gear::Gear;
+pub use harmonic_drive::HarmonicDrive;
+pub use inductor::Inductor;
+pub use motor::Motor;
+pub use planetary::Planetary;
+pub use resistor::Resistor;
+pub use sensor::Sensor;
+pub use shaft::Shaft;
+pub use spring_damper::SpringDamper;
+pub use transformer::Transformer;
+pub use universal_joint::{UniversalJoint, UniversalJointCurve};
+pub use voltage_source::VoltageSource;
 
 use crate::equations::{Direction, Stribeck, Term};
 use crate::schema::{ExactPole, Field, Kind, Sign};

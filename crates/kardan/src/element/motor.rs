@@ -1,47 +1,40 @@
 use super::{Element, Mistake, Values};
-use crate::equations::{Direction, InputKind, Motor, Ripple, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::equations::{self, Direction, InputKind, Ripple, Term};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A torque input between the housing and a shaft, or between two shafts.
+    element Motor("motor") {
+        required {
+            shaft: Shaft, "The shaft that the torque acts on.";
+        }
+        optional {
+            reaction: Shaft, "The shaft that carries the stator; left out: the housing.";
+            torque_limit: Quantity(Dimension::TORQUE, Sign::Positive),
+                "Largest torque either way; left out: unlimited.";
+            rate_limit: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
+                "Largest change of torque per time; left out: unlimited.";
+            lag: Quantity(Dimension::TIME, Sign::NonNegative), "Time constant of the first-order lag; left out: none.";
+            ripple: Quantity(Dimension::TORQUE, Sign::NonNegative),
+                "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft \
+                 against `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as \
+                 `<name>.ripple`; designs leave it out. Left out: none.";
+            ripple_order: Number(Sign::Positive),
+                "Periods of the ripple in one turn, such as pole pairs times six; needed with `ripple`.";
+        }
+    }
+}
 
 /// A torque input between the housing and a shaft, or between two shafts.
 pub const MOTOR: Element = Element {
-    keyword: "motor",
+    keyword: Motor::KEYWORD,
     summary: "A torque input that a control law or the scenario commands; ideal, or with torque limit, rate limit and lag.",
     sketch: r"
     command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau (+ ripple) on shaft",
     signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
             it is given); `<name>.command` is what was asked for.",
-    fields: &[
-        Field::required("shaft", Kind::Shaft, "The shaft that the torque acts on."),
-        Field::optional("reaction", Kind::Shaft, "The shaft that carries the stator; left out: the housing."),
-        Field::optional(
-            "torque_limit",
-            Kind::Quantity(Dimension::TORQUE, Sign::Positive),
-            "Largest torque either way; left out: unlimited.",
-        ),
-        Field::optional(
-            "rate_limit",
-            Kind::Quantity(Dimension::TORQUE_RATE, Sign::Positive),
-            "Largest change of torque per time; left out: unlimited.",
-        ),
-        Field::optional(
-            "lag",
-            Kind::Quantity(Dimension::TIME, Sign::NonNegative),
-            "Time constant of the first-order lag; left out: none.",
-        ),
-        Field::optional(
-            "ripple",
-            Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-            "Amplitude of a torque ripple (cogging), ripple sin(ripple_order angle), with the angle of the shaft against \
-             `reaction`. It acts beside `<name>.tau`, which is what the drive reports, and is shown as `<name>.ripple`; \
-             designs leave it out. Left out: none.",
-        ),
-        Field::optional(
-            "ripple_order",
-            Kind::Number(Sign::Positive),
-            "Periods of the ripple in one turn, such as pole pairs times six; needed with `ripple`.",
-        ),
-    ],
+    fields: Motor::FIELDS,
     example: "\
 [motor.wg_motor]
 shaft = \"wg\"
@@ -82,7 +75,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
     let ripple = values.exact("ripple").filter(|x| !x.is_zero()).zip(values.exact("ripple_order"));
     vec![Term::Input {
         along: Direction::difference(values.required("shaft"), values.word("reaction")),
-        kind: InputKind::Motor(Motor {
+        kind: InputKind::Motor(equations::Motor {
             torque_limit: values.exact("torque_limit").cloned(),
             rate_limit: values.exact("rate_limit").cloned(),
             lag: values.exact("lag").filter(|x| !x.is_zero()).cloned(),

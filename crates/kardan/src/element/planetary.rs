@@ -1,29 +1,31 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A three-shaft epicyclic gear in its general form.
+    element Planetary("planetary") {
+        required {
+            coefficients: Coefficients,
+                "The three coefficients by shaft, such as tooth numbers { sun = 30, ring = 70, carrier = -100 }.";
+        }
+        optional {
+            offset: Quantity(Dimension::ANGLE, Sign::Any), "Value of r1 q1 + r2 q2 + r3 q3; left out: zero.";
+        }
+    }
+}
 
 /// A three-shaft epicyclic gear in its general form.
 pub const PLANETARY: Element = Element {
-    keyword: "planetary",
+    keyword: Planetary::KEYWORD,
     summary: "A planetary gear in general form: r1 w1 + r2 w2 + r3 w3 = 0 over three shafts.",
     sketch: r"
     ring  r ======[     ]
     carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
     sun   s ======[     ]",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it.",
-    fields: &[
-        Field::required(
-            "coefficients",
-            Kind::Coefficients,
-            "The three coefficients by shaft, such as tooth numbers { sun = 30, ring = 70, carrier = -100 }.",
-        ),
-        Field::optional(
-            "offset",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Value of r1 q1 + r2 q2 + r3 q3; left out: zero.",
-        ),
-    ],
+    fields: Planetary::FIELDS,
     example: "\
 [planetary.split]
 coefficients = { sun = 30, ring = 70, carrier = -100 }

@@ -1,11 +1,25 @@
 use super::{Element, FROM, TO, Values, branch, check_branch};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A resistor: the damper of a circuit, \[diss. Table 4.3\].
+    element Resistor("resistor") {
+        required {
+            from: Node as FROM;
+            to: Node as TO;
+            resistance: Quantity(Dimension::RESISTANCE, Sign::NonNegative),
+                "Resistance R.";
+        }
+        optional {
+        }
+    }
+}
 
 /// A resistor: the damper of a circuit, \[diss. Table 4.3\].
 pub const RESISTOR: Element = Element {
-    keyword: "resistor",
+    keyword: Resistor::KEYWORD,
     summary: "An ohmic resistor between two nodes of a circuit: v = R i; with no resistance a wire that shows its current.",
     sketch: r"
            i >0   R
@@ -13,11 +27,7 @@ pub const RESISTOR: Element = Element {
            +      v     -",
     signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
             of `to`.",
-    fields: &[
-        FROM,
-        TO,
-        Field::required("resistance", Kind::Quantity(Dimension::RESISTANCE, Sign::NonNegative), "Resistance R."),
-    ],
+    fields: Resistor::FIELDS,
     example: "\
 [resistor.load]
 from = \"out\"

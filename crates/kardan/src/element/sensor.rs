@@ -1,60 +1,47 @@
 use std::f64::consts::TAU;
 
 use super::{Element, Mistake, Values};
-use crate::equations::{Measured, Sensor, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::equations::{self, Measured, Term};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A measured angle, speed or torque.
+    element Sensor("sensor") {
+        required {
+            measures: Choice(&["angle", "speed", "torque", "net_torque"]),
+                "What is measured; the net torque on a shaft is its own inertia times its acceleration.";
+        }
+        optional {
+            shaft: Shaft, "The shaft, for an angle, a speed, a net torque or a constraint torque.";
+            element: Element(&["spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint"]),
+                "The torsion bar (its spring torque, by its twist) or the gear (its constraint torque on `shaft`).";
+            lines: Number(Sign::Positive), "Lines per revolution; every line counts four edges. Left out: no rounding.";
+            resolution: Quantity(Dimension::ANGLE, Sign::Positive),
+                "Smallest step of the angle or twist, instead of `lines`.";
+            phase: Number(Sign::NonNegative),
+                "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * \
+                 floor(angle/step + phase). Left out: 0; with 0.5 it rounds to the nearest step.";
+            sample_time: Quantity(Dimension::TIME, Sign::Positive),
+                "Time between readings, held in between; a speed is then the difference of two rounded angles. Left \
+                 out: continuous.";
+            noise: AnyQuantity,
+                "Standard deviation of the noise in each reading, in the unit of what is measured: Gaussian, white, \
+                 added before rounding (to a speed from rounded angles: after), drawn from `seed` of `[scenario]`. \
+                 Sampled controllers read it. Needs `sample_time`; left out: none.";
+        }
+    }
+}
 
 /// A measured angle, speed or torque.
 pub const SENSOR: Element = Element {
-    keyword: "sensor",
+    keyword: Sensor::KEYWORD,
     summary: "A measured angle or speed of a shaft, the torque of a torsion bar by its twist, a constraint torque, or the net \
               torque on a shaft.",
     sketch: r"
     quantity --(+ noise)-->[ resolution ]-->[ sample and hold ]--> reading",
     signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
-    fields: &[
-        Field::required(
-            "measures",
-            Kind::Choice(&["angle", "speed", "torque", "net_torque"]),
-            "What is measured; the net torque on a shaft is its own inertia times its acceleration.",
-        ),
-        Field::optional("shaft", Kind::Shaft, "The shaft, for an angle, a speed, a net torque or a constraint torque."),
-        Field::optional(
-            "element",
-            Kind::Element(&["spring_damper", "harmonic_drive", "planetary", "gear", "universal_joint", "constraint"]),
-            "The torsion bar (its spring torque, by its twist) or the gear (its constraint torque on `shaft`).",
-        ),
-        Field::optional(
-            "lines",
-            Kind::Number(Sign::Positive),
-            "Lines per revolution; every line counts four edges. Left out: no rounding.",
-        ),
-        Field::optional(
-            "resolution",
-            Kind::Quantity(Dimension::ANGLE, Sign::Positive),
-            "Smallest step of the angle or twist, instead of `lines`.",
-        ),
-        Field::optional(
-            "phase",
-            Kind::Number(Sign::NonNegative),
-            "Where within a step the sensor stands at zero, from 0 to below 1: the reading is step * floor(angle/step + \
-             phase). Left out: 0; with 0.5 it rounds to the nearest step.",
-        ),
-        Field::optional(
-            "sample_time",
-            Kind::Quantity(Dimension::TIME, Sign::Positive),
-            "Time between readings, held in between; a speed is then the difference of two rounded angles. \
-             Left out: continuous.",
-        ),
-        Field::optional(
-            "noise",
-            Kind::AnyQuantity,
-            "Standard deviation of the noise in each reading, in the unit of what is measured: Gaussian, white, added before \
-             rounding (to a speed from rounded angles: after), drawn from `seed` of `[scenario]`. Sampled controllers read \
-             it. Needs `sample_time`; left out: none.",
-        ),
-    ],
+    fields: Sensor::FIELDS,
     example: "\
 [sensor.wg_encoder]
 measures = \"angle\"
@@ -144,7 +131,7 @@ fn terms(_: &str, values: &Values) -> Vec<Term> {
         (_, element) => Measured::SpringTorque(element.unwrap_or_default().into()),
     };
     let lines = values.number("lines").map(|lines| TAU / (4.0 * lines));
-    vec![Term::Output(Sensor {
+    vec![Term::Output(equations::Sensor {
         measured,
         resolution: lines.or(values.number("resolution")),
         phase: values.number("phase").unwrap_or(0.0),

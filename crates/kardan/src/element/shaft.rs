@@ -1,11 +1,30 @@
 use super::{BREAKAWAY, Element, STRIBECK_SPEED, Values, check_losses, losses};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A rigid rotating body; every other element names the shafts it acts on.
+    element Shaft("shaft") {
+        required {
+        }
+        optional {
+            inertia: Quantity(Dimension::INERTIA, Sign::NonNegative), "Moment of inertia; left out: massless.";
+            damping: Quantity(Dimension::DAMPING, Sign::Any),
+                "Viscous damping against the housing; left out: none. An equivalent damping identified on a gear may \
+                 be negative as long as the whole model stays passive.";
+            friction: Quantity(Dimension::TORQUE, Sign::NonNegative),
+                "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`; \
+                 left out: none.";
+            breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
+            stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
+        }
+    }
+}
 
 /// A rigid rotating body; every other element names the shafts it acts on.
 pub const SHAFT: Element = Element {
-    keyword: "shaft",
+    keyword: Shaft::KEYWORD,
     summary: "A rigid rotating body with inertia, viscous damping and Coulomb friction against the housing.",
     sketch: r"
         phi, tau >0
@@ -14,26 +33,7 @@ pub const SHAFT: Element = Element {
              d | c
             -------  housing",
     signs: "Angle, speed and torque of a shaft count positive in one common sense, chosen once for the whole model.",
-    fields: &[
-        Field::optional(
-            "inertia",
-            Kind::Quantity(Dimension::INERTIA, Sign::NonNegative),
-            "Moment of inertia; left out: massless.",
-        ),
-        Field::optional(
-            "damping",
-            Kind::Quantity(Dimension::DAMPING, Sign::Any),
-            "Viscous damping against the housing; left out: none. An equivalent damping identified on a gear may be \
-             negative as long as the whole model stays passive.",
-        ),
-        Field::optional(
-            "friction",
-            Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-            "Coulomb friction torque against the housing, the same at rest and in motion without `breakaway`; left out: none.",
-        ),
-        BREAKAWAY,
-        STRIBECK_SPEED,
-    ],
+    fields: Shaft::FIELDS,
     example: "\
 [shaft.fs]
 inertia = \"50000 kg mm^2\"

@@ -1,11 +1,30 @@
 use super::{BREAKAWAY, Element, Mistake, STRIBECK_SPEED, Values, check_losses, gear, losses};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// Spring, damper and friction in parallel between two shafts or to the housing.
+    element SpringDamper("spring_damper") {
+        required {
+            shaft_1: Shaft, "The first shaft.";
+        }
+        optional {
+            shaft_2: Shaft, "The second shaft; left out: the housing.";
+            stiffness: Quantity(Dimension::STIFFNESS, Sign::NonNegative), "Torsional stiffness; left out: no spring.";
+            damping: Quantity(Dimension::DAMPING, Sign::Any), "Viscous damping; left out: none.";
+            friction: Quantity(Dimension::TORQUE, Sign::NonNegative), "Coulomb friction torque; left out: none.";
+            breakaway: Quantity(Dimension::TORQUE, Sign::NonNegative) as BREAKAWAY;
+            stribeck_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as STRIBECK_SPEED;
+            rest: Quantity(Dimension::ANGLE, Sign::Any),
+                "The angle q1 - q2 at which the spring is relaxed; left out: zero.";
+        }
+    }
+}
 
 /// Spring, damper and friction in parallel between two shafts or to the housing.
 pub const SPRING_DAMPER: Element = Element {
-    keyword: "spring_damper",
+    keyword: SpringDamper::KEYWORD,
     summary: "Spring, viscous damper and Coulomb friction in parallel between two shafts, or from a shaft to the housing.",
     sketch: r"
                  s
@@ -14,28 +33,7 @@ pub const SPRING_DAMPER: Element = Element {
             ===[ c ]====",
     signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) is the torque that tries to turn \
             shaft_2 forward and shaft_1 back.",
-    fields: &[
-        Field::required("shaft_1", Kind::Shaft, "The first shaft."),
-        Field::optional("shaft_2", Kind::Shaft, "The second shaft; left out: the housing."),
-        Field::optional(
-            "stiffness",
-            Kind::Quantity(Dimension::STIFFNESS, Sign::NonNegative),
-            "Torsional stiffness; left out: no spring.",
-        ),
-        Field::optional("damping", Kind::Quantity(Dimension::DAMPING, Sign::Any), "Viscous damping; left out: none."),
-        Field::optional(
-            "friction",
-            Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-            "Coulomb friction torque; left out: none.",
-        ),
-        BREAKAWAY,
-        STRIBECK_SPEED,
-        Field::optional(
-            "rest",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "The angle q1 - q2 at which the spring is relaxed; left out: zero.",
-        ),
-    ],
+    fields: SpringDamper::FIELDS,
     example: "\
 [spring_damper.torsion_bar]
 shaft_1 = \"rk\"

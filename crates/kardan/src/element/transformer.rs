@@ -1,11 +1,27 @@
 use super::{Element, Mistake, Values, branch, check_ends};
 use crate::equations::{Direction, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Exact;
+
+keys! {
+    /// An ideal transformer: the gear of a circuit.
+    element Transformer("transformer") {
+        required {
+            from_1: Node, "The dotted end of winding 1.";
+            to_1: Node, "The other end of winding 1.";
+            from_2: Node, "The dotted end of winding 2.";
+            to_2: Node, "The other end of winding 2.";
+            ratio: Number(Sign::NonZero),
+                "n: turns of winding 1 for one turn of winding 2; negative if one of them is wound the other way.";
+        }
+        optional {
+        }
+    }
+}
 
 /// An ideal transformer: the gear of a circuit.
 pub const TRANSFORMER: Element = Element {
-    keyword: "transformer",
+    keyword: Transformer::KEYWORD,
     summary: "An ideal transformer, two coupled windings: v1 = n v2 and n i1 + i2 = 0.",
     sketch: r"
               i1 >0   i2 >0
@@ -16,17 +32,7 @@ pub const TRANSFORMER: Element = Element {
     signs: "Both currents count positive into the dotted ends `from_1` and `from_2`, both voltages from there to `to_1` and \
             `to_2`: `<name>.1.i`, `<name>.1.v` and `<name>.2.i`, `<name>.2.v`. It has no inductance of its own and \
             transforms direct current too; put an inductor beside winding 1 for the magnetising current.",
-    fields: &[
-        Field::required("from_1", Kind::Node, "The dotted end of winding 1."),
-        Field::required("to_1", Kind::Node, "The other end of winding 1."),
-        Field::required("from_2", Kind::Node, "The dotted end of winding 2."),
-        Field::required("to_2", Kind::Node, "The other end of winding 2."),
-        Field::required(
-            "ratio",
-            Kind::Number(Sign::NonZero),
-            "n: turns of winding 1 for one turn of winding 2; negative if one of them is wound the other way.",
-        ),
-    ],
+    fields: Transformer::FIELDS,
     example: "\
 [transformer.step_down]
 from_1 = \"mains\"

@@ -3,12 +3,29 @@ use std::sync::Arc;
 
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, Term};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
+
+keys! {
+    /// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
+    element UniversalJoint("universal_joint") {
+        required {
+            shaft_1: Shaft, "The shaft whose speed is C/(cos^2 q2 + C^2 sin^2 q2) times the other's.";
+            shaft_2: Shaft, "The other shaft.";
+        }
+        optional {
+            angle: Quantity(Dimension::ANGLE, Sign::Any), "Bend angle of a single joint, below 90 deg.";
+            angle_1: Quantity(Dimension::ANGLE, Sign::Any), "Bend angle of the joint at shaft_1 of a double joint.";
+            angle_2: Quantity(Dimension::ANGLE, Sign::Any),
+                "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.";
+            phase: Quantity(Dimension::ANGLE, Sign::Any), "Mounting angle of shaft_2; left out: zero.";
+        }
+    }
+}
 
 /// A cross-type (Cardan, Hooke) joint, or two of them in series, \[diss. (6.99)-(6.104)\].
 pub const UNIVERSAL_JOINT: Element = Element {
-    keyword: "universal_joint",
+    keyword: UniversalJoint::KEYWORD,
     summary: "A universal (Cardan) joint: tan q1 = C tan(q2 + phase) with C = cos(angle); a double joint has \
               C = cos(angle_1)/cos(angle_2).",
     sketch: r"
@@ -18,34 +35,7 @@ pub const UNIVERSAL_JOINT: Element = Element {
                      \ shaft_2",
     signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
             constraint torque on shaft_1.",
-    fields: &[
-        Field::required(
-            "shaft_1",
-            Kind::Shaft,
-            "The shaft whose speed is C/(cos^2 q2 + C^2 sin^2 q2) times the other's.",
-        ),
-        Field::required("shaft_2", Kind::Shaft, "The other shaft."),
-        Field::optional(
-            "angle",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Bend angle of a single joint, below 90 deg.",
-        ),
-        Field::optional(
-            "angle_1",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Bend angle of the joint at shaft_1 of a double joint.",
-        ),
-        Field::optional(
-            "angle_2",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Bend angle of the joint at shaft_2 of a double joint; equal angles give a uniform transmission.",
-        ),
-        Field::optional(
-            "phase",
-            Kind::Quantity(Dimension::ANGLE, Sign::Any),
-            "Mounting angle of shaft_2; left out: zero.",
-        ),
-    ],
+    fields: UniversalJoint::FIELDS,
     example: "\
 [universal_joint.cardan]
 shaft_1 = \"cj\"

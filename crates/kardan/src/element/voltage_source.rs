@@ -1,10 +1,22 @@
 use super::{Element, FROM, Values, branch, check_branch};
 use crate::equations::{Direction, InputKind, Motor, Term};
-use crate::schema::{Field, Kind};
+use crate::schema::{ElementKeys, Keys, keys};
+
+keys! {
+    /// An ideal voltage source: an input along its own charge.
+    element VoltageSource("voltage_source") {
+        required {
+            from: Node as FROM;
+            to: Node, "The positive pole, where a positive current comes out.";
+        }
+        optional {
+        }
+    }
+}
 
 /// An ideal voltage source: an input along its own charge.
 pub const VOLTAGE_SOURCE: Element = Element {
-    keyword: "voltage_source",
+    keyword: VoltageSource::KEYWORD,
     summary: "An ideal voltage source between two nodes of a circuit; events of the scenario set `<name>.v`.",
     sketch: r"
                  v
@@ -12,7 +24,7 @@ pub const VOLTAGE_SOURCE: Element = Element {
                          i >0",
     signs: "`<name>.v` is the potential of `to` less that of `from`, zero until an event sets it; `<name>.i` leaves at `to`, \
             so that v i is the power that the source gives.",
-    fields: &[FROM, Field::required("to", Kind::Node, "The positive pole, where a positive current comes out.")],
+    fields: VoltageSource::FIELDS,
     example: "\
 [voltage_source.supply]
 from = \"ground\"

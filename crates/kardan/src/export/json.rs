@@ -183,7 +183,7 @@ pub fn json(study: &Study, files: &Files) -> String {
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     let lines = Lines::new(source);
     let told = diagnostics.iter().map(|d| {
-        let place = d.labels.first().map(|label| lines.line_column(source, label.span.start));
+        let place = d.labels.first().map(|label| lines.line_column(source, label.place.span().start));
         Place {
             severity: match d.severity {
                 Severity::Error => Word::Error,

@@ -1,314 +1,24 @@
 //! The text of a model file as typed tables; names are not looked up yet.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::sync::LazyLock;
 
-use toml::de::DeValue;
-
-use super::identification::{IDENTIFICATION, LOG};
-use super::parse::{NAME_RULE, Node, is_name, syntax, table, value};
+use super::parse::{NAME_RULE, Node, is_name, table, value};
 use super::resolve::{Setting, TableReader};
+use super::tables;
 use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
 use crate::element::{self, Element};
-use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::file::syntax;
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::synthesis::{self, LawKind};
 use crate::units::{
     Dimension, Exact, Spread, Tolerated, UnitError, parse_number, parse_quantity, parse_quantity_list, tolerance_mark,
+    written_quantity,
 };
 
-/// Keys of `[model]`.
-pub const MODEL: &[Field] = &[
-    Field::optional("name", Kind::Text, "Name of the model; left out: `model`."),
-    Field::optional("description", Kind::Text, "A sentence for the report."),
-    Field::optional(
-        "coordinates",
-        Kind::Shafts(0),
-        "Shafts (in a circuit: charges) to use as reduced coordinates; left out: chosen so that the equations stay well scaled.",
-    ),
-];
-
-/// Keys of `[scenario]`.
-pub const SCENARIO: &[Field] = &[
-    Field::optional("duration", Kind::Quantity(Dimension::TIME, Sign::Positive), "Length of the run; left out: 1 s."),
-    Field::optional(
-        "output_step",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time between rows of the results, a twentieth of it during 20 steps after each event; left out: 1 ms.",
-    ),
-    Field::optional(
-        "relative_tolerance",
-        Kind::Number(Sign::Positive),
-        "Relative error allowed per integration step, from 1e-13 to 1e-3; left out: 1e-10.",
-    ),
-    Field::optional(
-        "initial",
-        Kind::Overrides,
-        "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: \
-         { \"rk.phi\" = \"10 deg\" }; left out: zero.",
-    ),
-    Field::optional(
-        "seed",
-        Kind::Number(Sign::NonNegative),
-        "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.",
-    ),
-    Field::optional("event", Kind::Tables(EVENT), "Steps and ramps of signals: `[[scenario.event]]`."),
-    Field::optional("fault", Kind::Tables(FAULT), "Sensors that fail: `[[scenario.fault]]`."),
-];
-
-/// Keys of `[[scenario.event]]`.
-pub const EVENT: &[Field] = &[
-    Field::required("at", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins)."),
-    Field::required(
-        "signal",
-        Kind::Signal,
-        "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.",
-    ),
-    Field::required("to", Kind::AnyQuantity, "The new value."),
-    Field::optional(
-        "over",
-        Kind::Quantity(Dimension::TIME, Sign::NonNegative),
-        "Length of a ramp to the new value; left out: a step.",
-    ),
-];
-
-/// Keys of `[[scenario.fault]]`.
-pub const FAULT: &[Field] = &[
-    Field::required(
-        "sensor",
-        Kind::Text,
-        "A sensor that the observer of a controller with a sample time reads, by its name or as it stands there: \
-         `wg_encoder`, `rk.phi`.",
-    ),
-    Field::optional(
-        "kind",
-        Kind::Choice(&["lost", "stuck"]),
-        "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on giving its last \
-         reading. Left out: lost.",
-    ),
-    Field::required(
-        "at",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "When it begins: after the start, where sensors work.",
-    ),
-    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never."),
-];
-
-/// Keys of `[[requirement]]`.
-pub const REQUIREMENT: &[Field] = &[
-    Field::required("signal", Kind::Signal, "The signal to judge."),
-    Field::required(
-        "measure",
-        Kind::Choice(&["max", "min", "max_abs", "final", "rms", "ripple", "time_at_limit"]),
-        "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its squares over the time; \
-         `ripple`: the same around its mean, what is left of a torque at rest without what it holds; `time_at_limit`: how long in \
-         the window the motor of this torque is at its torque limit, s.",
-    ),
-    Field::optional("below", Kind::AnyQuantity, "The measure must be less than this."),
-    Field::optional("above", Kind::AnyQuantity, "The measure must be more than this."),
-    Field::optional("from", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the window; left out: 0 s."),
-    Field::optional("until", Kind::Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end."),
-    Field::optional("variants", Kind::Words, "Variants that it applies to; left out: all."),
-];
-
-/// Keys of `[[variant]]`.
-pub const VARIANT: &[Field] = &[
-    Field::required("name", Kind::Name, "Name of the variant: it names the table of its run."),
-    Field::optional(
-        "set",
-        Kind::Overrides,
-        "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the file.",
-    ),
-    Field::optional(
-        "controls",
-        Kind::Words,
-        "The controllers that are in the loop; left out: all. So controllers for the same motors can be compared.",
-    ),
-];
-
-/// Keys of `[[plot]]`.
-pub const PLOT: &[Field] = &[
-    Field::required("name", Kind::Name, "Name of the file and place in the report: `rack-angle`."),
-    Field::required("title", Kind::Text, "Title."),
-    Field::optional("caption", Kind::Text, "A sentence beneath the plot."),
-    Field::required("signals", Kind::Signals, "Signals drawn for every variant."),
-    Field::optional("references", Kind::Signals, "Signals drawn once, dashed."),
-    Field::optional("variants", Kind::Words, "Variants to draw; left out: all."),
-];
-
-/// Keys of `[analysis]`.
-pub const ANALYSIS: &[Field] = &[
-    Field::optional("inputs", Kind::Elements(&["motor", "disturbance"]), "Inputs to analyse; left out: all motors."),
-    Field::optional(
-        "outputs",
-        Kind::Signals,
-        "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else the outputs \
-         that the laws control, else the angles of all coordinates.",
-    ),
-    Field::optional(
-        "at",
-        Kind::Overrides,
-        "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial position of \
-         the scenario.",
-    ),
-    Field::optional(
-        "stuck",
-        Kind::Elements(FRICTION),
-        "Elements whose Coulomb friction holds, hence constrains; left out: all slide.",
-    ),
-    Field::optional(
-        "horizon",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time over which the Gramians are taken; left out: 1 s.",
-    ),
-    Field::optional(
-        "motion",
-        Kind::Overrides,
-        "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of motors are \
-         then compared by the energy that this takes; left out: by their Gramians.",
-    ),
-    Field::optional(
-        "threshold",
-        Kind::Number(Sign::Positive),
-        "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: a tenth of that of the nominal \
-         values.",
-    ),
-    Field::optional(
-        "samples",
-        Kind::Number(Sign::Positive),
-        "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000, or fewer \
-         for a large model.",
-    ),
-    Field::optional("actuator", Kind::Tables(ACTUATOR), "Where motors may sit: `[[analysis.actuator]]`."),
-    Field::optional("sensor", Kind::Tables(PLACED_SENSOR), "Where sensors may sit: `[[analysis.sensor]]`."),
-];
-
-/// Keys of `[bench]`.
-pub const BENCH: &[Field] = &[
-    Field::optional(
-        "truth",
-        Kind::Overrides,
-        "What the plant on the bench has and its model does not know: values of parameters and of keys of elements, also keys that \
-         the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn \
-         from `seed`, each inertia, damping and friction within `spread` of its value.",
-    ),
-    Field::optional(
-        "spread",
-        Kind::Number(Sign::NonNegative),
-        "How far drawn true values may be from those of the file, as a part of them, below 1; left out: 0.1.",
-    ),
-    Field::optional(
-        "sample_time",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time between two rows of a log, and between two commands of the servo loops; left out: 1 ms.",
-    ),
-    Field::optional(
-        "seed",
-        Kind::Number(Sign::NonNegative),
-        "Whole number that noise, drawn true values and drawn excitations come from; left out: 1.",
-    ),
-    Field::optional(
-        "plan",
-        Kind::Choice(&["constant_speeds", "multisine", "random_steps"]),
-        "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random steps of the speeds; \
-         left out: constant_speeds.",
-    ),
-    Field::optional(
-        "parameters",
-        Kind::Signals,
-        "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, damping, stiffness and \
-         friction that this kind of motion can tell at all.",
-    ),
-    Field::optional(
-        "signals",
-        Kind::Signals,
-        "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the torques of all \
-         motors, and the torque sensors.",
-    ),
-    Field::optional(
-        "speed_limit",
-        Kind::Overrides,
-        "Largest speed of a shaft either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs one. Torques keep to \
-         four fifths of the limits of the motors.",
-    ),
-    Field::optional(
-        "least_speed",
-        Kind::Overrides,
-        "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left out: a twentieth of \
-         its `speed_limit`, if it has friction.",
-    ),
-    Field::optional(
-        "speeds",
-        Kind::Lists,
-        "Grid of constant speeds, by coordinate: { wg = [\"-60 rad/s\", \"60 rad/s\"], cs = [\"1 rad/s\", \"2 rad/s\"] }; signs are \
-         as written. Left out, and for coordinates without a list: `levels` speeds.",
-    ),
-    Field::optional(
-        "levels",
-        Kind::Number(Sign::Positive),
-        "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole number from 2 to 50; \
-         left out: 8.",
-    ),
-    Field::optional(
-        "points",
-        Kind::Number(Sign::Positive),
-        "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to 1000; left out: 16, \
-         and of a grid of `speeds` all.",
-    ),
-    Field::optional(
-        "dwell",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 s. Constant speeds \
-         are held up to half as long again, drawn from the seed, so that ripple does not fall into step.",
-    ),
-    Field::optional(
-        "ramp",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Shortest time from one speed to the next; left out: 0.5 s.",
-    ),
-    Field::optional(
-        "duration",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Longest log; a plan that takes longer is refused. Left out: 10 min.",
-    ),
-    Field::optional(
-        "torque_noise",
-        Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
-        "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own `noise`. Left out: none.",
-    ),
-    Field::optional(
-        "bandwidth",
-        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s.",
-    ),
-];
-
-/// Keys of `[[analysis.actuator]]`.
-pub const ACTUATOR: &[Field] = &[
-    Field::required("shaft", Kind::Shaft, "The shaft that the torque would act on."),
-    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
-];
-
-/// Keys of `[[analysis.sensor]]`.
-pub const PLACED_SENSOR: &[Field] = &[
-    Field::required("shaft", Kind::Shaft, "The shaft that would be measured."),
-    Field::optional("measures", Kind::Choice(&["angle", "speed"]), "What would be measured; left out: angle."),
-    Field::optional("cost", Kind::Number(Sign::NonNegative), "What this place costs; left out: 1."),
-];
-
-/// The elements that can have Coulomb friction; a test keeps them equal to the registry.
-const FRICTION: &[&str] = &["shaft", "spring_damper"];
-
-/// Keys that every `[control.<name>]` has.
-pub const CONTROL: &[Field] = &[
-    Field::required("law", Kind::Choice(LAWS), "Which control law."),
-    Field::optional(
-        "design",
-        Kind::Overrides,
-        "Parameter values of the model that the law is designed on, where they differ: { beta = \"0 deg\" }. Coulomb \
-         friction is left out of every design.",
-    ),
-];
+/// What tells the law of a `[control.<name>]`; the other keys are those of the law.
+pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
 
 /// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
 const LAWS: &[&str] = &[
@@ -324,7 +34,7 @@ const LAWS: &[&str] = &[
 
 /// All keys of a control table, by law.
 static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
-    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, synthesis::COMMON, law.fields].concat()).collect());
+    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
 
 /// An entry of `[parameters]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -332,7 +42,7 @@ pub struct Parameter {
     /// Name.
     pub name: String,
     /// Place of the value.
-    pub span: Range<usize>,
+    pub place: Place,
     /// SI value.
     pub value: Exact,
     /// Dimension.
@@ -347,7 +57,7 @@ pub struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variants {
     /// The parameter.
-    pub parameter: Spanned<String>,
+    pub parameter: Placed<String>,
     /// `(SI value, as written)`.
     pub values: Vec<(Exact, String)>,
     /// Dimension of the values.
@@ -358,11 +68,11 @@ pub struct Variants {
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedVariant {
     /// The name.
-    pub name: Spanned<String>,
+    pub name: Placed<String>,
     /// The values.
     pub settings: Vec<Setting>,
     /// The controllers in the loop; `None`: all.
-    pub controls: Option<Vec<Spanned<String>>>,
+    pub controls: Option<Vec<Placed<String>>>,
 }
 
 /// An element's table.
@@ -373,7 +83,7 @@ pub struct Instance {
     /// Its name.
     pub name: String,
     /// Place of the header.
-    pub span: Range<usize>,
+    pub place: Place,
     /// Its keys.
     pub table: Table,
 }
@@ -386,7 +96,7 @@ pub struct Control {
     /// Its name.
     pub name: String,
     /// Place of the header.
-    pub span: Range<usize>,
+    pub place: Place,
     /// Its keys.
     pub table: Table,
 }
@@ -469,29 +179,41 @@ const MOST_VARIANTS: usize = 1000;
 
 /// Reads a model file. All mistakes of syntax, keys, types and units are reported together.
 pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
-    let mut out = Vec::new();
+    let (entries, mistakes, broken) = open(source);
+    read_entries(&entries, mistakes, broken)
+}
+
+/// The entries of a model file, what is not TOML in it, and whether a broken line may have held a header.
+pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
     if source.trim().is_empty() {
-        out.push(
-            Diagnostic::error("file::empty", "the model file is empty")
-                .help("a model needs at least one shaft: `[shaft.motor]` with `inertia = \"1 kg m^2\"`"),
-        );
-        return (Document::default(), out);
+        let mistake = Diagnostic::error("file::empty", "the model file is empty")
+            .help("a model needs at least one shaft: `[shaft.motor]` with `inertia = \"1 kg m^2\"`");
+        return (Entries::default(), vec![mistake], true);
     }
-    let (toml, mistakes) = syntax(source);
-    let mut document = Document::default();
+    let (entries, mistakes) = syntax(source);
     // A broken line may have held a header, a broken text or list may have swallowed one.
-    document.doubts.all = mistakes.iter().any(|mistake| {
+    let broken = mistakes.iter().any(|mistake| {
         let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
-        let start = mistake.labels.first().map_or(0, |label| label.span.start);
+        let start = mistake.labels.first().map_or(0, |label| label.place.span().start);
         let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
         source[line_start..].trim_start().starts_with('[')
             || !harmless.iter().any(|message| mistake.message.contains(message))
     });
+    (entries, mistakes, broken)
+}
+
+/// Reads the entries of a model: `mistakes` are those told already, and after `broken` ones any name may exist.
+pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
+    let mut document = Document::default();
+    document.doubts.all = broken;
+    if broken && entries.is_empty() {
+        return (document, mistakes);
+    }
     // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
     let broken = mistakes.len();
     let mut study = mistakes.clone();
     let mut out = mistakes;
-    let root = Node::root(&toml);
+    let root = Node::root(entries);
     check_tables(&root, &mut document.doubts, &mut out, &mut study);
     let single = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
         let what = format!("`[{key}]`");
@@ -502,14 +224,15 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
     let several = |key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>| {
         let mut tables = Vec::new();
         for node in root.list(key, out) {
-            let named = node.entries().into_iter().find(|(name, _, value)| {
-                matches!(value.get_ref(), DeValue::Table(_)) && fields.iter().all(|field| field.name != *name)
+            let named = node.table.iter().find(|found| {
+                matches!(found.entry.value, Written::Table(_)) && fields.iter().all(|field| field.name != found.key)
             });
-            if let Some((name, span, _)) = named {
-                let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{name}`");
+            if let Some(found) = named {
+                let message =
+                    format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
                 out.push(
                     Diagnostic::error("type::wrong", message)
-                        .at(span, "a name")
+                        .at(found.place.clone(), "a name")
                         .help(format!("write each as `[[{key}]]`")),
                 );
                 continue;
@@ -521,15 +244,15 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         }
         tables
     };
-    document.model = single("model", MODEL, &mut out);
-    document.scenario = single("scenario", SCENARIO, &mut study);
-    document.analysis = single("analysis", ANALYSIS, &mut study);
-    document.identification = single("identification", IDENTIFICATION, &mut study);
-    document.bench = single("bench", BENCH, &mut study);
-    document.requirements = several("requirement", REQUIREMENT, &mut study);
-    document.plots = several("plot", PLOT, &mut study);
-    read_parameters(&root, source, &mut document, &mut out);
-    let tables = several("variant", VARIANT, &mut study);
+    document.model = single("model", tables::Header::FIELDS, &mut out);
+    document.scenario = single("scenario", tables::Scenario::FIELDS, &mut study);
+    document.analysis = single("analysis", tables::Analysis::FIELDS, &mut study);
+    document.identification = single("identification", tables::Identification::FIELDS, &mut study);
+    document.bench = single("bench", tables::Bench::FIELDS, &mut study);
+    document.requirements = several("requirement", tables::Requirement::FIELDS, &mut study);
+    document.plots = several("plot", tables::Plot::FIELDS, &mut study);
+    read_parameters(&root, &mut document, &mut out);
+    let tables = several("variant", tables::Variant::FIELDS, &mut study);
     read_named_variants(&tables, &mut document, &mut study);
     read_variants(&root, &mut document, &mut study);
     for kind in element::REGISTRY {
@@ -543,19 +266,25 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
                 document.doubts.names.insert(node.name.to_string());
             }
             document.implicit.extend(implicit);
-            document.elements.push(Instance { kind, name: node.name.to_string(), span: node.name_span.clone(), table });
+            document.elements.push(Instance {
+                kind,
+                name: node.name.to_string(),
+                place: node.name_place.clone(),
+                table,
+            });
         }
     }
     for node in named_tables(&root, "control", CONTROL, &mut document.doubts, &mut out) {
         let what = format!("control `{}`", shortened(node.name));
-        let word = node.table.get("law").map(|value| value.get_ref().as_str().unwrap_or_default());
+        let given = node.table.keyed("law").map(|found| &found.entry);
+        let word = given.map(|given| if let Written::Text(word) = &given.value { word.as_str() } else { "" });
         let law = word.and_then(|word| synthesis::REGISTRY.iter().position(|law| law.keyword == word));
         let Some(number) = law else {
             // Says what is wrong with `law` alone: the other keys depend on it.
-            match node.table.get("law") {
+            match given {
                 Some(given) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), given, &mut out)),
                 None => {
-                    drop(table(&CONTROL[..1], &Node { table: &Default::default(), ..node.clone() }, &what, &mut out))
+                    drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, &mut out))
                 }
             }
             document.doubts.references = true;
@@ -567,11 +296,11 @@ pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, &mut out);
         document.doubts.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
-        document.controls.push(Control { law, name: node.name.to_string(), span: node.name_span.clone(), table });
+        document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
     }
-    for node in named_tables(&root, "log", LOG, &mut Doubts::default(), &mut study) {
+    for node in named_tables(&root, "log", tables::Log::FIELDS, &mut Doubts::default(), &mut study) {
         let what = format!("log `{}`", shortened(node.name));
-        let mut table = table(LOG, &node, &what, &mut study);
+        let mut table = table(tables::Log::FIELDS, &node, &what, &mut study);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, &mut study);
         document.logs.push((node.name.to_string(), table));
     }
@@ -600,12 +329,13 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
     let mut known = vec!["model", "parameters", "variants", "variant", "control"];
     known.extend(STUDY);
     known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
-    for (name, span, value) in root.entries() {
+    for found in root.table.iter() {
+        let (name, value) = (found.key.as_str(), &found.entry.value);
         if known.contains(&name) {
             continue;
         }
         let meant = nearest(name, known.iter().copied());
-        let is_table = matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_));
+        let is_table = matches!(value, Written::Table(_) | Written::List(_));
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),
             (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
@@ -625,7 +355,7 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
         let mistake =
             Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
-                .at(span, label)
+                .at(found.place.clone(), label)
                 .help(help);
         if !is_table || meant.is_some_and(|meant| STUDY.contains(&meant)) {
             study.push(mistake);
@@ -634,21 +364,19 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         out.push(mistake);
         doubts.references |= meant.is_none_or(|meant| meant == "control");
         doubts.variants |= meant.is_none_or(|meant| meant == "variants");
-        doubts.all |= !doubt_names(value.get_ref(), doubts);
+        doubts.all |= !doubt_names(value, doubts);
     }
 }
 
 /// The names that a table of tables or a list of tables would have introduced; false if it is neither.
-fn doubt_names(value: &DeValue<'_>, doubts: &mut Doubts) -> bool {
+fn doubt_names(value: &Written, doubts: &mut Doubts) -> bool {
     match value {
-        DeValue::Table(table) => doubts.names.extend(table.iter().map(|(name, _)| name.get_ref().to_string())),
-        DeValue::Array(list) => {
-            for entry in list.iter() {
-                let Some(name) = entry.get_ref().as_table().and_then(|table| table.get("name")?.get_ref().as_str())
-                else {
-                    return false;
-                };
-                doubts.names.insert(name.to_string());
+        Written::Table(table) => doubts.names.extend(table.iter().map(|found| found.key.clone())),
+        Written::List(list) => {
+            for entry in list {
+                let Written::Table(table) = &entry.value else { return false };
+                let Some(Written::Text(name)) = table.get("name") else { return false };
+                doubts.names.insert(name.clone());
             }
         }
         _ => return false,
@@ -664,53 +392,46 @@ fn named_tables<'t>(
     doubts: &mut Doubts,
     out: &mut Vec<Diagnostic>,
 ) -> Vec<Node<'t>> {
-    let Some((_, span, given)) = root.entries().into_iter().find(|(name, _, _)| *name == keyword) else {
-        return Vec::new();
-    };
-    let DeValue::Table(_) = given.get_ref() else {
-        doubts.all |= !doubt_names(given.get_ref(), doubts);
+    let Some(found) = root.table.keyed(keyword) else { return Vec::new() };
+    let given = &found.entry.value;
+    let Written::Table(_) = given else {
+        doubts.all |= !doubt_names(given, doubts);
         doubts.references |= keyword == "control";
-        let found = if given.get_ref().is_array() { "a list" } else { "a value" };
+        let what = if matches!(given, Written::List(_)) { "a list" } else { "a value" };
         out.push(
-            Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {found}"))
-                .at(span, "not a table")
+            Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
+                .at(found.place.clone(), "not a table")
                 .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
         );
         return Vec::new();
     };
     let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
-    let is_table = |value: &DeValue<'_>| matches!(value, DeValue::Table(_));
-    let entries = group.entries();
-    let loose =
-        entries.iter().find(|(name, _, value)| !is_table(value.get_ref()) && fields.iter().any(|f| f.name == *name));
-    if let Some((name, ..)) = loose {
+    let is_table = |found: &&KeyedEntry| matches!(found.entry.value, Written::Table(_));
+    let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
+    if let Some(found) = loose {
         doubts.all = true;
-        let message = format!("a {keyword} needs a name: `{name}` stands in `[{keyword}]` itself");
+        let message = format!("a {keyword} needs a name: `{}` stands in `[{keyword}]` itself", found.key);
         out.push(
             Diagnostic::error("name::missing", message)
-                .at(group.span.clone(), "no name")
+                .at(group.place.clone(), "no name")
                 .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
         );
     }
-    for (name, _, value) in &entries {
-        if !is_table(value.get_ref()) {
-            doubts.names.insert((*name).to_string());
-        }
-    }
+    doubts.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
     group.name = if loose.is_some() { "" } else { group.name };
     let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
     for node in &nodes {
-        check_name(node.name, node.name_span.clone(), keyword, out);
+        check_name(node.name, node.name_place.clone(), keyword, out);
     }
     nodes
 }
 
-fn check_name(name: &str, span: Range<usize>, what: &str, out: &mut Vec<Diagnostic>) -> bool {
+fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Diagnostic>) -> bool {
     let valid = is_name(name);
     if !valid {
         out.push(
             Diagnostic::error("name::invalid", format!("`{}` cannot be the name of a {what}", shortened(name)))
-                .at(span, "this name")
+                .at(place, "this name")
                 .help(NAME_RULE),
         );
     }
@@ -718,21 +439,21 @@ fn check_name(name: &str, span: Range<usize>, what: &str, out: &mut Vec<Diagnost
 }
 
 fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
-    let mut seen: Vec<(&str, &str, &Range<usize>)> = Vec::new();
-    let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.span));
-    let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.span));
-    for (name, kind, span) in elements.chain(controls) {
+    let mut seen: Vec<(&str, &str, &Place)> = Vec::new();
+    let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
+    let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
+    for (name, kind, place) in elements.chain(controls) {
         match seen.iter().find(|(other, _, _)| *other == name) {
             Some((_, other_kind, other_span)) => out.push(
                 Diagnostic::error(
                     "name::duplicate",
                     format!("the name `{name}` is used for a {other_kind} and a {kind}"),
                 )
-                .at(span.clone(), "again here")
+                .at(place.clone(), "again here")
                 .at((*other_span).clone(), "first here")
                 .help("give each element and each controller a name of its own"),
             ),
-            None => seen.push((name, kind, span)),
+            None => seen.push((name, kind, place)),
         }
     }
 }
@@ -746,7 +467,7 @@ fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
     for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
         out.push(
             Diagnostic::warning("control::unused", format!("no variant uses the controller `{}`", control.name))
-                .at(control.span.clone(), "in no loop, hence not checked")
+                .at(control.place.clone(), "in no loop, hence not checked")
                 .help("name it in `controls` of a `[[variant]]`, or remove it"),
         );
     }
@@ -765,22 +486,23 @@ fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
             let name = &variant.name.value;
             let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
             out.push(
-                Diagnostic::error("name::unknown", message).at(word.span.clone(), "no such controller").help(help),
+                Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such controller").help(help),
             );
         }
     }
 }
 
-fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: &mut Vec<Diagnostic>) {
+fn read_parameters(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
     let Some(node) = root.child("parameters", out) else {
         document.doubts.all |= out.len() > before;
         return;
     };
-    for (name, span, given) in node.entries() {
+    for found in node.table.iter() {
+        let (name, place, given) = (found.key.as_str(), found.place.clone(), &found.entry);
         // In doubt until it is read: what uses it is not wrong for that.
         document.doubts.names.insert(name.to_string());
-        if !check_name(name, span.clone(), "parameter", out) {
+        if !check_name(name, place.clone(), "parameter", out) {
             continue;
         }
         let number = parse_number(name);
@@ -790,37 +512,41 @@ fn read_parameters(root: &Node<'_>, source: &str, document: &mut Document, out: 
                     "name::reserved",
                     format!("`{name}` cannot be the name of a parameter: it means a number"),
                 )
-                .at(span, "this name")
+                .at(place, "this name")
                 .help(format!("choose another name, such as `{name}_1`")),
             );
             continue;
         }
         let what = format!("parameter `{name}`");
-        let kind = if given.get_ref().is_str() { Kind::AnyQuantity } else { Kind::Number(Sign::Any) };
+        let is_number = matches!(given.value, Written::Number(_));
+        let kind = if is_number { Kind::Number(Sign::Any) } else { Kind::AnyQuantity };
         let Some(read) = value(&kind, &what, given, out) else { continue };
         let name = name.to_string();
         match read.value {
             Value::Scalar(Scalar::Literal(value, dimension)) => {
-                let text = source.get(read.span.clone()).unwrap_or_default().trim_matches(['"', '\'']).to_string();
+                let text = match &given.value {
+                    Written::Text(text) | Written::Number(text) => text.clone(),
+                    _ => written_quantity(&value, dimension),
+                };
                 document.doubts.names.remove(&name);
-                document.parameters.push(Parameter { name, span: read.span, value, dimension, text, spread: None });
+                document.parameters.push(Parameter { name, place: read.place, value, dimension, text, spread: None });
             }
             Value::Scalar(Scalar::Tolerated(tolerated)) => {
                 document.doubts.names.remove(&name);
-                document.parameters.push(parameter(name, read.span, *tolerated));
+                document.parameters.push(parameter(name, read.place, *tolerated));
             }
             _ => out.push(
                 Diagnostic::error("parameter::literal", format!("{what} must be a quantity, not a name"))
-                    .at(read.span, "not a quantity")
+                    .at(read.place, "not a quantity")
                     .help("write a number with its unit, such as \"30 deg\""),
             ),
         }
     }
 }
 
-fn parameter(name: String, span: Range<usize>, read: Tolerated) -> Parameter {
+fn parameter(name: String, place: Place, read: Tolerated) -> Parameter {
     let Tolerated { value, dimension, spread, text } = read;
-    Parameter { name, span, value, dimension, text, spread: Some(spread) }
+    Parameter { name, place, value, dimension, text, spread: Some(spread) }
 }
 
 /// Takes the tolerances out of an element's table: each such key becomes a parameter of the name `<element>.<key>`.
@@ -831,7 +557,7 @@ fn implicit_parameters(element: &str, table: &mut Table) -> Vec<Parameter> {
         if let Value::Scalar(scalar @ Scalar::Tolerated(_)) = &mut given.value
             && let Scalar::Tolerated(read) = std::mem::replace(scalar, Scalar::Parameter(name.clone()))
         {
-            out.push(parameter(name, given.span.clone(), *read));
+            out.push(parameter(name, given.place.clone(), *read));
         }
     }
     out
@@ -841,11 +567,11 @@ const REMOVE_TOLERANCE: &str = "remove the tolerance: elements and `[parameters]
 
 /// Reports tolerances where a value cannot have one, and goes on with the value itself.
 fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Diagnostic>) {
-    let refuse = |scalar: &mut Scalar, span: &Range<usize>, what: String, out: &mut Vec<Diagnostic>| {
+    let refuse = |scalar: &mut Scalar, place: &Place, what: String, out: &mut Vec<Diagnostic>| {
         if let Scalar::Tolerated(read) = scalar {
             out.push(
                 Diagnostic::error("tolerance::place", format!("{what} cannot have a tolerance"))
-                    .at(span.clone(), "with a tolerance")
+                    .at(place.clone(), "with a tolerance")
                     .help(help),
             );
             *scalar = Scalar::Literal(read.value.clone(), read.dimension);
@@ -853,11 +579,11 @@ fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Di
     };
     for (key, given) in &mut table.values {
         match &mut given.value {
-            Value::Scalar(scalar) => refuse(scalar, &given.span, format!("`{key}` of {what}"), out),
+            Value::Scalar(scalar) => refuse(scalar, &given.place, format!("`{key}` of {what}"), out),
             Value::Map(entries) => {
                 for (name, scalar) in entries {
                     let what = format!("`{}` in `{key}` of {what}", shortened(&name.value));
-                    refuse(&mut scalar.value, &scalar.span, what, out);
+                    refuse(&mut scalar.value, &scalar.place, what, out);
                 }
             }
             Value::Tables(tables) => {
@@ -873,82 +599,76 @@ fn refuse_tolerances(table: &mut Table, what: &str, help: &str, out: &mut Vec<Di
 const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"0 deg\", \"10 deg\"]";
 
 /// A value of a list of variants with its place.
-type VariantValue = (Exact, Dimension, String, Range<usize>);
+type VariantValue = (Exact, Dimension, String, Place);
 
 /// The values in a list of variants; nothing if something is wrong with it, which is reported.
-fn variant_values(
-    name: &str,
-    given: &toml::Spanned<DeValue<'_>>,
-    out: &mut Vec<Diagnostic>,
-) -> Option<Vec<VariantValue>> {
+fn variant_values(name: &str, given: &Entry, out: &mut Vec<Diagnostic>) -> Option<Vec<VariantValue>> {
     let before = out.len();
     let mut values = Vec::new();
-    let unreadable = |error: UnitError, text: &str, place: Range<usize>| {
-        // Points into the text where its bytes are those of the file.
-        let offset =
-            place.len().checked_sub(text.len()).filter(|rest| matches!(rest, 0 | 2)).map(|rest| place.start + rest / 2);
-        let span = match offset {
-            Some(offset) if !error.span.is_empty() => offset + error.span.start..offset + error.span.end,
-            _ => place,
-        };
+    let unreadable = |error: UnitError, text: &str, place: &Place| {
         Diagnostic::error(error.code, format!("variants of `{name}`: {}", error.message))
-            .at(span, "")
+            .at(place.part(text, error.span), "")
             .help(error.help.unwrap_or_else(|| VARIANTS_HELP.to_string()))
     };
-    let toleranced = |text: &str, place: Range<usize>| {
+    let toleranced = |text: &str, place: &Place| {
         tolerance_mark(text)?;
         Some(
             Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
-                .at(place, "with a tolerance")
+                .at(place.clone(), "with a tolerance")
                 .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
         )
     };
-    match given.get_ref() {
-        DeValue::String(text) if toleranced(text, given.span()).is_some() => {
-            out.extend(toleranced(text, given.span()));
-        }
-        DeValue::String(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
+    match &given.value {
+        Written::Text(text) if toleranced(text, &given.place).is_some() => out.extend(toleranced(text, &given.place)),
+        Written::Text(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
             Ok(list) => {
-                values.extend(list.into_iter().map(|(value, dimension, text)| (value, dimension, text, given.span())))
+                let one = |(value, dimension, text)| (value, dimension, text, given.place.clone());
+                values.extend(list.into_iter().map(one));
             }
-            Err(error) => out.push(unreadable(error, text, given.span())),
+            Err(error) => out.push(unreadable(error, text, &given.place)),
         },
-        DeValue::Array(list) => {
-            for entry in list.iter() {
-                let text = match entry.get_ref() {
-                    DeValue::String(text) => text.to_string(),
-                    DeValue::Integer(x) if x.radix() == 10 => x.as_str().to_string(),
-                    DeValue::Float(x) => x.as_str().to_string(),
+        Written::List(list) => {
+            for entry in list {
+                let text = match &entry.value {
+                    Written::Text(text) | Written::Number(text) => text.clone(),
+                    Written::Quantity(value, dimension) => {
+                        let text = written_quantity(value, *dimension);
+                        values.push((value.clone(), *dimension, text, entry.place.clone()));
+                        continue;
+                    }
                     _ => {
                         let message = format!("variants of `{name}`: expected a quantity");
                         out.push(
                             Diagnostic::error("type::wrong", message)
-                                .at(entry.span(), "not a quantity")
+                                .at(entry.place.clone(), "not a quantity")
                                 .help(VARIANTS_HELP),
                         );
                         continue;
                     }
                 };
-                if let Some(mistake) = toleranced(&text, entry.span()) {
+                if let Some(mistake) = toleranced(&text, &entry.place) {
                     out.push(mistake);
                     continue;
                 }
                 match parse_quantity(&text) {
-                    Ok((value, dimension)) => values.push((value, dimension, text.trim().to_string(), entry.span())),
-                    Err(error) => out.push(unreadable(error, &text, entry.span())),
+                    Ok((value, dimension)) => {
+                        values.push((value, dimension, text.trim().to_string(), entry.place.clone()));
+                    }
+                    Err(error) => out.push(unreadable(error, &text, &entry.place)),
                 }
             }
         }
-        // What the TOML reader put in place of something broken: reported already.
-        _ if given.span().is_empty() => return None,
+        Written::Broken => return None,
         _ => {
             let message = format!("variants of `{name}` must be a list of quantities");
-            out.push(Diagnostic::error("type::wrong", message).at(given.span(), "not a list").help(VARIANTS_HELP));
+            out.push(
+                Diagnostic::error("type::wrong", message).at(given.place.clone(), "not a list").help(VARIANTS_HELP),
+            );
         }
     }
     if values.is_empty() && out.len() == before {
         let message = format!("the list of variants of `{name}` is empty");
-        out.push(Diagnostic::error("list::length", message).at(given.span(), "no entry").help(VARIANTS_HELP));
+        out.push(Diagnostic::error("list::length", message).at(given.place.clone(), "no entry").help(VARIANTS_HELP));
     }
     (out.len() == before).then_some(values)
 }
@@ -956,19 +676,19 @@ fn variant_values(
 fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
     let before = out.len();
     for table in tables {
-        let Some(Spanned { value: Value::Word(name), span }) = table.values.get("name") else { continue };
+        let Some(Placed { value: Value::Word(name), place }) = table.values.get("name") else { continue };
         let what = format!("variant `{name}`");
         if let Some(other) = document.named_variants.iter().find(|other| other.name.value.eq_ignore_ascii_case(name)) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
-                    .at(span.clone(), "again here")
-                    .at(other.name.span.clone(), "first here")
+                    .at(place.clone(), "again here")
+                    .at(other.name.place.clone(), "first here")
                     .help("give each variant a name of its own; it becomes a file name"),
             );
             continue;
         }
         let settings = TableReader::new(document, &[]).settings(table, "set", &what, out);
-        let name = Spanned { value: name.clone(), span: span.clone() };
+        let name = Placed { value: name.clone(), place: place.clone() };
         let controls = match table.values.get("controls").map(|given| &given.value) {
             Some(Value::Words(words)) => Some(words.clone()),
             _ => None,
@@ -979,7 +699,7 @@ fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<
         let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
         out.push(
             Diagnostic::error("list::length", message)
-                .at(document.named_variants[MOST_VARIANTS].name.span.clone(), "one too many")
+                .at(document.named_variants[MOST_VARIANTS].name.place.clone(), "one too many")
                 .help("split the study into several files"),
         );
         document.named_variants.clear();
@@ -994,13 +714,14 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
         return;
     };
     let mut count = document.named_variants.len().max(1);
-    for (name, span, given) in node.entries() {
+    for found in node.table.iter() {
+        let (name, place, given) = (found.key.as_str(), &found.place, &found.entry);
         if let Some(other) = document.named_variants.iter().find(|v| v.settings.iter().any(|s| s.name == name)) {
             let message = format!("`{name}` is varied here and set by the variant `{}`", other.name.value);
             out.push(
                 Diagnostic::error("name::duplicate", message)
-                    .at(span.clone(), "varied here")
-                    .at(other.name.span.clone(), "set in this variant")
+                    .at(place.clone(), "varied here")
+                    .at(other.name.place.clone(), "set in this variant")
                     .help("vary it here, or set it in each `[[variant]]`"),
             );
         }
@@ -1015,7 +736,7 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 None => format!("there are {}; declare it under `[parameters]`", quoted(names)),
             };
             let message = format!("there is no parameter `{}` to vary", shortened(name));
-            out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not declared").help(help));
+            out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
         }
         let Some(values) = variant_values(name, given, out) else { continue };
         count = count.saturating_mul(values.len());
@@ -1037,10 +758,10 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 let mut mistake =
                     Diagnostic::error("unit::dimension", message).at(place, found.noun()).help(dimension.hint(&text));
                 if let Some(declared) = declared {
-                    mistake = mistake.at(declared.span.clone(), dimension.noun());
+                    mistake = mistake.at(declared.place.clone(), dimension.noun());
                 }
                 // One unit for a whole list is one mistake.
-                if out[wrong_before..].iter().all(|d| d.labels[0].span != mistake.labels[0].span) {
+                if out[wrong_before..].iter().all(|d| d.labels[0].place != mistake.labels[0].place) {
                     out.push(mistake);
                 }
             } else if good.iter().any(|(other, _)| *other == value) {
@@ -1055,7 +776,7 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             }
         }
         if declared.is_some() && out.len() == wrong_before {
-            let parameter = Spanned { value: name.to_string(), span: span.clone() };
+            let parameter = Placed { value: name.to_string(), place: place.clone() };
             document.variants.push(Variants { parameter, values: good, dimension });
         }
     }
@@ -1065,7 +786,7 @@ fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
                 "list::length",
                 format!("{count} variants are more than one study may have ({MOST_VARIANTS})"),
             )
-            .at(node.name_span.clone(), "all combinations are run")
+            .at(node.name_place.clone(), "all combinations are run")
             .help("vary fewer values at a time"),
         );
         document.variants.clear();
@@ -1088,7 +809,7 @@ mod tests {
     fn every_element_with_friction_can_be_stuck() {
         let has = |kind: &&Element| kind.fields.iter().any(|field| field.name == "friction");
         let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
-        assert_eq!(keywords, FRICTION);
+        assert_eq!(keywords, tables::FRICTION);
     }
 
     /// The examples of the manual are valid tables of their kind.

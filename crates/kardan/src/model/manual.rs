@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::document::{ANALYSIS, BENCH, CONTROL, EVENT, FAULT, MODEL, PLOT, REQUIREMENT, SCENARIO, VARIANT};
-use super::identification::{IDENTIFICATION, LOG};
+use super::document::CONTROL;
+use super::tables;
 use crate::element;
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{Field, Keys, Kind, Sign};
 use crate::synthesis;
 
 /// An overview of all tables that a model file may have.
@@ -170,7 +170,7 @@ pub fn manual_of(name: &str) -> Option<String> {
         let _ = write!(out, "\nExample\n\n{}", kind.example);
     } else if let Some(law) = synthesis::find(name) {
         let _ = writeln!(out, "[control.NAME] with law = \"{}\"\n\n{}\n\nKeys", law.keyword, law.summary);
-        keys(&[CONTROL, law.fields, synthesis::COMMON].concat(), &mut out);
+        keys(&[CONTROL, law.fields].concat(), &mut out);
         let _ = write!(out, "\nExample\n\n{}", law.example);
     } else if name == "variants" {
         out.push_str(VARIANTS);
@@ -178,17 +178,17 @@ pub fn manual_of(name: &str) -> Option<String> {
         out.push_str(PARAMETERS);
     } else {
         let (header, fields) = match name {
-            "model" => ("[model]", MODEL),
-            "variant" => ("[[variant]]", VARIANT),
-            "scenario" => ("[scenario]", SCENARIO),
-            "event" => ("[[scenario.event]]", EVENT),
-            "fault" => ("[[scenario.fault]]", FAULT),
-            "requirement" => ("[[requirement]]", REQUIREMENT),
-            "plot" => ("[[plot]]", PLOT),
-            "analysis" => ("[analysis]", ANALYSIS),
-            "log" => ("[log.NAME]", LOG),
-            "identification" => ("[identification]", IDENTIFICATION),
-            "bench" => ("[bench]", BENCH),
+            "model" => ("[model]", tables::Header::FIELDS),
+            "variant" => ("[[variant]]", tables::Variant::FIELDS),
+            "scenario" => ("[scenario]", tables::Scenario::FIELDS),
+            "event" => ("[[scenario.event]]", tables::Event::FIELDS),
+            "fault" => ("[[scenario.fault]]", tables::Fault::FIELDS),
+            "requirement" => ("[[requirement]]", tables::Requirement::FIELDS),
+            "plot" => ("[[plot]]", tables::Plot::FIELDS),
+            "analysis" => ("[analysis]", tables::Analysis::FIELDS),
+            "log" => ("[log.NAME]", tables::Log::FIELDS),
+            "identification" => ("[identification]", tables::Identification::FIELDS),
+            "bench" => ("[bench]", tables::Bench::FIELDS),
             _ => return None,
         };
         let _ = writeln!(out, "{header}\n\nKeys");
@@ -264,17 +264,17 @@ mod tests {
     #[test]
     fn every_page_tells_its_keys() {
         for (name, fields) in [
-            ("model", MODEL),
-            ("variant", VARIANT),
-            ("scenario", SCENARIO),
-            ("event", EVENT),
-            ("fault", FAULT),
-            ("requirement", REQUIREMENT),
-            ("plot", PLOT),
-            ("analysis", ANALYSIS),
-            ("log", LOG),
-            ("identification", IDENTIFICATION),
-            ("bench", BENCH),
+            ("model", tables::Header::FIELDS),
+            ("variant", tables::Variant::FIELDS),
+            ("scenario", tables::Scenario::FIELDS),
+            ("event", tables::Event::FIELDS),
+            ("fault", tables::Fault::FIELDS),
+            ("requirement", tables::Requirement::FIELDS),
+            ("plot", tables::Plot::FIELDS),
+            ("analysis", tables::Analysis::FIELDS),
+            ("log", tables::Log::FIELDS),
+            ("identification", tables::Identification::FIELDS),
+            ("bench", tables::Bench::FIELDS),
         ] {
             assert!(STUDY_PAGES.contains(&name));
             let page = manual_of(name).unwrap_or_default();

@@ -2,17 +2,18 @@
 //!
 //! Only this folder knows the syntax of the file.
 
+mod builder;
 mod document;
-mod identification;
 mod manual;
 pub mod parse;
 mod resolve;
 mod state_space;
+pub mod tables;
 mod tolerance;
 mod write;
 
-pub use document::{ANALYSIS, Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, read};
-pub use identification::{CANDIDATE, CHANNEL, EXTRA, IDENTIFICATION, LOG};
+pub use builder::Builder;
+pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, open, read, read_entries};
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, VariantSettings, words};
 pub use state_space::read_state_space;

@@ -1,19 +1,19 @@
-//! Model file text to typed tables, by the lists of [`Field`]s in the schema; every mistake is reported, none stops it.
+//! Entries to typed tables, by the lists of [`Field`]s in the schema; every mistake is reported, none stops it.
 //!
-//! [`syntax`] reads the text, [`Node`] walks its tables, [`table`] reads one table by its schema and [`value`] one value.
-//! Each of them adds to a list of diagnostics and gives what could be read; the caller uses the model only if no error
-//! is in that list.
+//! [`Node`] walks the tables of a model, [`table`] reads one table by its schema and [`value`] one value. Each of them adds to a list
+//! of diagnostics and gives what could be read; the caller uses the model only if no error is in that list.
 //!
 //! ```
 //! use kardan::diagnostics::plain;
-//! use kardan::model::parse::{Node, syntax, table};
+//! use kardan::file::syntax;
+//! use kardan::model::parse::{Node, table};
 //! use kardan::schema::{Field, Kind, Sign};
 //! use kardan::units::Dimension;
 //!
 //! static SHAFT: [Field; 1] = [Field::required("inertia", Kind::Quantity(Dimension::INERTIA, Sign::Positive), "Inertia.")];
 //! let source = "[shaft.wg]\ninertia = 0.05\n";
-//! let (document, mut mistakes) = syntax(source);
-//! let shafts = Node::root(&document).child("shaft", &mut mistakes);
+//! let (entries, mut mistakes) = syntax(source);
+//! let shafts = Node::root(&entries).child("shaft", &mut mistakes);
 //! for shaft in shafts.map(|shafts| shafts.children(&mut mistakes)).unwrap_or_default() {
 //!     table(&SHAFT, &shaft, &format!("shaft `{}`", shaft.name), &mut mistakes);
 //! }
@@ -25,159 +25,89 @@
 //! );
 //! ```
 
-use std::ops::Range;
-
-use toml::Spanned as Toml;
-use toml::de::{DeArray, DeTable, DeValue};
-
 use crate::diagnostics::{Diagnostic, nearest, shortened};
-use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
+use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{
-    Dimension, Exact, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
+    Dimension, Exact, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
+    written_quantity,
 };
 
-/// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
-///
-/// # Errors
-///
-/// One diagnostic `toml::syntax` for each line that is not TOML. A value without quotes is read as if it had them.
+/// A table of the model with its name and its place.
 ///
 /// ```
-/// use kardan::model::parse::syntax;
-/// let (document, mistakes) = syntax("inertia = 130 kg mm^2\n");
-/// assert!(document.get_ref().contains_key("inertia"));
-/// assert_eq!(mistakes[0].help.as_deref(), Some("write \"130 kg mm^2\""));
-/// ```
-pub fn syntax(source: &str) -> (Toml<DeTable<'_>>, Vec<Diagnostic>) {
-    let (document, errors) = DeTable::parse_recoverable(source);
-    let mut errors: Vec<(Range<usize>, &str)> =
-        errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
-    errors.sort_by_key(|(span, _)| (span.start, span.end));
-    // What follows the first mistake of a line mostly follows from it.
-    let line =
-        |span: &Range<usize>| source.as_bytes()[..span.start.min(source.len())].iter().filter(|b| **b == b'\n').count();
-    errors.dedup_by_key(|(span, _)| line(span));
-    let diagnostics = errors.into_iter().map(|(span, message)| {
-        let text = source.get(span.clone()).unwrap_or("").trim();
-        let (message, help) = if message.starts_with("string values must be quoted") {
-            match text {
-                "" => {
-                    ("a key without a value".to_string(), "write a value after the `=`, or remove the key".to_string())
-                }
-                _ => ("text without quotes".to_string(), format!("write \"{text}\"")),
-            }
-        } else if message.starts_with("duplicate key") {
-            ("a key that was given before".to_string(), "keep one of the two".to_string())
-        } else {
-            let start = source[..span.start.min(source.len())].rfind('\n').map_or(0, |at| at + 1);
-            let line = shortened(source[start..].lines().next().unwrap_or("").split('#').next().unwrap_or("").trim());
-            let help = match message {
-                m if m.starts_with("unclosed table") => format!("write `{line}]`"),
-                m if m.starts_with("unclosed array table") => format!("write `{}]]`", line.trim_end_matches(']')),
-                m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
-                m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
-                m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
-                _ => "see https://toml.io for how a file of keys and values is written".to_string(),
-            };
-            (message.to_string(), help)
-        };
-        Diagnostic::error("toml::syntax", format!("this is not TOML: {message}")).at(span, "").help(help)
-    });
-    let diagnostics = diagnostics.collect();
-    (document, diagnostics)
-}
-
-/// A table of the document with its name and its place.
-///
-/// ```
-/// use kardan::model::parse::{Node, syntax};
-/// let (document, mut mistakes) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
-/// let root = Node::root(&document);
+/// use kardan::file::syntax;
+/// use kardan::model::parse::Node;
+/// let (entries, mut mistakes) = syntax("[scenario]\nevents = 2\n[[scenario.event]]\ntime = \"1 s\"\n");
+/// let root = Node::root(&entries);
 /// root.expect_keys(&["model", "scenario"], "the file", &mut mistakes);
 /// let scenario = root.child("scenario", &mut mistakes).ok_or("no scenario")?;
 /// scenario.expect_keys(&["event"], "the scenario", &mut mistakes);
 /// assert_eq!(mistakes[0].help.as_deref(), Some("did you mean `event`?"));
-/// assert_eq!(scenario.list("event", &mut mistakes)[0].entries()[0].0, "time");
+/// assert!(scenario.list("event", &mut mistakes)[0].table.get("time").is_some());
 /// # Ok::<(), &str>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Node<'t> {
     /// The key that leads to it; for an entry of a list the key of the list.
     pub name: &'t str,
-    /// Byte range of that key.
-    pub name_span: Range<usize>,
-    /// Byte range of the header (`[shaft.wg]`), or of the whole of an inline table.
-    pub span: Range<usize>,
+    /// Place of that key.
+    pub name_place: Place,
+    /// Place of the header (`[shaft.wg]`), or of the whole of an inline table.
+    pub place: Place,
     /// Its keys and values.
-    pub table: &'t DeTable<'t>,
+    pub table: &'t Entries,
 }
 
 impl<'t> Node<'t> {
-    /// The document as a whole.
-    pub fn root(document: &'t Toml<DeTable<'t>>) -> Self {
-        Self { name: "", name_span: document.span(), span: document.span(), table: document.get_ref() }
-    }
-
-    /// Name, place of the name, and value of each key, in the order of the file.
-    pub fn entries(&self) -> Vec<(&'t str, Range<usize>, &'t Toml<DeValue<'t>>)> {
-        let mut entries: Vec<_> =
-            self.table.iter().map(|(key, value)| (key.get_ref().as_ref(), key.span(), value)).collect();
-        entries.sort_by_key(|(_, span, _)| span.start);
-        entries
+    /// The model as a whole.
+    pub fn root(entries: &'t Entries) -> Self {
+        Self { name: "", name_place: Place::default(), place: Place::default(), table: entries }
     }
 
     /// The table under a key, if it is there; `type::wrong` is reported if something else is.
     pub fn child(&self, key: &str, out: &mut Vec<Diagnostic>) -> Option<Node<'t>> {
-        let (name, span, value) = self.entry(key)?;
-        self.as_table(name, span, value, out)
+        let found = self.table.keyed(key)?;
+        self.as_table(found, &found.entry, out)
     }
 
     /// All keys as tables, in the order of the file; `type::wrong` is reported for each that is none.
     pub fn children(&self, out: &mut Vec<Diagnostic>) -> Vec<Node<'t>> {
-        self.entries().into_iter().filter_map(|(name, span, value)| self.as_table(name, span, value, out)).collect()
+        self.table.iter().filter_map(|found| self.as_table(found, &found.entry, out)).collect()
     }
 
     /// The tables of the list `[[key]]` (or the single table `[key]`), none if it is not there; `type::wrong` is
     /// reported for each that is no table.
     pub fn list(&self, key: &str, out: &mut Vec<Diagnostic>) -> Vec<Node<'t>> {
-        let Some((name, span, value)) = self.entry(key) else { return Vec::new() };
-        match value.get_ref() {
-            DeValue::Array(entries) => {
-                entries.iter().filter_map(|entry| self.as_table(name, span.clone(), entry, out)).collect()
-            }
-            _ => self.as_table(name, span, value, out).into_iter().collect(),
+        let Some(found) = self.table.keyed(key) else { return Vec::new() };
+        match &found.entry.value {
+            Written::List(entries) => entries.iter().filter_map(|entry| self.as_table(found, entry, out)).collect(),
+            _ => self.as_table(found, &found.entry, out).into_iter().collect(),
         }
     }
 
     /// Reports `key::unknown` for each key that is not among the known ones.
     pub fn expect_keys(&self, known: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
-        for (name, span, _) in self.entries() {
-            if !known.contains(&name) {
-                out.push(unknown_key(name, span, known, what));
+        for entry in self.table.iter() {
+            if !known.contains(&entry.key.as_str()) {
+                out.push(unknown_key(entry, known, what));
             }
         }
     }
 
-    fn entry(&self, key: &str) -> Option<(&'t str, Range<usize>, &'t Toml<DeValue<'t>>)> {
-        let (name, value) = self.table.get_key_value(key)?;
-        Some((name.get_ref().as_ref(), name.span(), value))
-    }
-
-    fn as_table(
-        &self,
-        name: &'t str,
-        name_span: Range<usize>,
-        value: &'t Toml<DeValue<'t>>,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<Node<'t>> {
-        if let DeValue::Table(table) = value.get_ref() {
-            return Some(Node { name, name_span, span: value.span(), table });
+    fn as_table(&self, found: &'t KeyedEntry, entry: &'t Entry, out: &mut Vec<Diagnostic>) -> Option<Node<'t>> {
+        let name = found.key.as_str();
+        if let Written::Table(table) = &entry.value {
+            return Some(Node { name, name_place: found.place.clone(), place: entry.place.clone(), table });
         }
         let path = if self.name.is_empty() { name.to_string() } else { format!("{}.{name}", self.name) };
         out.push(
-            Diagnostic::error("type::wrong", format!("`{path}`: expected a table, found {}", found(value.get_ref())))
-                .at(value.span(), "not a table")
-                .help(format!("write it as `[{path}]` with its keys below")),
+            Diagnostic::error(
+                "type::wrong",
+                format!("`{path}`: expected a table, found {}", self::found(&entry.value)),
+            )
+            .at(entry.place.clone(), "not a table")
+            .help(format!("write it as `[{path}]` with its keys below")),
         );
         None
     }
@@ -194,18 +124,19 @@ impl<'t> Node<'t> {
 /// `key::unknown`, `key::missing`, and for each value the errors of [`value`].
 pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Table {
     let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
-    let mut read = Table { span: node.span.clone(), ..Table::default() };
+    let mut read = Table { place: node.place.clone(), ..Table::default() };
     let mut misspelt = Vec::new();
-    for (name, span, entry) in node.entries() {
+    for found in node.table.iter() {
+        let name = found.key.as_str();
         match fields.iter().find(|field| field.name == name) {
             Some(field) => {
                 let before = out.len();
-                match value(&field.kind, &format!("`{name}` of {what}"), entry, out) {
+                match value(&field.kind, &format!("`{name}` of {what}"), &found.entry, out) {
                     Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
                         let message = format!("`{name}` of {what}: expected one or more tables, found an empty list");
                         out.push(
                             Diagnostic::error("list::length", message)
-                                .at(entry.span, "empty")
+                                .at(entry.place, "empty")
                                 .help(format!("write it like `{}`", example(&field.kind))),
                         );
                         read.unread.push(field.name);
@@ -222,23 +153,23 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             }
             None => {
                 misspelt.extend(nearest(name, known.iter().copied()));
-                out.push(unknown_key(name, span, &known, what));
+                out.push(unknown_key(found, &known, what));
             }
         }
     }
     let broken = out.iter().any(|diagnostic| diagnostic.code == "toml::syntax");
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
-        if !node.table.contains_key(field.name) && !misspelt.contains(&field.name) {
+        if !node.table.keyed(field.name).is_some() && !misspelt.contains(&field.name) {
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
-                    .at(node.span.clone(), format!("`{}` is missing", field.name))
+                    .at(node.place.clone(), format!("`{}` is missing", field.name))
                     .help(format!("add `{} = {}`: {}", field.name, example(&field.kind), field.doc)),
             );
         }
     }
-    let unknown = |name: &&&str| !node.table.contains_key(**name);
+    let unknown = |name: &&&str| node.table.keyed(name).is_none();
     read.unread.extend(
         fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)),
     );
@@ -259,22 +190,23 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
 /// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read of every scalar; where it may stand is checked elsewhere.
 ///
 /// ```
-/// use kardan::model::parse::{syntax, value};
+/// use kardan::file::syntax;
+/// use kardan::model::parse::value;
 /// use kardan::schema::{Kind, Scalar, Sign, Value};
 /// use kardan::units::{Dimension, Exact};
-/// let (document, mut mistakes) = syntax("ratio = \"51/50\"");
-/// let ratio = value(&Kind::Number(Sign::NonZero), "`ratio`", &document.get_ref()["ratio"], &mut mistakes);
+/// let (entries, mut mistakes) = syntax("ratio = \"51/50\"");
+/// let written = &entries.keyed("ratio").ok_or("no ratio")?.entry;
+/// let ratio = value(&Kind::Number(Sign::NonZero), "`ratio`", written, &mut mistakes);
 /// let expected = Value::Scalar(Scalar::Literal(Exact::from_ratio(51, 50), Dimension::NONE));
 /// assert_eq!(ratio.map(|r| r.value), Some(expected));
+/// # Ok::<(), &str>(())
 /// ```
-pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<Diagnostic>) -> Option<Spanned<Value>> {
-    let span = value.span();
-    // What the TOML reader put in place of something broken: reported by `syntax`.
-    if span.is_empty() {
-        return None;
-    }
-    let reader = Reader { kind, what, span: span.clone() };
-    let read = match (kind, value.get_ref()) {
+pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) -> Option<Placed<Value>> {
+    let place = entry.place.clone();
+    let reader = Reader { kind, what, place: place.clone() };
+    let read = match (kind, &entry.value) {
+        // Reported by the reader of the file.
+        (_, Written::Broken) => None,
         (
             Kind::Shaft
             | Kind::Node
@@ -284,37 +216,44 @@ pub fn value(kind: &Kind, what: &str, value: &Toml<DeValue<'_>>, out: &mut Vec<D
             | Kind::Name
             | Kind::Text
             | Kind::Choice(_),
-            DeValue::String(text),
+            Written::Text(text),
         ) => reader.word(text, out).map(Value::Word),
-        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, DeValue::Array(list)) => {
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, Written::List(list)) => {
             reader.words(list, out)
         }
         (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
             reader.scalar(literal, out).map(Value::Scalar)
         }
-        (Kind::Coefficients, DeValue::Table(entries)) => reader.map(&Kind::Number(Sign::Any), entries, out),
-        (Kind::Overrides | Kind::Lists, DeValue::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
-        (Kind::Tables(fields), DeValue::Array(list)) => {
+        (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Number(Sign::Any), entries, out),
+        (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Tables(fields), Written::List(list)) => {
             let mut tables = Vec::new();
             for (i, entry) in list.iter().enumerate() {
                 let what = format!("entry {} of {what}", i + 1);
-                match entry.get_ref() {
-                    DeValue::Table(entries) => tables.push(table(fields, &reader.node(entries, entry), &what, out)),
-                    other => Reader { what: &what, span: entry.span(), ..reader }.wrong_type("a table", other, out),
+                match &entry.value {
+                    Written::Table(entries) => tables.push(table(fields, &unnamed(entries, &entry.place), &what, out)),
+                    other => {
+                        Reader { what: &what, place: entry.place.clone(), ..reader }.wrong_type("a table", other, out)
+                    }
                 }
             }
             Some(Value::Tables(tables))
         }
-        (Kind::Poles, DeValue::Array(list)) => reader.poles(list, out),
-        (Kind::Tables(fields) | Kind::Table(fields), DeValue::Table(entries)) => {
-            Some(Value::Tables(vec![table(fields, &reader.node(entries, value), what, out)]))
+        (Kind::Poles, Written::List(list)) => reader.poles(list, out),
+        (Kind::Tables(fields) | Kind::Table(fields), Written::Table(entries)) => {
+            Some(Value::Tables(vec![table(fields, &unnamed(entries, &place), what, out)]))
         }
         (_, other) => {
             reader.wrong_type(&expected(kind), other, out);
             None
         }
     };
-    read.map(|value| Spanned { value, span })
+    read.map(|value| Placed { value, place })
+}
+
+/// A table without a name of its own.
+fn unnamed<'t>(table: &'t Entries, place: &Place) -> Node<'t> {
+    Node { name: "", name_place: place.clone(), place: place.clone(), table }
 }
 
 /// The longest name, in characters: names become parts of file names.
@@ -340,22 +279,18 @@ pub(super) const NAME_RULE: &str =
 struct Reader<'r> {
     kind: &'r Kind,
     what: &'r str,
-    span: Range<usize>,
+    place: Place,
 }
 
 impl Reader<'_> {
     fn error(&self, code: &'static str, message: impl AsRef<str>, label: impl Into<String>) -> Diagnostic {
-        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.span.clone(), label)
+        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
     }
 
-    fn wrong_type(&self, expected: &str, value: &DeValue<'_>, out: &mut Vec<Diagnostic>) {
+    fn wrong_type(&self, expected: &str, value: &Written, out: &mut Vec<Diagnostic>) {
         let found = found(value);
         let message = format!("expected {expected}, found {found}");
         out.push(self.error("type::wrong", message, found).help(format!("write it like `{}`", example(self.kind))));
-    }
-
-    fn node<'t>(&self, table: &'t DeTable<'t>, value: &Toml<DeValue<'_>>) -> Node<'t> {
-        Node { name: "", name_span: value.span(), span: value.span(), table }
     }
 
     fn word(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<String> {
@@ -387,22 +322,22 @@ impl Reader<'_> {
         }
     }
 
-    fn words(&self, list: &DeArray<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
-        let mut words: Vec<Spanned<String>> = Vec::new();
-        for entry in list.iter().filter(|entry| !entry.span().is_empty()) {
-            let here = Reader { span: entry.span(), ..*self };
-            let DeValue::String(text) = entry.get_ref() else {
-                here.wrong_type("a text", entry.get_ref(), out);
+    fn words(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut words: Vec<Placed<String>> = Vec::new();
+        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+            let here = Reader { place: entry.place.clone(), ..*self };
+            let Written::Text(text) = &entry.value else {
+                here.wrong_type("a text", &entry.value, out);
                 continue;
             };
             let Some(word) = here.word(text, out) else { continue };
             match words.iter().find(|other| other.value == word) {
                 Some(first) => out.push(
                     here.error("name::duplicate", format!("`{word}` is listed twice"), "again here")
-                        .at(first.span.clone(), "first here")
+                        .at(first.place.clone(), "first here")
                         .help("remove one of the two"),
                 ),
-                None => words.push(Spanned { value: word, span: entry.span() }),
+                None => words.push(Placed { value: word, place: entry.place.clone() }),
             }
         }
         let count = list.len();
@@ -423,14 +358,12 @@ impl Reader<'_> {
         Some(Value::Words(words))
     }
 
-    fn poles(&self, list: &DeArray<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
+    fn poles(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
         let mut poles = Vec::new();
-        for entry in list.iter().filter(|entry| !entry.span().is_empty()) {
-            let here = Reader { span: entry.span(), ..*self };
-            let text = match entry.get_ref() {
-                DeValue::String(text) => text.as_ref(),
-                DeValue::Integer(number) if number.radix() == 10 => number.as_str(),
-                DeValue::Float(number) => number.as_str(),
+        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+            let here = Reader { place: entry.place.clone(), ..*self };
+            let text = match &entry.value {
+                Written::Text(text) | Written::Number(text) => text,
                 other => {
                     here.wrong_type("a number or a text", other, out);
                     continue;
@@ -453,20 +386,19 @@ impl Reader<'_> {
         Some(Value::Poles(poles))
     }
 
-    fn map(&self, kind: &Kind, table: &DeTable<'_>, out: &mut Vec<Diagnostic>) -> Option<Value> {
+    fn map(&self, kind: &Kind, table: &Entries, out: &mut Vec<Diagnostic>) -> Option<Value> {
         let mut map = Vec::new();
-        let node = Node { name: "", name_span: self.span.clone(), span: self.span.clone(), table };
-        for (name, name_span, entry) in node.entries() {
-            let what = format!("`{name}` in {}", self.what);
-            let mut read = |entry: &Toml<DeValue<'_>>| {
-                if let Some(Spanned { value: Value::Scalar(scalar), span }) = value(kind, &what, entry, out) {
-                    let name = Spanned { value: name.to_string(), span: name_span.clone() };
-                    map.push((name, Spanned { value: scalar, span }));
+        for found in table.iter() {
+            let what = format!("`{}` in {}", found.key, self.what);
+            let mut read = |entry: &Entry| {
+                if let Some(Placed { value: Value::Scalar(scalar), place }) = value(kind, &what, entry, out) {
+                    let name = Placed { value: found.key.clone(), place: found.place.clone() };
+                    map.push((name, Placed { value: scalar, place }));
                 }
             };
-            match entry.get_ref() {
-                DeValue::Array(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
-                _ => read(entry),
+            match &found.entry.value {
+                Written::List(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
+                _ => read(&found.entry),
             }
         }
         if table.is_empty() && *self.kind == Kind::Coefficients {
@@ -478,11 +410,14 @@ impl Reader<'_> {
         Some(Value::Map(map))
     }
 
-    fn scalar(&self, value: &DeValue<'_>, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
+    fn scalar(&self, value: &Written, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
         let (text, quoted) = match value {
-            DeValue::String(text) => (text.as_ref(), true),
-            DeValue::Integer(number) if number.radix() == 10 => (number.as_str(), false),
-            DeValue::Float(number) => (number.as_str(), false),
+            Written::Text(text) => (text.as_str(), true),
+            Written::Number(text) => (text.as_str(), false),
+            Written::Quantity(number, dimension) => {
+                let text = written_quantity(number, *dimension);
+                return self.literal(number.clone(), *dimension, None, &text, out);
+            }
             other => {
                 self.wrong_type(&expected(self.kind), other, out);
                 return None;
@@ -507,10 +442,22 @@ impl Reader<'_> {
                 return Some(Scalar::Parameter(text.to_string()));
             }
             Err(error) => {
-                out.push(self.unit_error(error, text, quoted));
+                out.push(self.unit_error(error, text));
                 return None;
             }
         };
+        self.literal(number, dimension, tolerated, text, out)
+    }
+
+    /// A number that was read, if its dimension and its sign are those asked for.
+    fn literal(
+        &self,
+        number: Exact,
+        dimension: Dimension,
+        tolerated: Option<Tolerated>,
+        text: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Scalar> {
         let sign = match *self.kind {
             Kind::Quantity(expected, _) if expected != dimension => {
                 let message = format!("expected {}, found {}", expected.noun(), dimension.noun());
@@ -536,20 +483,9 @@ impl Reader<'_> {
     }
 
     /// Points into the text where its bytes are those of the file.
-    fn unit_error(&self, error: UnitError, text: &str, quoted: bool) -> Diagnostic {
-        let offset = match self.span.len().checked_sub(text.len()) {
-            Some(0) => Some(0),
-            Some(2) if quoted => Some(1),
-            _ => None,
-        };
-        let span = match offset {
-            Some(offset) if !error.span.is_empty() => {
-                let start = self.span.start + offset;
-                start + error.span.start..start + error.span.end
-            }
-            _ => self.span.clone(),
-        };
-        let diagnostic = Diagnostic::error(error.code, format!("{}: {}", self.what, error.message)).at(span, "");
+    fn unit_error(&self, error: UnitError, text: &str) -> Diagnostic {
+        let message = format!("{}: {}", self.what, error.message);
+        let diagnostic = Diagnostic::error(error.code, message).at(self.place.part(text, error.span), "");
         Diagnostic { help: error.help, ..diagnostic }
     }
 }
@@ -564,28 +500,31 @@ fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
     }
 }
 
-fn unknown_key(name: &str, span: Range<usize>, known: &[&str], what: &str) -> Diagnostic {
+fn unknown_key(found: &KeyedEntry, known: &[&str], what: &str) -> Diagnostic {
+    let name = found.key.as_str();
     let help = match nearest(name, known.iter().copied()) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None if known.is_empty() => format!("{what} takes no keys; remove it"),
         None => format!("known keys are {}", listed(known, "and")),
     };
     Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
-        .at(span, "unknown key")
+        .at(found.place.clone(), "unknown key")
         .help(help)
 }
 
-fn found(value: &DeValue<'_>) -> String {
+fn found(value: &Written) -> String {
     match value {
-        DeValue::String(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
-        DeValue::String(_) => "a text".to_string(),
-        DeValue::Integer(number) if number.as_str().len() <= 40 => format!("the number {number}"),
-        DeValue::Float(number) if number.as_str().len() <= 40 => format!("the number {number}"),
-        DeValue::Integer(_) | DeValue::Float(_) => "a number".to_string(),
-        DeValue::Boolean(_) => "a boolean".to_string(),
-        DeValue::Datetime(_) => "a date or time".to_string(),
-        DeValue::Array(_) => "a list".to_string(),
-        DeValue::Table(_) => "a table".to_string(),
+        Written::Text(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
+        Written::Text(_) => "a text".to_string(),
+        Written::Number(number) | Written::Other("a number", number) if number.len() <= 40 => {
+            format!("the number {number}")
+        }
+        Written::Number(_) => "a number".to_string(),
+        Written::Quantity(number, dimension) => written_quantity(number, *dimension),
+        Written::Other(what, _) => (*what).to_string(),
+        Written::List(_) => "a list".to_string(),
+        Written::Table(_) => "a table".to_string(),
+        Written::Broken => "nothing that could be read".to_string(),
     }
 }
 
@@ -673,6 +612,7 @@ mod tests {
 
     use super::*;
     use crate::diagnostics::plain;
+    use crate::file::syntax;
 
     static EVENT: [Field; 2] = [
         Field::required("time", Kind::Quantity(Dimension::TIME, Sign::NonNegative), "When it happens."),
@@ -722,7 +662,7 @@ mod tests {
         let literal = |a, b, dimension| Scalar::Literal(Exact::from_ratio(a, b), dimension);
         let get = |key: &str| &table.values[key].value;
         assert_eq!(get("inertia"), &Value::Scalar(literal(130, 1_000_000, Dimension::INERTIA)));
-        assert_eq!(table.values["inertia"].span, 10..23);
+        assert_eq!(table.values["inertia"].place.span(), 10..23);
         assert_eq!(get("stiffness"), &Value::Scalar(Scalar::Parameter("s_wg".to_string())));
         assert_eq!(get("ratio"), &Value::Scalar(literal(51, 50, Dimension::NONE)));
         assert_eq!(get("value"), &Value::Scalar(literal(3, 1, Dimension::NONE)));
@@ -941,7 +881,7 @@ mod tests {
         let scenario = root.child("scenario", &mut out).expect("the table is there");
         assert_eq!(scenario.list("event", &mut out).len(), 2);
         assert_eq!(scenario.list("nothing", &mut out).len(), 0);
-        assert_eq!(root.list("study", &mut out)[0].span, source.find("[study]").map_or(0..0, |at| at..at + 7));
+        assert_eq!(root.list("study", &mut out)[0].place.span(), source.find("[study]").map_or(0..0, |at| at..at + 7));
         root.expect_keys(&["model", "scenario", "studio"], "the file", &mut out);
         assert_eq!(
             plain(source, &out),
@@ -967,7 +907,7 @@ mod tests {
                     table(&ELEMENT, &node, "shaft `wg`", &mut out);
                 }
                 for label in out.iter().flat_map(|diagnostic| &diagnostic.labels) {
-                    prop_assert!(source.get(label.span.clone()).is_some(), "{label:?}");
+                    prop_assert!(source.get(label.place.span()).is_some(), "{label:?}");
                 }
                 prop_assert!(out.iter().all(|diagnostic| diagnostic.help.is_some() && !diagnostic.labels.is_empty()));
             }

@@ -2,16 +2,16 @@
 
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashMap};
-use std::ops::Range;
 
 use super::document::{Control, Document, Instance, NamedVariant, Parameter};
 use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
+use crate::entries::Place;
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, ParameterValue};
-use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
-use crate::synthesis::{COMMON, LawKind};
+use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::synthesis::LawKind;
 use crate::units::{Dimension, Exact};
 
 /// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
@@ -43,7 +43,7 @@ pub struct ControlSpec {
     /// Name.
     pub name: String,
     /// Place of its header.
-    pub span: Range<usize>,
+    pub place: Place,
     /// Law.
     pub law: &'static LawKind,
     /// Keys.
@@ -130,7 +130,7 @@ impl<'a> TableReader<'a> {
     /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
     pub fn scalar(
         &self,
-        scalar: &Spanned<Scalar>,
+        scalar: &Placed<Scalar>,
         expected: Option<(Dimension, Sign)>,
         what: &str,
         out: &mut Vec<Diagnostic>,
@@ -150,7 +150,7 @@ impl<'a> TableReader<'a> {
                     };
                     let message = format!("{what}: there is no parameter `{}`", shortened(name));
                     out.push(
-                        Diagnostic::error("name::unknown", message).at(scalar.span.clone(), "not declared").help(help),
+                        Diagnostic::error("name::unknown", message).at(scalar.place.clone(), "not declared").help(help),
                     );
                     return None;
                 };
@@ -160,7 +160,7 @@ impl<'a> TableReader<'a> {
                             format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
                         out.push(
                             Diagnostic::error("unit::dimension", message)
-                                .at(scalar.span.clone(), dimension.noun())
+                                .at(scalar.place.clone(), dimension.noun())
                                 .help(format!("give `{name}` a unit such as {}", wanted.example())),
                         );
                         return None;
@@ -184,7 +184,7 @@ impl<'a> TableReader<'a> {
                         let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
                         out.push(
                             Diagnostic::error("number::sign", message)
-                                .at(scalar.span.clone(), "through this parameter")
+                                .at(scalar.place.clone(), "through this parameter")
                                 .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
                         );
                         return None;
@@ -195,9 +195,9 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// The span of a key's value; of the header if the key is absent.
-    pub fn span(table: &Table, key: &str) -> Range<usize> {
-        table.values.get(key).map_or_else(|| table.span.clone(), |value| value.span.clone())
+    /// The place of a key's value; of the header if the key is absent.
+    pub fn place(table: &Table, key: &str) -> Place {
+        table.values.get(key).map_or_else(|| table.place.clone(), |value| value.place.clone())
     }
 
     /// All values of a table, with names of shafts and elements checked and parameters put in.
@@ -208,11 +208,11 @@ impl<'a> TableReader<'a> {
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
-                    self.check_shaft(name, &spanned.span, &label, &[], out);
+                    self.check_shaft(name, &spanned.place, &label, &[], out);
                     Resolved::Word(name.clone())
                 }
                 (Kind::Element(kinds), Value::Word(name)) => {
-                    self.check_element(name, kinds, &spanned.span, &label, out);
+                    self.check_element(name, kinds, &spanned.place, &label, out);
                     Resolved::Word(name.clone())
                 }
                 (_, Value::Word(word)) => Resolved::Word(word.clone()),
@@ -221,9 +221,9 @@ impl<'a> TableReader<'a> {
                         match kind {
                             // A list of shafts names coordinates; those of a circuit are charges.
                             Kind::Shafts(_) => {
-                                self.check_shaft(&word.value, &word.span, &label, &self.document.charges(), out);
+                                self.check_shaft(&word.value, &word.place, &label, &self.document.charges(), out);
                             }
-                            Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.span, &label, out),
+                            Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.place, &label, out),
                             _ => {}
                         }
                     }
@@ -235,7 +235,7 @@ impl<'a> TableReader<'a> {
                         Kind::Number(sign) => Some((Dimension::NONE, *sign)),
                         _ => None,
                     };
-                    let scalar = Spanned { value: scalar.clone(), span: spanned.span.clone() };
+                    let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
                     match self.scalar(&scalar, expected, &label, out) {
                         Some((value, _)) => Resolved::Exact(value),
                         None => continue, // Reported, or in doubt.
@@ -245,7 +245,7 @@ impl<'a> TableReader<'a> {
                     let mut map = Vec::new();
                     for (name, scalar) in entries {
                         let expected = if *kind == Kind::Coefficients {
-                            self.check_shaft(&name.value, &name.span, &label, &[], out);
+                            self.check_shaft(&name.value, &name.place, &label, &[], out);
                             Some((Dimension::NONE, Sign::Any))
                         } else {
                             None
@@ -287,7 +287,7 @@ impl<'a> TableReader<'a> {
                     continue;
                 }
                 let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.span.clone(), "not declared").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
                 continue;
             };
             if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
@@ -295,7 +295,7 @@ impl<'a> TableReader<'a> {
                     let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
                     out.push(
                         Diagnostic::error("unit::dimension", message)
-                            .at(scalar.span.clone(), found.noun())
+                            .at(scalar.place.clone(), found.noun())
                             .help(format!("write a unit such as {}", dimension.example())),
                     );
                     continue;
@@ -311,7 +311,7 @@ impl<'a> TableReader<'a> {
     fn check_outputs(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
         for field in fields {
             match (field.kind, table.values.get(field.name)) {
-                (Kind::Signal, Some(Spanned { value: Value::Word(signal), span })) => {
+                (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
                     let label = format!("`{}` of {what}", field.name);
                     let name = signal.split('.').next().unwrap_or_default();
                     let angle = signal.strip_suffix(".phi");
@@ -329,22 +329,22 @@ impl<'a> TableReader<'a> {
                         Some(near) => format!("did you mean `{near}`?"),
                         None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
                     };
-                    out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not an angle").help(help));
+                    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
                 }
-                (Kind::Output, Some(Spanned { value: Value::Word(signal), span })) => {
-                    self.check_output(signal, span, &format!("`{}` of {what}", field.name), out);
+                (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
+                    self.check_output(signal, place, &format!("`{}` of {what}", field.name), out);
                 }
-                (Kind::Outputs, Some(Spanned { value: Value::Words(signals), .. })) => {
-                    for Spanned { value, span } in signals {
-                        self.check_output(value, span, &format!("`{}` of {what}", field.name), out);
+                (Kind::Outputs, Some(Placed { value: Value::Words(signals), .. })) => {
+                    for Placed { value, place } in signals {
+                        self.check_output(value, place, &format!("`{}` of {what}", field.name), out);
                     }
                 }
-                (Kind::Table(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
+                (Kind::Table(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
                     for table in tables {
                         self.check_outputs(inner, table, &format!("`{}` of {what}", field.name), out);
                     }
                 }
-                (Kind::Tables(inner), Some(Spanned { value: Value::Tables(tables), .. })) => {
+                (Kind::Tables(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
                     for (i, table) in tables.iter().enumerate() {
                         self.check_outputs(
                             inner,
@@ -360,7 +360,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// An output must be an angle or a speed of a shaft, or a sensor.
-    fn check_output(&self, signal: &str, span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
+    fn check_output(&self, signal: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
         let of_shaft = matches!(tail, "phi" | "w") && self.shafts().any(|shaft| shaft == head);
@@ -383,7 +383,7 @@ impl<'a> TableReader<'a> {
             None => format!("there are {}", quoted(names())),
         };
         let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
-        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "not an output").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
     }
 
     fn shafts(&self) -> impl Iterator<Item = &str> {
@@ -391,7 +391,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// `charges` are those that may be named as well.
-    fn check_shaft(&self, name: &str, span: &Range<usize>, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
+    fn check_shaft(&self, name: &str, place: &Place, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
         let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
         let known = self.kinds(name).contains(&"shaft") || charges.iter().any(|charge| charge == name);
         if known || self.document.doubts.has(name) {
@@ -408,10 +408,10 @@ impl<'a> TableReader<'a> {
         };
         let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
         let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), format!("no such {kinds}")).help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {kinds}")).help(help));
     }
 
-    fn check_element(&self, name: &str, kinds: &[&str], span: &Range<usize>, label: &str, out: &mut Vec<Diagnostic>) {
+    fn check_element(&self, name: &str, kinds: &[&str], place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
         let named = self.kinds(name).first();
         let fits = self.kinds(name).iter().any(|keyword| kinds.contains(keyword));
         if fits || named.is_none() && self.document.doubts.has(name) {
@@ -438,7 +438,7 @@ impl<'a> TableReader<'a> {
             Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {wanted}"),
             None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
         };
-        out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "does not fit").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
     }
 }
 
@@ -453,7 +453,7 @@ impl Document {
     pub fn model_with(&self, settings: &[Setting], active: Option<&[String]>) -> (Model, Vec<Diagnostic>) {
         let mut out = Vec::new();
         let reader = TableReader::new(self, settings);
-        let header = reader.values(super::document::MODEL, &self.model, "`[model]`", &mut out);
+        let header = reader.values(super::tables::Header::FIELDS, &self.model, "`[model]`", &mut out);
         let mut doubtful = BTreeSet::new();
         let mut terms = Vec::new();
         let mut elements = Vec::new();
@@ -465,14 +465,14 @@ impl Document {
             let complete = instance.table.values.keys().all(|key| values.has(key)) && instance.table.unread.is_empty();
             if complete && out.len() == before {
                 for mistake in (instance.kind.check)(&values) {
-                    let span = instance
+                    let place = instance
                         .table
                         .values
                         .get(mistake.key)
-                        .map_or_else(|| instance.span.clone(), |value| value.span.clone());
+                        .map_or_else(|| instance.place.clone(), |value| value.place.clone());
                     out.push(
                         Diagnostic::error("element::check", format!("{what}: {}", mistake.message))
-                            .at(span, "")
+                            .at(place, "")
                             .help(mistake.help),
                     );
                 }
@@ -496,15 +496,15 @@ impl Document {
         // What is wrong with an idle controller is told where it is active.
         let idle = idle.into_iter().map(|control| ControlSpec {
             name: control.name.clone(),
-            span: control.span.clone(),
+            place: control.place.clone(),
             law: control.law,
-            values: reader.values(&[control.law.fields, COMMON].concat(), &control.table, "", &mut Vec::new()),
+            values: reader.values(&keys_of(control.law), &control.table, "", &mut Vec::new()),
             design: Vec::new(),
         });
         let idle = idle.collect();
         for control in active {
             let what = format!("control `{}`", control.name);
-            let fields = [control.law.fields, COMMON].concat();
+            let fields = keys_of(control.law);
             let values = reader.values(&fields, &control.table, &what, &mut out);
             reader.check_outputs(&fields, &control.table, &what, &mut out);
             let design = reader.settings(&control.table, "design", &what, &mut out);
@@ -518,15 +518,15 @@ impl Document {
                     };
                     out.push(
                         Diagnostic::error("control::input", message)
-                            .at(place(&control.name).unwrap_or_else(|| control.span.clone()), "again here")
-                            .at(place(&other.name).unwrap_or_else(|| other.span.clone()), "first here")
+                            .at(place(&control.name).unwrap_or_else(|| control.place.clone()), "again here")
+                            .at(place(&other.name).unwrap_or_else(|| other.place.clone()), "first here")
                             .help("let each motor be commanded by one controller"),
                     );
                 }
             }
             controls.push(ControlSpec {
                 name: control.name.clone(),
-                span: control.span.clone(),
+                place: control.place.clone(),
                 law: control.law,
                 values,
                 design,
@@ -617,7 +617,7 @@ impl Document {
                 self.elements.iter().find(|e| e.name == named.element && e.kind.keyword == "sensor").map(|e| &e.table);
             out.push(
                 Diagnostic::error("element::check", format!("sensor `{}`: {message}", named.element))
-                    .at(table.map_or(0..0, |table| TableReader::span(table, key)), "")
+                    .at(table.map_or_else(Place::default, |table| TableReader::place(table, key)), "")
                     .help(help),
             );
         }
@@ -673,20 +673,25 @@ impl Document {
 }
 
 /// The places of a word in a table and the tables within.
-pub fn words(table: &Table, word: &str) -> Vec<Range<usize>> {
+pub fn words(table: &Table, word: &str) -> Vec<Place> {
     let mut places = Vec::new();
     for value in table.values.values() {
         match &value.value {
-            Value::Word(found) if found == word => places.push(value.span.clone()),
+            Value::Word(found) if found == word => places.push(value.place.clone()),
             Value::Words(list) => {
-                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.span.clone()));
+                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.place.clone()));
             }
             Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
             _ => {}
         }
     }
-    places.sort_by_key(|place| place.start);
+    places.sort_by_key(Place::start);
     places
+}
+
+/// The keys of a law, without the values of its design model, which [`TableReader::settings`] reads.
+fn keys_of(law: &LawKind) -> Vec<Field> {
+    law.fields.iter().filter(|field| field.name != "design").copied().collect()
 }
 
 /// A quantity as part of a file name: `10 deg` becomes `10deg`.

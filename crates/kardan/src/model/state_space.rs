@@ -195,7 +195,7 @@ impl Parts {
         let inputs_named = name("inputs", "u", inputs, "inputs (columns of `B`)");
         let outputs_named = name("outputs", "y", outputs, "outputs (rows of `C`)");
         let in_order = |mut mistakes: Vec<Diagnostic>| {
-            mistakes.sort_by_key(|mistake| mistake.labels.first().map_or(usize::MAX, |label| label.span.start));
+            mistakes.sort_by_key(|mistake| mistake.labels.first().map_or(usize::MAX, |label| label.place.span().start));
             mistakes
         };
         let (Some(n), Some(Some(a)), true) = (states, a, mistakes.is_empty()) else { return Err(in_order(mistakes)) };

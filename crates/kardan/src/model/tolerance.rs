@@ -1,11 +1,10 @@
 //! How far parameters may be from their values, and whether the model still has a meaning there.
 
-use std::ops::Range;
-
 use super::document::{Document, Parameter};
 use super::resolve::{Setting, TableReader};
 use crate::diagnostics::Diagnostic;
-use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
+use crate::entries::Place;
+use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 /// A parameter with the interval that it may lie in; `lower <= nominal <= upper` and `lower < upper`.
@@ -24,7 +23,7 @@ pub struct Tolerance {
     /// The dimension of all of them.
     pub dimension: Dimension,
     /// Place of the value in the file.
-    pub span: Range<usize>,
+    pub place: Place,
 }
 
 impl Document {
@@ -50,7 +49,7 @@ impl Document {
                     upper,
                     confidence: spread.confidence().cloned(),
                     dimension: parameter.dimension,
-                    span: parameter.span.clone(),
+                    place: parameter.place.clone(),
                 })
             })
             .collect();
@@ -79,14 +78,14 @@ impl Document {
 
     /// The value of a variant must lie in the interval too.
     fn check_inside(&self, tolerance: &Tolerance, settings: &[Setting], out: &mut Vec<Diagnostic>) {
-        let Tolerance { parameter, nominal, lower, upper, span, .. } = tolerance;
+        let Tolerance { parameter, nominal, lower, upper, place, .. } = tolerance;
         let Some(set) = settings.iter().find(|set| set.name == *parameter) else { return };
         if nominal.is_below(lower) || upper.is_below(nominal) {
             let message = format!("`{parameter}` = {} lies outside the interval of its value", set.text);
             let varied = self.variants.iter().find(|varied| varied.parameter.value == *parameter);
-            let mut mistake = Diagnostic::error("tolerance::bounds", message).at(span.clone(), "this interval");
+            let mut mistake = Diagnostic::error("tolerance::bounds", message).at(place.clone(), "this interval");
             if let Some(varied) = varied {
-                mistake = mistake.at(varied.parameter.span.clone(), "varied here");
+                mistake = mistake.at(varied.parameter.place.clone(), "varied here");
             }
             out.push(mistake.help("write `± ...` behind the value: it moves along with the variants"));
         }
@@ -122,7 +121,7 @@ impl Document {
                     );
                     out.push(
                         Diagnostic::error("element::check", message)
-                            .at(tolerance.span.clone(), "with this tolerance")
+                            .at(tolerance.place.clone(), "with this tolerance")
                             .help(format!("narrow the tolerance, or: {}", mistake.help)),
                     );
                 }
@@ -132,7 +131,7 @@ impl Document {
 }
 
 /// Whether a value of a table is this parameter.
-fn names(given: &Spanned<Value>, tolerance: &Tolerance) -> bool {
+fn names(given: &Placed<Value>, tolerance: &Tolerance) -> bool {
     let is = |scalar: &Scalar| matches!(scalar, Scalar::Parameter(name) if *name == tolerance.parameter);
     match &given.value {
         Value::Scalar(scalar) => is(scalar),
@@ -166,14 +165,14 @@ fn check_signs(tolerance: &Tolerance, fields: &[Field], table: &Table, what: &st
             _ => continue,
         };
         let interval = format!("[{}, {}]", shown(lower, tolerance.dimension), shown(upper, tolerance.dimension));
-        let written_here = tolerance.span == given.span;
+        let written_here = tolerance.place == given.place;
         let whose =
             if written_here { "its tolerance".into() } else { format!("the tolerance of `{}`", tolerance.parameter) };
         let message = format!("`{}` of {what} must {rule}, but {whose} reaches {reaches}: {interval}", field.name);
         let mut mistake =
-            Diagnostic::error("number::sign", message).at(tolerance.span.clone(), format!("reaches {reaches}"));
+            Diagnostic::error("number::sign", message).at(tolerance.place.clone(), format!("reaches {reaches}"));
         if !written_here {
-            mistake = mistake.at(given.span.clone(), "used here");
+            mistake = mistake.at(given.place.clone(), "used here");
         }
         let help = "narrow the tolerance, or write bounds of your own behind the value: \"2 N m [0.5, 6]\"";
         out.push(mistake.help(help));
@@ -262,7 +261,7 @@ damping = "0.02 N m s/rad +- 50 %"
         let expected: Vec<_> = expected.into_iter().map(|(a, b, c, d, e, f)| (a, b, c, d, e, f.to_string())).collect();
         assert_eq!(found, expected);
         for tolerance in &model.tolerances {
-            assert!(SOURCE[tolerance.span.clone()].contains(['±', '[', '+']), "{tolerance:?}");
+            assert!(SOURCE[tolerance.place.span()].contains(['±', '[', '+']), "{tolerance:?}");
         }
     }
 

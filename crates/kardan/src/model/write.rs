@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::document::{Document, Instance, read};
 use crate::diagnostics::{Diagnostic, Severity};
-use crate::schema::{Kind, Scalar, Sign, Spanned, Value};
+use crate::schema::{Kind, Placed, Scalar, Sign, Value};
 
 /// A value for a key of an element (`fs.damping`) or an entry of `[parameters]`, SI, with the interval that it lies in.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,7 +82,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
             return Err("it is varied in the file, so that no single value holds".into());
         }
         let text = quoted(new, &parameter.dimension.si(), Sign::Any);
-        return Ok(Edit { place: parameter.span.clone(), text });
+        return Ok(Edit { place: parameter.place.span(), text });
     }
     let (element, key) = new.name.rsplit_once('.').ok_or("no such parameter")?;
     let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
@@ -93,16 +93,16 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
     }
     let text = quoted(new, &dimension.si(), sign);
     match instance.table.values.get(key) {
-        Some(Spanned { value: Value::Scalar(Scalar::Parameter(name)), span }) => {
+        Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), place }) => {
             let declared = document.parameters.iter().find(|parameter| parameter.name == *name);
             match declared {
                 Some(parameter) if users(document, name) == 1 && !document.is_varied(name) => {
-                    Ok(Edit { place: parameter.span.clone(), text })
+                    Ok(Edit { place: parameter.place.span(), text })
                 }
-                _ => Ok(Edit { place: span.clone(), text }),
+                _ => Ok(Edit { place: place.span(), text }),
             }
         }
-        Some(Spanned { span, .. }) => Ok(Edit { place: span.clone(), text }),
+        Some(Placed { place, .. }) => Ok(Edit { place: place.span(), text }),
         None => {
             let place = below_header(source, instance).ok_or("its table is written in one line: add the key there")?;
             // As the lines of the file end.
@@ -124,11 +124,11 @@ fn users(document: &Document, parameter: &str) -> usize {
 
 /// The start of the line below `[element.name]`.
 fn below_header(source: &str, instance: &Instance) -> Option<usize> {
-    let start = source[..instance.span.start].rfind('\n').map_or(0, |at| at + 1);
+    let start = source[..instance.place.span().start].rfind('\n').map_or(0, |at| at + 1);
     if !source[start..].trim_start().starts_with('[') {
         return None;
     }
-    Some(source[instance.span.end..].find('\n').map_or(source.len(), |at| instance.span.end + at + 1))
+    Some(source[instance.place.span().end..].find('\n').map_or(source.len(), |at| instance.place.span().end + at + 1))
 }
 
 /// `"0.5 N m s/rad [0.25, 0.75] 95 %"`

@@ -1,38 +1,8 @@
 use std::sync::Arc;
 
-use super::Reduced;
+use super::{Affine, Reduced, Step};
 use crate::equations::Curve;
 use crate::num::{Matrix, Rational, Scalar, dot, rational_from_f64, rational_to_f64};
-
-/// `constant + Σ coefficient · angle` over shafts.
-#[derive(Debug, Clone)]
-pub struct Affine {
-    /// rad.
-    pub constant: f64,
-    /// `(shaft number, coefficient)`.
-    pub terms: Vec<(usize, Rational)>,
-}
-
-/// How one dependent shaft follows from shafts that are known already.
-#[derive(Debug, Clone)]
-pub enum Step {
-    /// `q_shaft = value(q)`.
-    Linear {
-        /// The shaft found.
-        shaft: usize,
-        /// Its expression.
-        value: Affine,
-    },
-    /// `q_shaft = γ(argument(q))`.
-    Curve {
-        /// The shaft found.
-        shaft: usize,
-        /// γ
-        curve: Arc<dyn Curve>,
-        /// Its argument.
-        argument: Affine,
-    },
-}
 
 impl Step {
     /// The shaft that this step finds.

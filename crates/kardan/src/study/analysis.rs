@@ -1,7 +1,6 @@
 //! What `[analysis]` asks for, checked against the model.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 
 use super::asked::Known;
 use super::checks::is_finite_at;
@@ -9,11 +8,12 @@ use super::read::{of_dimension, read_word, read_words};
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
 use crate::equations::{Domain, Measured};
-use crate::model::{ANALYSIS, Setting, TableReader};
+use crate::model::{Setting, TableReader, tables};
 use crate::reduce::Reduced;
 use crate::results::Physical;
-use crate::schema::{Field, Kind, Sign, Table, Value};
+use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 /// Most samples that a study may ask for.
@@ -40,11 +40,11 @@ pub struct AnalysisSpec {
     /// Samples within the tolerances.
     pub samples: Option<usize>,
     /// Where motors may sit.
-    pub actuators: Vec<Place>,
+    pub actuators: Vec<Site>,
     /// Where sensors may sit.
-    pub sensors: Vec<Place>,
+    pub sensors: Vec<Site>,
     /// Places in the file: of the value of each key that is there.
-    pub spans: BTreeMap<&'static str, Range<usize>>,
+    pub places: BTreeMap<&'static str, Place>,
 }
 
 impl Default for AnalysisSpec {
@@ -60,7 +60,7 @@ impl Default for AnalysisSpec {
             samples: None,
             actuators: Vec::new(),
             sensors: Vec::new(),
-            spans: BTreeMap::new(),
+            places: BTreeMap::new(),
         }
     }
 }
@@ -75,7 +75,7 @@ impl AnalysisSpec {
 
 /// Where a motor or a sensor may sit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
+pub struct Site {
     /// The shaft.
     pub shaft: String,
     /// The signal that a sensor would read: `rk.phi` or `rk.w`; empty for a motor.
@@ -83,7 +83,7 @@ pub struct Place {
     /// What it costs.
     pub cost: f64,
     /// Its place in the file.
-    pub span: Range<usize>,
+    pub place: Place,
 }
 
 /// A reduced model and its initial position.
@@ -104,13 +104,14 @@ pub(super) fn analysis_spec(
     let reader = TableReader::new(known.document, settings);
     let what = "`[analysis]`";
     // Maps carry dimensions of their own.
-    let fields: Vec<Field> = ANALYSIS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
+    let fields: Vec<Field> =
+        tables::Analysis::FIELDS.iter().filter(|field| field.kind != Kind::Overrides).copied().collect();
     let values = reader.values(&fields, table, what, out);
     let mut spec = AnalysisSpec {
         inputs: values.words("inputs").map(<[String]>::to_vec),
         stuck: values.words("stuck").map(<[String]>::to_vec).unwrap_or_default(),
         threshold: values.number("threshold"),
-        spans: table.values.iter().map(|(key, given)| (*key, given.span.clone())).collect(),
+        places: table.values.iter().map(|(key, given)| (*key, given.place.clone())).collect(),
         ..AnalysisSpec::default()
     };
     if let Some(horizon) = values.exact("horizon") {
@@ -130,7 +131,7 @@ pub(super) fn analysis_spec(
     {
         out.push(
             Diagnostic::error("analysis::motion", format!("`motion` of {what}: nothing is to move"))
-                .at(TableReader::span(table, "motion"), "no motion")
+                .at(TableReader::place(table, "motion"), "no motion")
                 .help("give an angle or a speed other than zero, or leave it out"),
         );
     }
@@ -149,7 +150,7 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
     if words.is_empty() && !table.unread.contains(&"outputs") {
         out.push(
             Diagnostic::error("list::length", "`outputs` of `[analysis]`: the list is empty")
-                .at(TableReader::span(table, "outputs"), "no output")
+                .at(TableReader::place(table, "outputs"), "no output")
                 .help("name one or more signals, such as `[\"rk.phi\"]`, or leave it out"),
         );
     }
@@ -161,14 +162,14 @@ fn outputs(known: &Known<'_>, equations: &Equations, table: &Table, out: &mut Ve
         match output(&word.value, equations, &known.signals, &doubtful) {
             Ok(OutputSignal { name, .. }) if found.contains(&name) => out.push(
                 Diagnostic::error("name::duplicate", format!("`outputs` of `[analysis]`: `{name}` is listed twice"))
-                    .at(word.span.clone(), "again here")
+                    .at(word.place.clone(), "again here")
                     .help("remove one of the two"),
             ),
             Ok(OutputSignal { name, .. }) => found.push(name),
             Err(None) => {}
             Err(Some((message, help))) => out.push(
                 Diagnostic::error("name::unknown", format!("`outputs` of `[analysis]`: {message}"))
-                    .at(word.span.clone(), "not an output")
+                    .at(word.place.clone(), "not an output")
                     .help(help),
             ),
         }
@@ -261,7 +262,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
     let message = format!("`samples` of `[analysis]`: expected a whole number from 1 to 1000000, found {samples}");
     out.push(
         Diagnostic::error("analysis::samples", message)
-            .at(TableReader::span(table, "samples"), "not such a number")
+            .at(TableReader::place(table, "samples"), "not such a number")
             .help("a thousand samples tell a probability to within 0.03"),
     );
     None
@@ -317,7 +318,7 @@ fn targets_of(
         };
         out.push(
             Diagnostic::error("name::unknown", format!("`{key}` of `[analysis]`: {message}"))
-                .at(name.span.clone(), "not a coordinate")
+                .at(name.place.clone(), "not a coordinate")
                 .help(help),
         );
     }
@@ -330,17 +331,17 @@ fn places(
     known: &Known<'_>,
     reader: &TableReader<'_>,
     out: &mut Vec<Diagnostic>,
-) -> Vec<Place> {
+) -> Vec<Site> {
     let Some(given) = table.values.get(key) else { return Vec::new() };
     let Value::Tables(tables) = &given.value else { return Vec::new() };
     if tables.is_empty() && !table.unread.contains(&key) {
         out.push(
             Diagnostic::error("list::length", format!("`{key}` of `[analysis]`: the list is empty"))
-                .at(given.span.clone(), "no place")
+                .at(given.place.clone(), "no place")
                 .help(format!("write each place as `[[analysis.{key}]]`, or leave it out")),
         );
     }
-    let mut found: Vec<Place> = Vec::new();
+    let mut found: Vec<Site> = Vec::new();
     for (i, table) in tables.iter().enumerate() {
         let Some(shaft) = read_word(table, "shaft") else { continue };
         let signal = match (key, read_word(table, "measures")) {
@@ -354,23 +355,23 @@ fn places(
         let cost = super::read::read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
         let Some(cost) = cost.unwrap_or_else(|| Some(Exact::one())) else { continue };
-        let span = TableReader::span(table, "shaft");
-        let place = Place { shaft: shaft.to_string(), signal, cost: cost.to_f64(), span: span.clone() };
-        match found.iter().find(|other| other.shaft == place.shaft && other.signal == place.signal) {
+        let place = TableReader::place(table, "shaft");
+        let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place: place.clone() };
+        match found.iter().find(|other| other.shaft == site.shaft && other.signal == site.signal) {
             Some(other) => {
-                let shown = if place.signal.is_empty() { &place.shaft } else { &place.signal };
+                let shown = if site.signal.is_empty() { &site.shaft } else { &site.signal };
                 let message = format!("`{key}` of `[analysis]`: the place `{shown}` is listed twice");
                 out.push(
                     Diagnostic::error("name::duplicate", message)
-                        .at(span, "again here")
-                        .at(other.span.clone(), "first here")
+                        .at(place, "again here")
+                        .at(other.place.clone(), "first here")
                         .help("remove one of the two"),
                 );
             }
-            None => found.push(place),
+            None => found.push(site),
         }
     }
-    let known_shaft = |place: &Place| known.document.elements.iter().any(|e| e.name == place.shaft);
+    let known_shaft = |place: &Site| known.document.elements.iter().any(|e| e.name == place.shaft);
     found.retain(known_shaft);
     found
 }
@@ -390,7 +391,7 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
         };
         let message =
             format!("`stuck` of `[analysis]`: `{}` has no Coulomb friction that could hold it", shortened(name));
-        out.push(Diagnostic::error("analysis::stuck", message).at(word.span.clone(), "no friction").help(help));
+        out.push(Diagnostic::error("analysis::stuck", message).at(word.place.clone(), "no friction").help(help));
     }
     spec.stuck.retain(|name| with.contains(name.as_str()));
 }
@@ -401,7 +402,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     if !is_finite_at(point.reduced, &position) {
         out.push(
             Diagnostic::error("number::range", "at the operating point an angle is too large for a number")
-                .at(TableReader::span(table, "at"), "from these angles")
+                .at(TableReader::place(table, "at"), "from these angles")
                 .help("check the exponents of the angles and of the ratios"),
         );
         return;
@@ -416,7 +417,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
         let message = format!("`stuck` of `[analysis]`: nothing can move while the friction of {names} holds");
         out.push(
             Diagnostic::error("analysis::stuck", message)
-                .at(TableReader::span(table, "stuck"), "no motion is left")
+                .at(TableReader::place(table, "stuck"), "no motion is left")
                 .help("let one of them slide"),
         );
     }
@@ -535,13 +536,13 @@ shaft = "c"
             let pi = std::f64::consts::PI;
             assert_eq!(spec.motion, [("c.phi".to_string(), pi), ("b.w".to_string(), 2.0 * pi)]);
             assert_eq!((spec.threshold, spec.samples), (Some(1e-6), Some(50)));
-            let places = |places: &[Place]| -> Vec<(String, String, f64)> {
+            let places = |places: &[Site]| -> Vec<(String, String, f64)> {
                 places.iter().map(|place| (place.shaft.clone(), place.signal.clone(), place.cost)).collect()
             };
             let place = |shaft: &str, signal: &str, cost| (shaft.to_string(), signal.to_string(), cost);
             assert_eq!(places(&spec.actuators), [place("b", "", 2.5), place("a", "", 1.0)]);
             assert_eq!(places(&spec.sensors), [place("c", "c.w", 0.0), place("c", "c.phi", 1.0)]);
-            assert_eq!(spec.spans.len(), 10);
+            assert_eq!(spec.places.len(), 10);
         }
     }
 

@@ -65,7 +65,7 @@ pub(super) fn of_project(
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
     keep(progress, &analysis, "what the tolerances allow");
-    sensitivity(project.source(), prepared, variant, settings, &mut analysis, progress)?;
+    sensitivity(project.read().0, prepared, variant, settings, &mut analysis, progress)?;
     analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
     progress.release();
     Ok(analysis)

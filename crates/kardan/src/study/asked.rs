@@ -3,13 +3,13 @@
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
 use super::{Requirement, TIME_AT_LIMIT, motor_of};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::Place;
 use crate::model::{Document, TableReader};
 use crate::results::{Physical, Plot};
-use crate::schema::{Scalar as Written, Sign, Spanned, Table};
+use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
 use crate::units::Dimension;
 use std::collections::BTreeSet;
-use std::ops::Range;
 
 /// The signals of a study, for what names them.
 pub(super) struct Known<'a> {
@@ -47,7 +47,7 @@ impl Known<'_> {
 /// The physical kind of a signal; an unknown name is reported.
 pub(super) fn known_signal(
     name: &str,
-    span: &Range<usize>,
+    place: &Place,
     known: &Known<'_>,
     what: &str,
     out: &mut Vec<Diagnostic>,
@@ -68,7 +68,7 @@ pub(super) fn known_signal(
         None => format!("there are {}", quoted(names())),
     };
     let message = format!("{what}: there is no signal `{}`", shortened(name));
-    out.push(Diagnostic::error("name::unknown", message).at(span.clone(), "no such signal").help(help));
+    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such signal").help(help));
     None
 }
 
@@ -89,7 +89,7 @@ pub(super) fn known_variants(
             None => format!("there are {}", quoted(there)),
         };
         let message = format!("{what}: there is no variant `{}`", shortened(&word.value));
-        out.push(Diagnostic::error("name::unknown", message).at(word.span.clone(), "no such variant").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such variant").help(help));
     }
     words.iter().map(|word| word.value.clone()).collect()
 }
@@ -112,30 +112,30 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
         if !here("below") && !here("above") {
             out.push(
                 Diagnostic::error("key::missing", format!("{what}: a bound is missing"))
-                    .at(table.span.clone(), "neither `below` nor `above`")
+                    .at(table.place.clone(), "neither `below` nor `above`")
                     .help("add `below = \"...\"`, `above = \"...\"` or both"),
             );
         }
         for key in ["below", "above", "from", "until"] {
-            if let Some(Spanned { value: Written::Parameter(name), span }) = read_scalar(table, key)
+            if let Some(Placed { value: Written::Parameter(name), place }) = read_scalar(table, key)
                 && document.is_varied(&name)
             {
                 let message = format!("`{key}` of {what}: `{name}` differs between the variants");
                 out.push(
                     Diagnostic::error("requirement::varied", message)
-                        .at(span, "a varied parameter")
+                        .at(place, "a varied parameter")
                         .help("write a number, and one requirement for each variant: `variants = [...]`"),
                 );
             }
         }
         let signal = read_word(table, "signal");
         let physical =
-            signal.and_then(|name| known_signal(name, &TableReader::span(table, "signal"), known, what, out));
+            signal.and_then(|name| known_signal(name, &TableReader::place(table, "signal"), known, what, out));
         let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let (from, until) = (number("from", time), number("until", time));
         let timed = read_word(table, "measure") == Some(TIME_AT_LIMIT);
         if let (true, Some(name), Some(_)) = (timed, signal, physical) {
-            check_limited(name, &TableReader::span(table, "signal"), document, out);
+            check_limited(name, &TableReader::place(table, "signal"), document, out);
         }
         let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let bounds = physical.map(|physical| {
@@ -150,7 +150,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
             let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {other} s");
             out.push(
                 Diagnostic::error("requirement::window", message)
-                    .at(TableReader::span(table, key), "no time is left")
+                    .at(TableReader::place(table, key), "no time is left")
                     .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
             );
         }
@@ -160,7 +160,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
             let message = format!("{what}: nothing is above {above} and below {below}");
             out.push(
                 Diagnostic::error("requirement::bounds", message)
-                    .at(TableReader::span(table, "below"), "not above `above`")
+                    .at(TableReader::place(table, "below"), "not above `above`")
                     .help("let `above` be less than `below`, or write two requirements"),
             );
         }
@@ -180,7 +180,7 @@ pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec
 }
 
 /// Tells of a requirement on the time at a torque limit that the signal is not the torque of a motor with such a limit.
-fn check_limited(signal: &str, span: &Range<usize>, document: &Document, out: &mut Vec<Diagnostic>) {
+fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec<Diagnostic>) {
     let named = |name: &str| document.elements.iter().find(|e| e.name == name && e.kind.keyword == "motor");
     let problem = match motor_of(signal).and_then(named) {
         None => (
@@ -198,16 +198,16 @@ fn check_limited(signal: &str, span: &Range<usize>, document: &Document, out: &m
         Some(_) => return,
     };
     let message = format!("`[[requirement]]`: {}", problem.0);
-    out.push(Diagnostic::error("requirement::limit", message).at(span.clone(), "no torque limit").help(problem.1));
+    out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no torque limit").help(problem.1));
 }
 
 pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
-    let mut places: Vec<Range<usize>> = Vec::new();
+    let mut places: Vec<Place> = Vec::new();
     for table in &known.document.plots {
         let id = read_word(table, "name").unwrap_or_default().to_string();
         let what = if id.is_empty() { "`[[plot]]`".to_string() } else { format!("plot `{id}`") };
-        let place = TableReader::span(table, "name");
+        let place = TableReader::place(table, "name");
         if let Some(other) = plots.iter().position(|plot| plot.id.eq_ignore_ascii_case(&id) && !id.is_empty()) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("there are two plots named `{id}`"))
@@ -220,7 +220,7 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
         let mut signals = |key: &str| {
             let words = read_words(table, key);
             for word in words {
-                known_signal(&word.value, &word.span, known, &what, out);
+                known_signal(&word.value, &word.place, known, &what, out);
             }
             words.iter().map(|word| word.value.clone()).collect::<Vec<_>>()
         };
@@ -228,7 +228,7 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
         if drawn.is_empty() && table.values.contains_key("signals") {
             out.push(
                 Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
-                    .at(TableReader::span(table, "signals"), "no signal")
+                    .at(TableReader::place(table, "signals"), "no signal")
                     .help("list one or more signals: `signals = [\"rk.phi\"]`"),
             );
         }
@@ -259,7 +259,7 @@ pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Toler
     if !(1e-13..=1e-3).contains(&relative) {
         out.push(
             Diagnostic::error("scenario::tolerance", format!("a relative tolerance of {relative:e} is out of range"))
-                .at(TableReader::span(&document.scenario, "relative_tolerance"), "from 1e-13 to 1e-3")
+                .at(TableReader::place(&document.scenario, "relative_tolerance"), "from 1e-13 to 1e-3")
                 .help("leave it out for 1e-10, which suits almost every study"),
         );
     }

@@ -4,6 +4,7 @@ use super::circuit::massless_loop;
 use crate::analysis::{combination, massless_direction};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
+use crate::entries::Place;
 use crate::equations::Term;
 use crate::model::{ControlSpec, Document, Model, TableReader, words};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
@@ -11,40 +12,41 @@ use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, l
 use crate::schema::{Field, Kind, Value};
 use crate::synthesis::{Advice, SynthesisError};
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// Places shown for one mistake.
 pub(super) const MOST_LABELS: usize = 8;
 
 /// The place of an element's header; of a charge that of its element, of a node its first mention.
-pub(super) fn span_of(document: &Document, name: &str) -> Range<usize> {
+pub(super) fn place_of(document: &Document, name: &str) -> Place {
     let named = document.elements.iter().find(|e| e.name == name);
     match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
-        Some(element) => element.span.clone(),
-        None => places_of_node(document, name).into_iter().next().unwrap_or(0..0),
+        Some(element) => element.place.clone(),
+        None => places_of_node(document, name).into_iter().next().unwrap_or_default(),
     }
 }
 
 /// The places where branches name a node, in the order of the file.
-pub(super) fn places_of_node(document: &Document, node: &str) -> Vec<Range<usize>> {
+pub(super) fn places_of_node(document: &Document, node: &str) -> Vec<Place> {
     let keys = document.elements.iter().flat_map(|e| e.kind.node_keys().filter_map(|key| e.table.values.get(key)));
-    let mut places: Vec<Range<usize>> =
-        keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.span.clone()).collect();
-    places.sort_by_key(|place| place.start);
+    let mut places: Vec<Place> =
+        keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.place.clone()).collect();
+    places.sort_by_key(Place::start);
     places
 }
 
 /// The place of a key's value of an element, of its header if the key is absent.
-pub(super) fn span_of_value(document: &Document, element: &str, key: &str) -> Range<usize> {
+pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
     let element = document.elements.iter().find(|e| e.name == element);
-    element.map_or(0..0, |e| e.table.values.get(key).map_or_else(|| e.span.clone(), |value| value.span.clone()))
+    element.map_or_else(Place::default, |e| {
+        e.table.values.get(key).map_or_else(|| e.place.clone(), |value| value.place.clone())
+    })
 }
 
 /// The places of a word in a controller's table, of its header if the word is not there.
-pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Range<usize>> {
-    let table = document.controls.iter().find(|c| c.span == control.span).map(|c| &c.table);
+pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
+    let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
     let places = table.map(|table| words(table, word)).unwrap_or_default();
-    if places.is_empty() { vec![control.span.clone()] } else { places }
+    if places.is_empty() { vec![control.place.clone()] } else { places }
 }
 
 /// The signals that the keys of a law name.
@@ -68,12 +70,12 @@ pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
 pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, error: &SynthesisError) -> Diagnostic {
     let Advice { named, label, help } = error.advice();
     let mut out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
-    let mut places: Vec<Range<usize>> =
+    let mut places: Vec<Place> =
         named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();
     if places.is_empty() {
-        places.push(control.span.clone());
+        places.push(control.place.clone());
     }
-    places.sort_by_key(|place| place.start);
+    places.sort_by_key(Place::start);
     places.dedup();
     for place in places {
         out = out.at(place, label);
@@ -150,13 +152,13 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
         format!("the model consists of {} parts that nothing connects: {}{more}", parts.len(), shown.join("; "));
     out.push(
         Diagnostic::warning("model::disconnected", message)
-            .at(span_of(document, away[0]), "not connected")
+            .at(place_of(document, away[0]), "not connected")
             .help("each part moves on its own; connect them by a gear or a spring_damper if that is not meant"),
     );
 }
 
 pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {
-    let coordinates = TableReader::span(&document.model, "coordinates");
+    let coordinates = TableReader::place(&document.model, "coordinates");
     let suggest = |names: &[String]| {
         if names.is_empty() {
             "leave `coordinates` out to have them chosen".to_string()
@@ -193,7 +195,7 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
                 );
                 let mut out = Diagnostic::error("constraint::dependent", message);
                 for (name, x) in elements.iter().take(MOST_LABELS) {
-                    out = out.at(span_of(document, name), format!("this row, times {}", x / unit));
+                    out = out.at(place_of(document, name), format!("this row, times {}", x / unit));
                 }
                 let help = if *contradiction {
                     "remove one of them, or correct a ratio or an offset"
@@ -206,8 +208,8 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::NoMotion { .. } if model.shafts.len() == document.charges().len() => {
             let mut out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
                 .help("close a loop: from a voltage_source through an inductor and back to `ground`");
-            let mut places: Vec<Range<usize>> = model.shafts.iter().map(|name| span_of(document, name)).collect();
-            places.sort_by_key(|place| place.start);
+            let mut places: Vec<Place> = model.shafts.iter().map(|name| place_of(document, name)).collect();
+            places.sort_by_key(Place::start);
             places.dedup();
             for place in places.into_iter().take(MOST_LABELS) {
                 out = out.at(place, "carries no current");
@@ -219,8 +221,8 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
             let rows =
                 model.terms.iter().filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. }));
-            let mut places: Vec<Range<usize>> = rows.map(|named| span_of(document, &named.element)).collect();
-            places.sort_by_key(|place| place.start);
+            let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
+            places.sort_by_key(Place::start);
             for place in places.into_iter().take(MOST_LABELS) {
                 out = out.at(place, "a constraint");
             }
@@ -234,7 +236,7 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
         ReduceError::NotExplicit { elements, suggestion } => {
             let mut out = Diagnostic::error("constraint::loop", error.to_string());
             for name in elements.iter().take(MOST_LABELS) {
-                out = out.at(span_of(document, name), "part of the loop");
+                out = out.at(place_of(document, name), "part of the loop");
             }
             let help = if model.coordinates.is_some() {
                 suggest(suggestion)
@@ -278,7 +280,7 @@ pub(super) fn check_matrices(
             let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
             let mut diagnostic = Diagnostic::error("number::range", "an angle of the model is too large for a number");
             for name in ratios.take(MOST_LABELS) {
-                diagnostic = diagnostic.at(span_of(document, name), "through this constraint");
+                diagnostic = diagnostic.at(place_of(document, name), "through this constraint");
             }
             out.push(diagnostic.help("check the exponents of ratios, coefficients and offsets"));
             return false;
@@ -295,7 +297,7 @@ pub(super) fn check_matrices(
                 let message = format!("a motion of {names} has a negative kinetic energy");
                 let mut diagnostic = Diagnostic::error("model::massless", message);
                 for (name, _) in shafts.iter().take(MOST_LABELS) {
-                    diagnostic = diagnostic.at(span_of(document, name), "moves with it");
+                    diagnostic = diagnostic.at(place_of(document, name), "moves with it");
                 }
                 out.push(diagnostic.help("correct the sign of an inertia"));
                 return false;
@@ -306,7 +308,7 @@ pub(super) fn check_matrices(
                            large or too small for a number";
             let mut diagnostic = Diagnostic::error("number::range", message);
             for name in reduced.coordinate_names().iter().take(MOST_LABELS) {
-                diagnostic = diagnostic.at(span_of(document, name), "moves with it");
+                diagnostic = diagnostic.at(place_of(document, name), "moves with it");
             }
             out.push(diagnostic.help("check the exponents of inertias, dampings, stiffnesses and ratios"));
             return false;
@@ -324,7 +326,7 @@ pub(super) fn check_matrices(
             );
             let mut diagnostic = Diagnostic::error("damping::not-passive", message);
             for name in negative.iter().take(MOST_LABELS) {
-                diagnostic = diagnostic.at(span_of_value(document, name, "damping"), "negative damping");
+                diagnostic = diagnostic.at(place_of_value(document, name, "damping"), "negative damping");
             }
             out.push(diagnostic.help("make this damping less negative, or add damping to the shafts named"));
         }
@@ -337,7 +339,7 @@ pub(super) fn check_matrices(
             );
             out.push(
                 Diagnostic::warning("damping::negative", message)
-                    .at(span_of_value(document, name, "damping"), "negative damping")
+                    .at(place_of_value(document, name, "damping"), "negative damping")
                     .help("fine for an equivalent damping identified on a gear; otherwise correct its sign"),
             );
         }
@@ -371,7 +373,7 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &LinearModel) 
     let message = format!("a motion without inertia is possible: {names} can move while no mass does{proportion}");
     let mut diagnostic = Diagnostic::error("model::massless", message);
     for (name, _) in moves.iter().take(MOST_LABELS) {
-        diagnostic = diagnostic.at(span_of(document, name), "moves without inertia");
+        diagnostic = diagnostic.at(place_of(document, name), "moves without inertia");
     }
     diagnostic.help("give one of these shafts an inertia, or tie it to another shaft by a gear")
 }

@@ -1,7 +1,8 @@
 //! Checks of the circuits of a model: nodes, ground, loops that nothing slows down.
 
-use super::checks::{MOST_LABELS, places_of_node, span_of};
+use super::checks::{MOST_LABELS, place_of, places_of_node};
 use crate::diagnostics::{Diagnostic, nearest, quoted};
+use crate::entries::Place;
 use crate::equations::{GROUND, NamedTerm, Term};
 use crate::model::{Document, Model};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,8 +82,8 @@ fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m s
 }
 
 fn at_all(document: &Document, names: &[&str], label: &str, mut diagnostic: Diagnostic) -> Diagnostic {
-    let mut places: Vec<_> = names.iter().map(|name| span_of(document, name)).collect();
-    places.sort_by_key(|place| place.start);
+    let mut places: Vec<_> = names.iter().map(|name| place_of(document, name)).collect();
+    places.sort_by_key(Place::start);
     places.dedup();
     for place in places.into_iter().take(MOST_LABELS) {
         diagnostic = diagnostic.at(place, label);
@@ -118,11 +119,11 @@ pub(super) fn check_circuit(
     for node in at_node.keys() {
         if let Some(element) = document.elements.iter().find(|e| e.name == *node) {
             let message = format!("the name `{node}` is used for a {} and a node", element.kind.keyword);
-            let place = places_of_node(document, node).into_iter().next().unwrap_or(0..0);
+            let place = places_of_node(document, node).into_iter().next().unwrap_or_default();
             out.push(
                 Diagnostic::error("name::duplicate", message)
                     .at(place, "as a node here")
-                    .at(element.span.clone(), "first here")
+                    .at(element.place.clone(), "first here")
                     .help("give each element and each node a name of its own"),
             );
         }
@@ -181,7 +182,7 @@ pub(super) fn check_circuit(
             None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
         };
         let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
-        let place = places_of_node(document, node).into_iter().next().unwrap_or(0..0);
+        let place = places_of_node(document, node).into_iter().next().unwrap_or_default();
         out.push(Diagnostic::warning("circuit::open", message).at(place, "an open end").help(help));
     }
     fine

@@ -5,7 +5,7 @@ use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::margins::{decay, survey, verdict, warnings as margin_warnings};
 use super::passage::{passage, warnings as passage_warnings};
-use super::prepare::{Purpose, is_error, prepare_document};
+use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
 use super::strain::scenario_strains;
@@ -13,11 +13,12 @@ use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::{Entries, Written};
 use crate::equations::{Domain, InputKind, Measured};
-use crate::model::{ControlSpec, Document, read};
+use crate::model::ControlSpec;
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design};
-use crate::schema::{Field, Kind, Spanned, Value};
+use crate::schema::{Field, Kind};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
 /// Which controller is designed and how.
@@ -72,7 +73,7 @@ pub(super) fn of_project(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let (prepared, source) = (project.prepared(), project.source());
+    let prepared = project.prepared();
     let mut diagnostics = project.mistakes().to_vec();
     if settings.force {
         overrule(&mut diagnostics);
@@ -97,11 +98,10 @@ pub(super) fn of_project(
         };
         let number = which(&variant.model.controls, settings.control.as_deref())?;
         let name = variant.model.controls[number].name.clone();
-        let (document, out) = project.read();
-        let (mut document, out) = (document.clone(), out.to_vec());
-        set_feedback(&mut document, &name, feedback)?;
+        check_feedback(project, &name, feedback)?;
+        let changed = project.changed(|model| model.set(&["control", &name, "feedback"], feedback.clone()));
         let settings = DesignSettings { variant: Some(variant.name.clone()), ..settings.clone() };
-        return of_document(source, document, out, &name, &settings, progress);
+        return of_changed(&changed, &name, &settings, progress);
     }
     let is_motor = |input: &&Along<InputKind>| {
         variant.reduced.equations.domain_of(input) == Domain::Rotation && matches!(input.value, InputKind::Motor(_))
@@ -128,44 +128,35 @@ pub(super) fn of_project(
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
     let own = free(OWN, &taken);
-    let mut table = table(keyword, &own, &inputs, &outputs)?;
-    for name in &taken {
-        let reference = |name: &str| format!("reference = \"{name}\"\n");
-        table = table.replace(&reference(name), &reference(&free(name, &taken)));
-    }
-    let text = format!("{source}\n{table}");
-    let (mut document, out) = read(&text);
-    replace_controls(&mut document, &own);
+    let keys = keys(keyword, &inputs, &outputs, &taken)?;
+    let mut changed = project.changed(|model| model.control_of(&own, keyword, keys).alone(&own));
     if let Some(feedback) = &settings.feedback {
-        set_feedback(&mut document, &own, feedback)?;
+        check_feedback(&changed, &own, feedback)?;
+        changed = changed.changed(|model| model.set(&["control", &own, "feedback"], feedback.clone()));
     }
-    let mut design = of_document(source, document, out, &own, settings, progress)?;
+    let mut design = of_changed(&changed, &own, settings, progress)?;
     design.notes.extend(notes);
     Ok(design)
 }
 
-/// Designs a controller of a document that is not quite the file: places beyond the file are not told.
-fn of_document(
-    source: &str,
-    document: Document,
-    mut out: Vec<Diagnostic>,
+/// Designs a controller of a model that is not quite the file.
+fn of_changed(
+    project: &Project,
     name: &str,
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let prepared = prepare_document(Purpose::Run, &document, &mut out);
+    let mut out = project.mistakes().to_vec();
     if settings.force {
         overrule(&mut out);
     }
     if out.iter().any(is_error) {
-        for diagnostic in &mut out {
-            diagnostic.labels.retain(|label| label.span.end <= source.len());
-        }
         return Err(out);
     }
+    let prepared = project.prepared();
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
-    Ok(tried(&prepared, variant, number, settings, progress))
+    Ok(tried(prepared, variant, number, settings, progress))
 }
 
 /// The design of a controller, and what the scenario asks of its motors.
@@ -196,8 +187,13 @@ fn keep(progress: &dyn Progress, design: &Design, missing: &[&str]) {
     });
 }
 
-/// The table of a controller for these inputs and outputs.
-fn table(keyword: &str, own: &str, inputs: &[String], outputs: &[OutputSignal]) -> Result<String, Vec<Diagnostic>> {
+/// The keys of a controller for these inputs and outputs; its references have names that are not taken.
+fn keys(
+    keyword: &str,
+    inputs: &[String],
+    outputs: &[OutputSignal],
+    taken: &[&str],
+) -> Result<Entries, Vec<Diagnostic>> {
     let Some(law) = REGISTRY.iter().find(|law| law.keyword == keyword) else {
         let names = || REGISTRY.iter().map(|law| law.keyword);
         let help = match nearest(keyword, names()) {
@@ -214,7 +210,7 @@ fn table(keyword: &str, own: &str, inputs: &[String], outputs: &[OutputSignal]) 
         _ => format!("{}.tau", output.name),
     };
     let outputs: Vec<String> = outputs.iter().map(full).collect();
-    let Some(keys) = (law.template)(inputs, &outputs) else {
+    let Some(mut keys) = (law.template)(inputs, &outputs) else {
         if inputs.len() != outputs.len() {
             let message = format!(
                 "the law `{keyword}` takes as many motors as outputs, and there are {} motors ({}) and {} outputs ({})",
@@ -232,8 +228,16 @@ fn table(keyword: &str, own: &str, inputs: &[String], outputs: &[OutputSignal]) 
                 .help(format!("write it into the model file; `kardan elements {keyword}` shows the keys")),
         ]);
     };
-    let keys = keys.replace("[[control.design.", &format!("[[control.{own}."));
-    Ok(format!("[control.{own}]\nlaw = \"{keyword}\"\n{keys}"))
+    if keys.get("channels").is_some() {
+        for channel in keys.list_mut("channels") {
+            let Written::Table(channel) = &mut channel.value else { continue };
+            if let Some(Written::Text(reference)) = channel.get("reference") {
+                let name = free(reference, taken);
+                channel.set("reference", Written::Text(name));
+            }
+        }
+    }
+    Ok(keys)
 }
 
 /// The name, with a number behind it if it is taken.
@@ -242,20 +246,12 @@ fn free(name: &str, taken: &[&str]) -> String {
     std::iter::once(name.to_string()).chain(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
 }
 
-/// Leaves the own controller alone in the loop, without what the file does with the references of others.
-fn replace_controls(document: &mut Document, own: &str) {
-    document.controls.retain(|control| control.name == own);
-    document.scenario.values.remove("event");
-    document.requirements.clear();
-    document.plots.clear();
-    document.named_variants.iter_mut().for_each(|variant| variant.controls = None);
-}
-
-fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(), Vec<Diagnostic>> {
-    let control = document.controls.iter_mut().find(|control| control.name == name);
-    let field = control.as_ref().and_then(|control| control.law.fields.iter().find(|field| field.name == "feedback"));
-    match (control, field) {
-        (Some(_), Some(Field { kind: Kind::Choice(choices), .. })) if !choices.contains(&feedback) => {
+/// Whether the law of a controller can decouple in that way.
+fn check_feedback(project: &Project, name: &str, feedback: &str) -> Result<(), Vec<Diagnostic>> {
+    let law = project.read().0.controls.iter().find(|control| control.name == name).map(|control| control.law);
+    let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
+    match field {
+        Some(Field { kind: Kind::Choice(choices), .. }) if !choices.contains(&feedback) => {
             let help = match nearest(feedback, choices.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("there are {}", quoted(choices.iter().copied())),
@@ -263,13 +259,9 @@ fn set_feedback(document: &mut Document, name: &str, feedback: &str) -> Result<(
             let message = format!("there is no feedback `{}`", shortened(feedback));
             Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
         }
-        (Some(control), Some(field)) => {
-            let span = control.span.clone();
-            control.table.values.insert(field.name, Spanned { value: Value::Word(feedback.into()), span });
-            Ok(())
-        }
-        (control, _) => {
-            let law = control.map_or("", |control| control.law.keyword);
+        Some(_) => Ok(()),
+        None => {
+            let law = law.map_or("", |law| law.keyword);
             let message = format!("the law `{law}` of control `{name}` has no choice of feedback");
             Err(vec![
                 Diagnostic::error("control::feedback", message)

@@ -194,14 +194,14 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     let duration = variant.scenario.duration;
     let place = element.as_ref().and_then(|(name, key)| {
         let element = document.elements.iter().find(|element| element.name == *name)?;
-        Some(TableReader::span(&element.table, key))
+        Some(TableReader::place(&element.table, key))
     });
     let message =
         format!("the run of {} s may take about {} steps of the integrator: {cause}", short(duration), short(steps));
     let warning = Diagnostic::warning("run::steps", message);
     let warning = match place {
         Some(place) => warning.at(place, "the fastest motion comes from here"),
-        None => warning.at(TableReader::span(&document.scenario, "duration"), "so long a run"),
+        None => warning.at(TableReader::place(&document.scenario, "duration"), "so long a run"),
     };
     out.push(warning.help(
         "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \

@@ -48,15 +48,15 @@ pub(super) fn faults(
                     "event::late",
                     format!("this fault at {at} s never happens: the run ends at {duration} s"),
                 )
-                .at(TableReader::span(fault, "at"), "after the end")
+                .at(TableReader::place(fault, "at"), "after the end")
                 .help("lengthen `duration` or move the fault"),
             );
         }
         if until <= at {
             let message = format!("{what}: it would end at {until} s, before it begins at {at} s");
             let help = "choose `until` after `at`, or leave it out for a fault that stays";
-            let span = TableReader::span(fault, "until");
-            out.push(Diagnostic::error("fault::window", message).at(span, "not after the begin").help(help));
+            let place = TableReader::place(fault, "until");
+            out.push(Diagnostic::error("fault::window", message).at(place, "not after the begin").help(help));
             continue;
         }
         let fault_found = SensorFault { sensor: sensor.into(), kind, at, until };
@@ -89,7 +89,7 @@ pub(super) fn faults(
         if let Some((message, help)) = mistake {
             out.push(
                 Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                    .at(TableReader::span(fault, "sensor"), "cannot fail")
+                    .at(TableReader::place(fault, "sensor"), "cannot fail")
                     .help(help),
             );
             continue;
@@ -109,7 +109,7 @@ pub(super) fn faults(
             let help = "let one fault end before the other begins";
             out.push(
                 Diagnostic::error("fault::window", message)
-                    .at(TableReader::span(fault, "at"), "at the same time")
+                    .at(TableReader::place(fault, "at"), "at the same time")
                     .help(help),
             );
             continue;

@@ -86,7 +86,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         Err(why) => {
             let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
             let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
-            let told = Diagnostic::warning("control::no-map", message).at(control.span.clone(), "this controller");
+            let told = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
             out.push(told.help(help));
             return;
         }
@@ -116,7 +116,7 @@ pub(super) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         }
         _ => "choose shorter times, the longest one first; `--force` runs it as it is",
     };
-    out.push(Diagnostic::error(UNSTABLE, message).at(control.span.clone(), "unstable at this sample time").help(help));
+    out.push(Diagnostic::error(UNSTABLE, message).at(control.place.clone(), "unstable at this sample time").help(help));
 }
 
 /// How many motions of the loop of the file's controllers nobody holds.
@@ -197,7 +197,7 @@ fn check_limits(
                 "ask for at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
                 limit / needed.abs()
             );
-            out.push(Diagnostic::error(LIMIT, message).at(control.span.clone(), "this controller").help(help));
+            out.push(Diagnostic::error(LIMIT, message).at(control.place.clone(), "this controller").help(help));
         }
     }
 }
@@ -576,7 +576,7 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
                     "in continuous time the loop is unstable: a motion at {:.4} rad/s grows (linear loop, lag of the motors included)",
                     found.frequency
                 );
-                let told = Diagnostic::warning("control::grows", message).at(control.span.clone(), "in this loop");
+                let told = Diagnostic::warning("control::grows", message).at(control.place.clone(), "in this loop");
                 out.push(told.help("`kardan design` lists the poles and what the loop tolerates"));
             }
             continue;
@@ -587,7 +587,7 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         }
         for message in of_motors(&survey, Some(&response), false).iter().filter(|one| hardly(one)).filter_map(close) {
             let message = format!("control `{}`: {message}", control.name);
-            let told = Diagnostic::warning("control::hardly", message).at(control.span.clone(), "this controller");
+            let told = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
             out.push(told.help(
                 "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
             ));

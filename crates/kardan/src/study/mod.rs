@@ -25,7 +25,7 @@ mod scenario;
 mod sensitivity;
 mod strain;
 
-pub use analysis::{AnalysisSpec, Place};
+pub use analysis::{AnalysisSpec, Site};
 pub use analyze::{AnalyzeSettings, analyze, analyze_state_space};
 pub use bench::{BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, prepare_bench};
 pub use design::{DesignSettings, design};

@@ -219,7 +219,7 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
                     "design with the values of the variant, or choose slower poles; `kardan design` shows the loop";
                 out.push(
                     Diagnostic::warning("control::unstable-there", message)
-                        .at(control.span.clone(), "this controller")
+                        .at(control.place.clone(), "this controller")
                         .help(help),
                 );
             }
@@ -243,7 +243,7 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
                     helps where they do not";
         out.push(
             Diagnostic::warning("control::coupled-there", message)
-                .at(control.span.clone(), "this controller")
+                .at(control.place.clone(), "this controller")
                 .help(help),
         );
     }

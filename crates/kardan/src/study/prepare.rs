@@ -144,7 +144,7 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
     }
     add_new(out, mistakes, None);
     out.sort_by_key(|d| {
-        (d.labels.first().map_or(usize::MAX, |label| label.span.start), d.severity == Severity::Warning)
+        (d.labels.first().map_or(usize::MAX, |label| label.place.start()), d.severity == Severity::Warning)
     });
     prepared
 }
@@ -153,7 +153,7 @@ pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut 
 fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Option<&String>) {
     // A set instead of a look at all that is known for each: thousands of mistakes are told in the time of thousands.
     let key = |d: &Diagnostic| {
-        let places: Vec<_> = d.labels.iter().map(|label| (label.span.clone(), label.text.clone())).collect();
+        let places: Vec<_> = d.labels.iter().map(|label| (label.place.clone(), label.text.clone())).collect();
         (d.code, places, later_variant.is_none().then(|| d.message.clone()))
     };
     let mut told: HashSet<_> = out.iter().map(key).collect();
@@ -267,7 +267,7 @@ fn prepare_variant(
     if !is_finite_at(&reduced, &scenario.position) {
         out.push(
             Diagnostic::error("number::range", "at the initial position an angle is too large for a number")
-                .at(TableReader::span(&document.scenario, "initial"), "from these angles")
+                .at(TableReader::place(&document.scenario, "initial"), "from these angles")
                 .help("check the exponents of the initial angles and of the ratios"),
         );
         return None;
@@ -311,7 +311,7 @@ fn prepare_variant(
                                 control.name
                             ),
                         )
-                        .at(control.span.clone(), "this controller")
+                        .at(control.place.clone(), "this controller")
                         .help("check the exponents of its frequencies and of the model's numbers"),
                     );
                 }
@@ -358,8 +358,8 @@ fn design_model(
     let all: Vec<Setting> = kept.chain(&control.design).cloned().collect();
     // Which controllers are in the loop does not matter to the plant.
     let (model, mistakes) = document.model_with(&all, Some(&[]));
-    let place = document.controls.iter().find(|c| c.span == control.span);
-    let place = place.map_or_else(|| control.span.clone(), |c| TableReader::span(&c.table, "design"));
+    let place = document.controls.iter().find(|c| c.place == control.place);
+    let place = place.map_or_else(|| control.place.clone(), |c| TableReader::place(&c.table, "design"));
     let mut wrong = false;
     for mistake in mistakes.into_iter().filter(is_error) {
         wrong = true;

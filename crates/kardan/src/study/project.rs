@@ -8,8 +8,11 @@ use super::{
     run_prepared,
 };
 use crate::diagnostics::Diagnostic;
-use crate::model::{Document, read};
+use crate::entries::{Entries, Written};
+use crate::file::to_toml;
+use crate::model::{Builder, Document, open, read_entries};
 use crate::results::{Analysis, Design, Study};
+use crate::schema::{ElementKeys, LawKeys};
 
 /// A model, read once. What follows from it (equations, designed laws, scenarios) is made when it is asked for first, and kept: a
 /// command that checks, runs and reports prepares once and designs each law once for each variant.
@@ -27,6 +30,8 @@ use crate::results::{Analysis, Design, Study};
 /// ```
 #[derive(Debug)]
 pub struct Project {
+    entries: Entries,
+    /// The text, of a file.
     source: String,
     document: Document,
     reading: Vec<Diagnostic>,
@@ -39,11 +44,77 @@ impl Project {
     /// Reads the text of a model file; mistakes are told by [`mistakes`](Self::mistakes).
     pub fn open(source: impl Into<String>) -> Self {
         let source = source.into();
-        let (document, reading) = read(&source);
-        Self { source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }
+        let (entries, mistakes, broken) = open(&source);
+        Self::of(entries, source, mistakes, broken)
     }
 
-    /// The text.
+    /// The model that a program has built.
+    ///
+    /// ```
+    /// use kardan::project::{Builder, Project, Shaft};
+    ///
+    /// let shaft = Shaft::new().inertia("2 kg cm^2").friction("0.1 Nm");
+    /// let project = Project::build(Builder::new("axle").element("axle", shaft));
+    /// assert!(project.mistakes().is_empty());
+    /// assert_eq!(project.to_toml(), "[model]\nname = \"axle\"\n\n[shaft.axle]\ninertia = \"2 kg cm^2\"\nfriction = \"0.1 Nm\"\n");
+    ///
+    /// let wrong = Project::build(Builder::new("axle").element("axle", Shaft::new().inertia("2 kg")));
+    /// assert_eq!(wrong.mistakes()[0].labels[0].place.path(), Some("shaft.axle.inertia"));
+    /// ```
+    pub fn build(model: Builder) -> Self {
+        Self::of(model.into_entries(), String::new(), Vec::new(), false)
+    }
+
+    fn of(entries: Entries, source: String, mistakes: Vec<Diagnostic>, broken: bool) -> Self {
+        let (document, reading) = read_entries(&entries, mistakes, broken);
+        Self { entries, source, document, reading, ready: OnceLock::new(), analysed: OnceLock::new() }
+    }
+
+    /// The same model with changes: what stays keeps its places, what is new is told by its path.
+    ///
+    /// ```
+    /// use kardan::project::{Project, Quantity};
+    ///
+    /// let project = Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\n");
+    /// let heavier = project.changed(|model| model.set(&["shaft", "axle", "inertia"], Quantity::from("3 kg cm^2")));
+    /// assert_eq!(heavier.to_toml(), "[shaft.axle]\ninertia = \"3 kg cm^2\"\n");
+    /// ```
+    #[must_use]
+    pub fn changed(&self, change: impl FnOnce(Builder) -> Builder) -> Self {
+        let entries = change(Builder::from_entries(self.entries.clone())).into_entries();
+        Self::of(entries, self.source.clone(), Vec::new(), false)
+    }
+
+    /// The model as a file: opened again it says the same.
+    pub fn to_toml(&self) -> String {
+        to_toml(&self.entries)
+    }
+
+    /// What is written in the model.
+    pub fn entries(&self) -> &Entries {
+        &self.entries
+    }
+
+    /// The element of that kind and name, as it is written; nothing if there is none that could be read.
+    ///
+    /// ```
+    /// use kardan::project::{Project, Shaft};
+    ///
+    /// let project = Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\n");
+    /// assert_eq!(project.element::<Shaft>("axle"), Some(Shaft::new().inertia("2 kg cm^2")));
+    /// ```
+    pub fn element<E: ElementKeys>(&self, name: &str) -> Option<E> {
+        E::read_entries(self.entries.table(E::KEYWORD)?.table(name)?)
+    }
+
+    /// The controller of that law and name, as it is written.
+    pub fn control<L: LawKeys>(&self, name: &str) -> Option<L> {
+        let table = self.entries.table("control")?.table(name)?;
+        let law = matches!(table.get("law"), Some(Written::Text(law)) if law == L::KEYWORD);
+        if law { L::read_entries(table) } else { None }
+    }
+
+    /// The text that it was read from; empty for a model that a program built.
     pub fn source(&self) -> &str {
         &self.source
     }

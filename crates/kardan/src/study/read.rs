@@ -3,7 +3,7 @@
 use crate::diagnostics::Diagnostic;
 use crate::model::TableReader;
 use crate::results::Physical;
-use crate::schema::{Scalar as Written, Sign, Spanned, Table, Value};
+use crate::schema::{Placed, Scalar as Written, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
 pub(super) fn physical_dimension(physical: Physical) -> Dimension {
@@ -17,9 +17,9 @@ pub(super) fn physical_dimension(physical: Physical) -> Dimension {
     }
 }
 
-pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Spanned<Written>> {
+pub(super) fn read_scalar(table: &Table, key: &str) -> Option<Placed<Written>> {
     table.values.get(key).and_then(|spanned| match &spanned.value {
-        Value::Scalar(scalar) => Some(Spanned { value: scalar.clone(), span: spanned.span.clone() }),
+        Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: spanned.place.clone() }),
         _ => None,
     })
 }
@@ -31,7 +31,7 @@ pub(super) fn read_word<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
     })
 }
 
-pub(super) fn read_words<'a>(table: &'a Table, key: &str) -> &'a [Spanned<String>] {
+pub(super) fn read_words<'a>(table: &'a Table, key: &str) -> &'a [Placed<String>] {
     table.values.get(key).map_or(&[], |spanned| match &spanned.value {
         Value::Words(words) => words,
         _ => &[],
@@ -55,7 +55,7 @@ pub(super) fn quantity(
 /// A quantity in SI of one dimension.
 pub(super) fn of_dimension(
     reader: &TableReader<'_>,
-    scalar: &Spanned<Written>,
+    scalar: &Placed<Written>,
     (dimension, sign): (Dimension, Sign),
     label: &str,
     out: &mut Vec<Diagnostic>,
@@ -65,7 +65,7 @@ pub(super) fn of_dimension(
         let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
         out.push(
             Diagnostic::error("unit::dimension", message)
-                .at(scalar.span.clone(), found.noun())
+                .at(scalar.place.clone(), found.noun())
                 .help(format!("write a unit such as {}", dimension.example())),
         );
         return None;

@@ -166,7 +166,7 @@ pub(super) fn scenario(
                 format!("this event at {} s never happens: the run ends at {} s", at.to_f64(), duration.to_f64());
             out.push(
                 Diagnostic::warning("event::late", message)
-                    .at(TableReader::span(event, "at"), "after the end")
+                    .at(TableReader::place(event, "at"), "after the end")
                     .help("lengthen `duration` or move the event"),
             );
         }
@@ -175,7 +175,7 @@ pub(super) fn scenario(
             if let Some((message, help)) = not_settable(signal, &sources, document, model) {
                 out.push(
                     Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                        .at(TableReader::span(event, "signal"), "not settable")
+                        .at(TableReader::place(event, "signal"), "not settable")
                         .help(help),
                 );
             }
@@ -203,7 +203,7 @@ pub(super) fn scenario(
                 others.join(", ")
             );
             out.push(
-                Diagnostic::error("event::twice", message).at(TableReader::span(event, "at"), "the same time").help(
+                Diagnostic::error("event::twice", message).at(TableReader::place(event, "at"), "the same time").help(
                     "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
                 ),
             );
@@ -244,7 +244,7 @@ pub(super) fn whole(
     }
     out.push(
         Diagnostic::error("number::whole", format!("`{key}` of {what}: expected a whole number, found {number}"))
-            .at(TableReader::span(table, key), "not a whole number")
+            .at(TableReader::place(table, key), "not a whole number")
             .help("write a whole number, such as 1"),
     );
     None
@@ -267,7 +267,7 @@ fn check_noise(reader: &TableReader<'_>, document: &Document, out: &mut Vec<Diag
                     "number::sign",
                     format!("`noise` of {what} must be zero or more, found {}", noise.to_f64()),
                 )
-                .at(TableReader::span(&sensor.table, "noise"), "negative")
+                .at(TableReader::place(&sensor.table, "noise"), "negative")
                 .help("a standard deviation has no sign"),
             );
         }
@@ -307,7 +307,7 @@ fn check_rows(
     };
     out.push(
         Diagnostic::error("scenario::rows", format!("the results would have {shown} rows{each}, more than {most:.0}"))
-            .at(TableReader::span(&document.scenario, key), "too fine for this duration")
+            .at(TableReader::place(&document.scenario, key), "too fine for this duration")
             .help(help),
     );
     false
@@ -434,7 +434,7 @@ pub(super) fn initial_state(
             };
             out.push(
                 Diagnostic::error("name::unknown", format!("`initial` of `[scenario]`: {message}"))
-                    .at(name.span.clone(), "not a coordinate")
+                    .at(name.place.clone(), "not a coordinate")
                     .help(help),
             );
             continue;

@@ -11,7 +11,7 @@ use crate::analysis::{
 use crate::assemble::assemble;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, Measured};
-use crate::model::{Document, Setting, read};
+use crate::model::{Document, Setting};
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
 use crate::results::{
@@ -48,7 +48,7 @@ struct Subject<'a> {
 
 /// Adds nearest losses, verdicts over the box of tolerances, and sampling; nothing if no parameter has a tolerance.
 pub(super) fn sensitivity(
-    source: &str,
+    document: &Document,
     prepared: &Prepared,
     variant: &PreparedVariant,
     settings: &AnalyzeSettings,
@@ -67,11 +67,10 @@ pub(super) fn sensitivity(
     let stuck: BTreeSet<String> = variant.analysis.stuck.iter().cloned().collect();
     let position = variant.analysis.position(&variant.reduced.coordinate_names(), &variant.scenario.position);
     let system = ConstrainedSystem::at(&variant.reduced, &position, &stuck, &inputs);
-    let (document, _) = read(source);
     let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
     let subject = Subject {
         settings: document.variant_settings().swap_remove(number).settings,
-        document,
+        document: document.clone(),
         variant,
         position,
         stuck,

@@ -1,7 +1,9 @@
 use kardan_rt::{Bounds, Health, StateSpace};
 
-use super::sampled::{Block, Clock, Firmware, entries, keep_health, side_by_side};
-use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen};
+use super::sampled::{entries, keep_health};
+use super::{
+    Block, Clock, Continuous, ExactLoop, Firmware, Law, LinearLaw, Reference, Request, Running, Seen, side_by_side,
+};
 use crate::num::{Float, Keeper, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 

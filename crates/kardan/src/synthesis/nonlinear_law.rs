@@ -2,8 +2,9 @@ use std::sync::Arc;
 
 use kardan_rt::{ComputedTorque, Health, PositionLoop, Situation, Task};
 
-use super::sampled::{Block, Clock, Firmware};
-use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen, SynthesisError};
+use super::{
+    Block, Clock, Continuous, ExactLoop, Firmware, Law, LinearLaw, Reference, Request, Running, Seen, SynthesisError,
+};
 use crate::equations::Measured;
 use crate::num::{Float, Keeper};
 use crate::reduce::{MechanismData, MechanismError};

@@ -51,27 +51,19 @@ pub(super) fn paired_inputs(values: &Values) -> Vec<String> {
     channels(values).map(|channel| channel.word("input").unwrap_or_default().to_string()).collect()
 }
 
-/// The keys of a table whose channels pair an input with an output each; `more`: further keys of each channel. `None` if
-/// there are not as many of both.
-pub(super) fn paired_template(inputs: &[String], outputs: &[String], more: &str) -> Option<String> {
-    let channel = |(input, output): (&String, &String)| {
-        let reference = reference_name(output, outputs);
-        format!(
-            "[[control.design.channels]]\noutput = \"{output}\"\ninput = \"{input}\"\n{more}reference = \"{reference}\"\n"
-        )
-    };
-    (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(channel).collect())
+/// A channel for each output with an input of its own; nothing if there are not as many of both.
+pub(super) fn paired_channels<C>(
+    inputs: &[String],
+    outputs: &[String],
+    channel: impl Fn(&str, &str, String) -> C,
+) -> Option<Vec<C>> {
+    let one = |(input, output): (&String, &String)| channel(output, input, reference_name(output, outputs));
+    (inputs.len() == outputs.len()).then(|| inputs.iter().zip(outputs).map(one).collect())
 }
 
-/// The keys of a table for these inputs and outputs: `inputs = […]`, more keys, one channel for each output.
-pub(super) fn template(inputs: &[String], outputs: &[String], more: &str) -> String {
-    let list: Vec<String> = inputs.iter().map(|name| format!("\"{name}\"")).collect();
-    let channel = |output: &String| {
-        let reference = reference_name(output, outputs);
-        format!("[[control.design.channels]]\noutput = \"{output}\"\nreference = \"{reference}\"\n")
-    };
-    let channels: String = outputs.iter().map(channel).collect();
-    format!("inputs = [{}]\n{more}{channels}", list.join(", "))
+/// A channel for each output.
+pub(super) fn channels_for<C>(outputs: &[String], channel: impl Fn(&str, String) -> C) -> Vec<C> {
+    outputs.iter().map(|output| channel(output, reference_name(output, outputs))).collect()
 }
 
 /// A law's keys, read, with its linear model.

@@ -106,7 +106,7 @@ pub fn time_of(run: &Run, what: &str) -> f64 {
     found.unwrap_or_else(|| panic!("no event {what:?} among {:?}", run.events)).time
 }
 
-/// The independent reference numbers; their origin is told in `tests/golden.rs`.
+/// The independent reference numbers; their origin is told in `tests/runs/golden.rs`.
 pub fn golden() -> serde_json::Value {
     serde_json::from_str(include_str!("../golden/golden.json")).expect("golden.json is JSON")
 }

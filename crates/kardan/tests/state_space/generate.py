@@ -1,4 +1,4 @@
-"""Writes the MAT files of tests/state_space.rs into the working directory (SciPy 1.17.1)."""
+"""Writes the MAT files of tests/model/state_space.rs into the working directory (SciPy 1.17.1)."""
 import numpy as np, scipy.sparse as sp
 from scipy.io import savemat
 A=np.array([[0.,1.],[-0.1,-2.5]]); B=np.array([[0.],[1.]]); C=np.array([[1.,0.],[0.,2.]]); D=np.zeros((2,1))

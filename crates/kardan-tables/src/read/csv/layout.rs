@@ -3,8 +3,11 @@
 use std::io::Read;
 
 use super::super::{Bytes, Channel, CsvOptions, Group, LogError, find_time, make_unique, named_time};
-use super::CSV;
 use super::cell::{self, Cell};
+use super::encoding::{Encoding, text};
+
+/// The name of the format in messages.
+pub(super) const CSV: &str = "CSV";
 
 /// How much of the beginning is looked at.
 const HEAD: usize = 256 << 10;
@@ -12,16 +15,6 @@ const HEAD: usize = 256 << 10;
 const LONG_HEAD: usize = 16 << 20;
 /// How many lines are split when delimiters are compared, at the beginning and at the end of what is looked at.
 const SAMPLE: usize = 500;
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Encoding {
-    /// UTF-8 or any single bytes.
-    Bytes,
-    Utf8Mark,
-    Utf16 {
-        little: bool,
-    },
-}
 
 pub(super) struct Layout {
     pub encoding: Encoding,
@@ -56,7 +49,7 @@ pub(super) fn find(bytes: &dyn Bytes, options: &CsvOptions) -> Result<(Layout, G
         [0xfe, 0xff, ..] => Encoding::Utf16 { little: false },
         _ => Encoding::Bytes,
     };
-    let mut reader = super::text(bytes, encoding)?;
+    let mut reader = text(bytes, encoding)?;
     let mut head = Vec::new();
     let mut ended = false;
     for limit in [HEAD, LONG_HEAD] {

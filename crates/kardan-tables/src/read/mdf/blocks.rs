@@ -5,7 +5,12 @@ use std::collections::HashSet;
 use super::super::source::Source;
 use super::super::{Channel, Group, LogError, find_time, make_unique};
 use super::field::{Conversion, Field, Kind};
-use super::{MDF, Place};
+
+/// The name of the format in messages.
+pub(super) const MDF: &str = "MDF";
+
+/// Where a channel group is: data group, channel group of it.
+type Place = (usize, usize);
 
 /// The longest text, block and record that are read, bytes.
 const TEXT_LIMIT: u64 = 64 << 10;

@@ -4,8 +4,7 @@ use std::collections::HashSet;
 
 use super::super::LogError;
 use super::super::source::Source;
-use super::MDF;
-use super::blocks::{Header, unsigned};
+use super::blocks::{Header, MDF, unsigned};
 
 /// The most bytes that a compressed block may hold (the standard says 4 MiB).
 const INFLATED_LIMIT: u64 = 64 << 20;

@@ -462,7 +462,7 @@ impl PreparedBench {
                     .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
                 let message =
                     format!("`parameters` of `[bench]`: the model has no coefficient `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.span.clone(), "not known").help(help));
+                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not known").help(help));
             }
             planner.wanted.extend(found);
         }
@@ -534,7 +534,7 @@ impl PreparedBench {
                     .map_or_else(|| format!("there are {}", quoted(names())), |near| format!("did you mean `{near}`?"));
                 let place = spec.signals.iter().find(|known| known.value == name);
                 let place =
-                    place.map_or_else(|| TableReader::span(&document.bench, "signals"), |known| known.span.clone());
+                    place.map_or_else(|| TableReader::place(&document.bench, "signals"), |known| known.place.clone());
                 let message = format!("`signals` of `[bench]`: there is no signal `{}`", shortened(&name));
                 out.push(Diagnostic::error("name::unknown", message).at(place, "not a signal").help(help));
                 continue;
@@ -607,6 +607,6 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagno
         ),
     };
     Diagnostic::error("bench::plan", format!("the bench has no plan: {message}"))
-        .at(TableReader::span(&document.bench, key), "")
+        .at(TableReader::place(&document.bench, key), "")
         .help(help)
 }

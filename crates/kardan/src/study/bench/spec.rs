@@ -3,7 +3,7 @@
 use super::truth::Entry;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
-use crate::schema::{Sign, Spanned, Table, Value};
+use crate::schema::{Placed, Sign, Table, Value};
 use crate::study::read::{of_dimension, quantity, read_word, read_words};
 use crate::study::scenario::whole;
 use crate::units::Dimension;
@@ -15,8 +15,8 @@ pub(super) struct Spec {
     pub period: f64,
     pub seed: u64,
     pub plan: String,
-    pub parameters: Vec<Spanned<String>>,
-    pub signals: Vec<Spanned<String>>,
+    pub parameters: Vec<Placed<String>>,
+    pub signals: Vec<Placed<String>>,
     /// Shaft and speed, rad/s.
     pub speed_limits: Vec<(String, f64)>,
     /// The same, of those that are not to creep.
@@ -62,7 +62,7 @@ impl Spec {
                     "bench::spread",
                     format!("`spread` of {what}: {spread} would let a value change its sign"),
                 )
-                .at(TableReader::span(table, "spread"), "not below 1")
+                .at(TableReader::place(table, "spread"), "not below 1")
                 .help("give a part of the values, such as 0.1"),
             );
         }
@@ -73,7 +73,7 @@ impl Spec {
                     "bench::sample_time",
                     format!("`sample_time` of {what}: a bench cannot sample every {period} s"),
                 )
-                .at(TableReader::span(table, "sample_time"), "out of range")
+                .at(TableReader::place(table, "sample_time"), "out of range")
                 .help("choose a time from 10 us to 0.1 s, such as \"1 ms\""),
             );
         }
@@ -85,7 +85,7 @@ impl Spec {
                         "bench::number",
                         format!("`{key}` of {what}: expected a whole number from {least} to {most}"),
                     )
-                    .at(TableReader::span(table, key), "out of range")
+                    .at(TableReader::place(table, key), "out of range")
                     .help(format!("write a number such as {default}")),
                 );
                 return default;
@@ -109,7 +109,7 @@ impl Spec {
                     "bench::bandwidth",
                     format!("`bandwidth` of {what}: servo loops of {bandwidth} rad/s cannot run every {period} s"),
                 )
-                .at(TableReader::span(table, "bandwidth"), "too fast for the sample time")
+                .at(TableReader::place(table, "bandwidth"), "too fast for the sample time")
                 .help(format!("choose at most {} rad/s, or a shorter `sample_time`", FASTEST / period)),
             );
         }
@@ -155,7 +155,7 @@ fn speeds(
                 );
                 out.push(
                     Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
-                        .at(name.span.clone(), "not a shaft")
+                        .at(name.place.clone(), "not a shaft")
                         .help(help),
                 );
             }
@@ -171,7 +171,7 @@ fn speeds(
         match wrong {
             Some(rule) => out.push(
                 Diagnostic::error("number::sign", format!("{label} {rule}"))
-                    .at(scalar.span.clone(), "out of range")
+                    .at(scalar.place.clone(), "out of range")
                     .help(help),
             ),
             None => found.push((name.value, value)),

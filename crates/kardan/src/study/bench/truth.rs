@@ -4,7 +4,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
-use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Value};
+use crate::schema::{Field, Kind, Placed, Scalar, Sign, Value};
 use crate::study::read::of_dimension;
 use crate::units::{Dimension, Exact};
 
@@ -17,7 +17,7 @@ pub(super) struct Truth {
 }
 
 /// An entry of `truth`: name and value.
-pub(super) type Entry = (Spanned<String>, Spanned<Scalar>);
+pub(super) type Entry = (Placed<String>, Placed<Scalar>);
 
 impl Truth {
     /// The plant is the model but for what is set yet; some names stay so.
@@ -57,7 +57,7 @@ impl Truth {
                 if !["inertia", "damping", "friction"].contains(&source) {
                     continue;
                 }
-                let scalar = Spanned { value: scalar.clone(), span: written.span.clone() };
+                let scalar = Placed { value: scalar.clone(), place: written.place.clone() };
                 let Some((value, _)) = reader.scalar(&scalar, None, "", &mut Vec::new()) else { continue };
                 let name = format!("{}.{}", element.name, field.name);
                 let draw = 2.0 * Random::named(seed, &format!("{}.{source}", element.name)).unit() - 1.0;
@@ -65,28 +65,28 @@ impl Truth {
                 if value.is_zero() {
                     continue;
                 }
-                let place = Place::Key { element: number, field, dimension, sign };
+                let place = Target::Key { element: number, field, dimension, sign };
                 self.set(settings, &name, &place, Exact::new(value.to_rational() * factor, 0));
             }
         }
         self
     }
 
-    fn set(&mut self, settings: &[Setting], name: &str, place: &Place, value: Exact) {
+    fn set(&mut self, settings: &[Setting], name: &str, place: &Target, value: Exact) {
         if self.without.iter().any(|other| other == name) {
             return;
         }
         let reader = TableReader::new(&self.document, settings);
         let (nominal, dimension) = match place {
-            Place::Parameter(number) => {
+            Target::Parameter(number) => {
                 let parameter = &self.document.parameters[*number];
                 let set = settings.iter().find(|setting| setting.name == parameter.name);
                 (Some(set.map_or(&parameter.value, |set| &set.value).to_f64()), parameter.dimension)
             }
-            Place::Key { element, field, dimension, .. } => {
+            Target::Key { element, field, dimension, .. } => {
                 let written = self.document.elements[*element].table.values.get(field.name);
                 let scalar = written.and_then(|written| match &written.value {
-                    Value::Scalar(scalar) => Some(Spanned { value: scalar.clone(), span: written.span.clone() }),
+                    Value::Scalar(scalar) => Some(Placed { value: scalar.clone(), place: written.place.clone() }),
                     _ => None,
                 });
                 let nominal = scalar.and_then(|scalar| reader.scalar(&scalar, None, "", &mut Vec::new()));
@@ -96,16 +96,16 @@ impl Truth {
         let unit = if dimension == Dimension::NONE { String::new() } else { dimension.si() };
         self.values.push(TrueValue { name: name.into(), value: value.to_f64(), unit, nominal });
         match place {
-            Place::Parameter(number) => {
+            Target::Parameter(number) => {
                 let parameter = &mut self.document.parameters[*number];
                 parameter.spread = None;
                 parameter.value = value;
             }
-            Place::Key { element, field, dimension, .. } => {
+            Target::Key { element, field, dimension, .. } => {
                 let table = &mut self.document.elements[*element].table;
-                let span = table.values.get(field.name).map_or(table.span.clone(), |written| written.span.clone());
+                let place = table.values.get(field.name).map_or(table.place.clone(), |written| written.place.clone());
                 let value = Value::Scalar(Scalar::Literal(value, *dimension));
-                table.values.insert(field.name, Spanned { value, span });
+                table.values.insert(field.name, Placed { value, place });
             }
         }
     }
@@ -118,7 +118,7 @@ impl Truth {
 }
 
 /// What a name stands for.
-enum Place {
+enum Target {
     Parameter(usize),
     Key { element: usize, field: &'static Field, dimension: Dimension, sign: Sign },
 }
@@ -132,13 +132,13 @@ fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
     }
 }
 
-fn find(document: &Document, name: &Spanned<String>, label: &str, out: &mut Vec<Diagnostic>) -> Option<Place> {
+fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<Diagnostic>) -> Option<Target> {
     let mut wrong = |message: String, help: String| {
         let (head, _) = name.value.split_once('.').unwrap_or((&name.value, ""));
         if !document.doubts.has(head) {
             out.push(
                 Diagnostic::error("name::unknown", format!("{label}: {message}"))
-                    .at(name.span.clone(), "not known")
+                    .at(name.place.clone(), "not known")
                     .help(help),
             );
         }
@@ -146,7 +146,7 @@ fn find(document: &Document, name: &Spanned<String>, label: &str, out: &mut Vec<
     };
     let Some((head, key)) = name.value.split_once('.') else {
         if let Some(number) = document.parameters.iter().position(|parameter| parameter.name == name.value) {
-            return Some(Place::Parameter(number));
+            return Some(Target::Parameter(number));
         }
         let names = document.parameters.iter().map(|parameter| parameter.name.as_str());
         let help = nearest(&name.value, names)
@@ -172,21 +172,21 @@ fn find(document: &Document, name: &Spanned<String>, label: &str, out: &mut Vec<
         );
         return wrong(format!("a {} has no number `{}`", kind.keyword, shortened(key)), help);
     };
-    Some(Place::Key { element: number, field, dimension, sign })
+    Some(Target::Key { element: number, field, dimension, sign })
 }
 
 fn read(
     document: &Document,
     settings: &[Setting],
-    place: &Place,
-    scalar: &Spanned<Scalar>,
+    place: &Target,
+    scalar: &Placed<Scalar>,
     label: &str,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Exact> {
     let reader = TableReader::new(document, settings);
     let (dimension, sign) = match place {
-        Place::Parameter(number) => (document.parameters[*number].dimension, Sign::Any),
-        Place::Key { dimension, sign, .. } => (*dimension, *sign),
+        Target::Parameter(number) => (document.parameters[*number].dimension, Sign::Any),
+        Target::Key { dimension, sign, .. } => (*dimension, *sign),
     };
     let value = of_dimension(&reader, scalar, (dimension, sign), label, out)?;
     let (fits, wanted) = match sign {
@@ -200,7 +200,7 @@ fn read(
     }
     out.push(
         Diagnostic::error("number::sign", format!("{label} must be {wanted}, found {}", value.to_f64()))
-            .at(scalar.span.clone(), "out of range")
+            .at(scalar.place.clone(), "out of range")
             .help("the plant must be one that could be built"),
     );
     None

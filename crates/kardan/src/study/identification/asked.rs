@@ -6,7 +6,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::Term;
 use crate::identify::{Coefficient, Extra, Loss, Shape, Steadiness};
 use crate::model::{Document, Model, Setting, TableReader};
-use crate::schema::{Scalar, Sign, Spanned, Table, Value};
+use crate::schema::{Placed, Scalar, Sign, Table, Value};
 use crate::study::read::{quantity, read_word, read_words};
 use crate::units::{Dimension, Exact};
 
@@ -97,7 +97,7 @@ fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
     let mut out = Vec::new();
     for instance in &document.elements {
         for kind in KINDS {
-            if let Some(Spanned { value: Value::Scalar(Scalar::Parameter(name)), .. }) =
+            if let Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) =
                 instance.table.values.get(kind.key())
                 && name == parameter
             {
@@ -113,7 +113,7 @@ fn given(document: &Document, settings: &[Setting], element: &str, kind: Kind) -
     let instance = document.elements.iter().find(|instance| instance.name == element)?;
     let value = instance.table.values.get(kind.key())?;
     let Value::Scalar(scalar) = &value.value else { return None };
-    let scalar = Spanned { value: scalar.clone(), span: value.span.clone() };
+    let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
     let mut silent = Vec::new();
     let read = TableReader::new(document, settings).scalar(&scalar, None, "", &mut silent);
     read.map(|(value, _)| value.to_f64())
@@ -236,7 +236,7 @@ pub(super) fn asked(
     if !(confidence > 0.0 && confidence < 1.0) {
         out.push(
             Diagnostic::error("identify::confidence", format!("a confidence of {confidence} is not between 0 and 1"))
-                .at(TableReader::span(table, "confidence"), "this confidence")
+                .at(TableReader::place(table, "confidence"), "this confidence")
                 .help("write 0.95 for 95 %"),
         );
     }
@@ -313,7 +313,7 @@ pub(super) fn asked(
         let names = asked.wanted.iter().map(|one| one.name.as_str());
         out.push(
             Diagnostic::error("name::unknown", format!("`nonnegative`: `{}` is not to be found", shortened(name)))
-                .at(TableReader::span(table, "nonnegative"), "not a parameter of this identification")
+                .at(TableReader::place(table, "nonnegative"), "not a parameter of this identification")
                 .help(format!("there are {}", quoted(names))),
         );
     }
@@ -339,7 +339,7 @@ fn extras(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<
                 .map_or("name one of the model".into(), |near| format!("did you mean `{near}`?"));
             out.push(
                 Diagnostic::error("name::unknown", message)
-                    .at(TableReader::span(table, "friction"), "no such element")
+                    .at(TableReader::place(table, "friction"), "no such element")
                     .help(help),
             );
             continue;
@@ -348,7 +348,7 @@ fn extras(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<
         if load && torque.is_none() {
             out.push(
                 Diagnostic::error("key::missing", format!("{what}: a loss in proportion to a torque needs `torque`"))
-                    .at(table.span.clone(), "of which torque?")
+                    .at(table.place.clone(), "of which torque?")
                     .help("name the motor or disturbance whose torque goes through the gear"),
             );
             continue;
@@ -360,7 +360,7 @@ fn extras(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<
             let message = format!("{what}: there is no motor or disturbance `{}`", shortened(name));
             out.push(
                 Diagnostic::error("name::unknown", message)
-                    .at(TableReader::span(table, "torque"), "no such input")
+                    .at(TableReader::place(table, "torque"), "no such input")
                     .help("name an input of the model"),
             );
             continue;
@@ -377,7 +377,7 @@ fn extras(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) -> Vec<
         if found.iter().any(|other| other.name == name) {
             out.push(
                 Diagnostic::error("name::duplicate", format!("{what}: there are two terms `{name}`"))
-                    .at(table.span.clone(), "again here")
+                    .at(table.place.clone(), "again here")
                     .help("keep one"),
             );
             continue;
@@ -408,14 +408,14 @@ pub(super) fn with_terms(
         let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind)));
         match instance.table.values.get_mut(kind.key()) {
             // An implicit parameter, or one of the file, that is zero.
-            Some(Spanned { value: Value::Scalar(Scalar::Parameter(name)), .. }) => {
+            Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) => {
                 set.retain(|setting| setting.name != *name);
                 set.push(Setting { name: name.clone(), value: tiny.clone(), text: String::new() });
             }
             Some(spanned) => spanned.value = literal,
             None => {
-                let span = instance.span.clone();
-                instance.table.values.insert(field.name, Spanned { value: literal, span });
+                let place = instance.place.clone();
+                instance.table.values.insert(field.name, Placed { value: literal, place });
             }
         }
     }

@@ -338,7 +338,7 @@ fn wire(
     out: &mut Vec<Diagnostic>,
 ) -> Option<Wired> {
     let reader = TableReader::new(document, &[]);
-    let span = |key: &str| TableReader::span(table, key);
+    let place = |key: &str| TableReader::place(table, key);
     let signal = read_word(table, "signal")?;
     let Some((quantity, _)) = quantity_of(signal, model) else {
         let all = signals(model);
@@ -347,7 +347,7 @@ fn wire(
             None => format!("there are {}", quoted(all.iter().map(String::as_str))),
         };
         let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
-        out.push(Diagnostic::error("name::unknown", message).at(span("signal"), "no such signal").help(help));
+        out.push(Diagnostic::error("name::unknown", message).at(place("signal"), "no such signal").help(help));
         return None;
     };
     let name = read_word(table, "column");
@@ -356,7 +356,7 @@ fn wire(
         let message = format!("{what} says neither `column` nor `number`");
         out.push(
             Diagnostic::error("key::missing", message)
-                .at(table.span.clone(), "which column?")
+                .at(table.place.clone(), "which column?")
                 .help("add `column = \"...\"` with its name in the file, or `number = 2`"),
         );
         return None;
@@ -371,7 +371,7 @@ fn wire(
         let asked = name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
         let key = if name.is_some() { "column" } else { "number" };
         let message = format!("{what}: `{file}` has no column {asked}");
-        out.push(Diagnostic::error("log::no-column", message).at(span(key), "not in the file").help(help));
+        out.push(Diagnostic::error("log::no-column", message).at(place(key), "not in the file").help(help));
         return None;
     };
     let in_file = groups[group].channels[channel].unit.clone();
@@ -383,7 +383,7 @@ fn wire(
                 format!("`{key}` of {what}: expected {}, found {}", quantity.dimension().noun(), dimension.noun());
             out.push(
                 Diagnostic::error("unit::dimension", message)
-                    .at(span(key), dimension.noun())
+                    .at(place(key), dimension.noun())
                     .help(format!("write a unit such as {}", quantity.dimension().example())),
             );
             return None;
@@ -400,7 +400,7 @@ fn wire(
             Err(why) => {
                 let key = if unit.is_some() { "unit" } else { "signal" };
                 out.push(
-                    Diagnostic::error("unit::dimension", format!("{what}: {why}")).at(span(key), "this unit").help(
+                    Diagnostic::error("unit::dimension", format!("{what}: {why}")).at(place(key), "this unit").help(
                         "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
                     ),
                 );
@@ -433,7 +433,7 @@ fn clocks(
         };
         out.push(
             Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
-                .at(TableReader::span(table, "time"), "not in the file")
+                .at(TableReader::place(table, "time"), "not in the file")
                 .help(help),
         );
         return Vec::new();
@@ -476,10 +476,10 @@ fn clocks(
             };
             if factor.is_none() {
                 let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(&unit));
-                let span = TableReader::span(table, "time_unit");
+                let place = TableReader::place(table, "time_unit");
                 out.push(
                     Diagnostic::error("unit::dimension", message)
-                        .at(span, "this log")
+                        .at(place, "this log")
                         .help("say it in `[log.NAME]` with `time_unit = \"ms\"`"),
                 );
             }

@@ -6,27 +6,53 @@ use crate::analysis::OutputSignal;
 use crate::equations::Measured;
 use crate::num::{Polynomial, Scalar};
 use crate::results::{Design, Feedback};
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{Field, Keys, Kind, LawKeys, Sign, keys};
 use crate::synthesis::channels::{
     CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES, check_dynamics, compensation, once, reference,
 };
 use crate::synthesis::decoupling::{decouple, relative_degrees};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
-use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
+use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
 use crate::units::Dimension;
 
+keys! {
+    /// A channel of the law `computed_torque`.
+    table ComputedTorqueChannel {
+        required {
+            output: Output, "The output: the angle of a shaft, `<shaft>.phi`, or a sensor of a constraint torque.";
+            input: Element(&["motor"]), "The motor of this channel; any pairing gives the same law.";
+            reference: Name, "Name of the reference signal, set by the scenario.";
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as NATURAL_FREQUENCY;
+            damping_ratio: Number(Sign::Positive) as DAMPING_RATIO;
+            crossover_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as CROSSOVER;
+            poles: Poles as POLES;
+        }
+    }
+}
+
+law_keys! {
+    /// Computed torque, full and partial, \[diss. (6.17), (6.20)-(6.27)\].
+    law ComputedTorque("computed_torque") {
+        required {
+            channels: Tables(ComputedTorqueChannel), "One table for each output and its motor.";
+        }
+        optional {
+            friction_width: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as FRICTION_WIDTH;
+        }
+    }
+}
+
 /// Computed torque, full and partial, \[diss. (6.17), (6.20)-(6.27)\].
 pub const COMPUTED_TORQUE: LawKind = LawKind {
-    keyword: "computed_torque",
+    keyword: ComputedTorque::KEYWORD,
     summary: "Computed torque on the full nonlinear model: chosen shaft angles become double integrators of their own, \
               chosen constraint torques equal their references at once (partial computed torque).",
-    fields: &[
-        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its motor."),
-        FRICTION_WIDTH,
-    ],
+    fields: ComputedTorque::FIELDS,
     example: "\
 [sensor.fs_torque]
 measures = \"torque\"
@@ -47,7 +73,10 @@ output = \"fs_torque\"
 input = \"wg_motor\"
 reference = \"ref_torque\"
 ",
-    template: |inputs, outputs| paired_template(inputs, outputs, ""),
+    template: |inputs, outputs| {
+        let channel = |output: &str, input: &str, reference| ComputedTorqueChannel::new(output, input, reference);
+        Some(ComputedTorque::new(paired_channels(inputs, outputs, channel)?).entries())
+    },
     inputs: paired_inputs,
     references: |values| channels(values).filter_map(reference).collect(),
     samples: false,
@@ -61,20 +90,6 @@ pub(super) const FRICTION_WIDTH: Field = Field::optional(
     "Feeds the Coulomb friction of the model forward, c w/sqrt(w^2 + width^2) along each friction direction with the speed \
      w: full beyond a few widths, none at rest; left out: no friction is fed forward.",
 );
-
-const CHANNEL: &[Field] = &[
-    Field::required(
-        "output",
-        Kind::Output,
-        "The output: the angle of a shaft, `<shaft>.phi`, or a sensor of a constraint torque.",
-    ),
-    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
-    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
-    NATURAL_FREQUENCY,
-    DAMPING_RATIO,
-    CROSSOVER,
-    POLES,
-];
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let (plant, values) = (request.plant, request.values);

@@ -4,32 +4,55 @@ use std::sync::Arc;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, rational_to_f64};
 use crate::results::{Design, Feedback};
-use crate::schema::{Field, Kind};
+use crate::schema::{Keys, LawKeys, keys};
 use crate::synthesis::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY, POLES};
 use crate::synthesis::decoupling::{NotDecouplable, decouple, observable_quotient, relative_degrees};
 use crate::synthesis::inversion::{
     Obstruction, decouple_blocks, dynamic_extension, finest_blocks, obstruction, reasons,
 };
 use crate::synthesis::linear_law::{Linear, LinearBlock};
-use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, inputs, references, template};
+use crate::synthesis::outputs::{INPUTS, OUTPUT, REFERENCE, Task, channels_for, inputs, references};
 use crate::synthesis::zeros::{check_stable, check_zeros, roots};
 use crate::synthesis::{ExactLaw, ExactLoop, Law, LawKind, Request, SynthesisError, named};
 
+keys! {
+    /// A channel of the law `decoupling`.
+    table DecouplingChannel {
+        required {
+            output: Output as OUTPUT;
+            reference: Name as REFERENCE;
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as NATURAL_FREQUENCY;
+            damping_ratio: Number(Sign::Positive) as DAMPING_RATIO;
+            crossover_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as CROSSOVER;
+            poles: Poles as POLES;
+        }
+    }
+}
+
+law_keys! {
+    /// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
+    law Decoupling("decoupling") {
+        required {
+            inputs: Elements(&["motor"]) as INPUTS;
+            channels: Tables(DecouplingChannel),
+                "One table for each output.";
+        }
+        optional {
+            feedback: Choice(&["static", "block", "dynamic"]),
+                "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; \
+                 `dynamic`: integrators before motors where static feedback does not suffice. Left out: static.";
+        }
+    }
+}
+
 /// Decoupling by state feedback after Gilbert, \[diss. 6.2.2\].
 pub const DECOUPLING: LawKind = LawKind {
-    keyword: "decoupling",
+    keyword: Decoupling::KEYWORD,
     summary: "Decoupling by state feedback u = -K x + L r: every chosen output (angle, speed, torque) follows its own \
               reference and no other, decided and designed exactly on the linear model.",
-    fields: &[
-        INPUTS,
-        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output."),
-        Field::optional(
-            "feedback",
-            Kind::Choice(&["static", "block", "dynamic"]),
-            "`static`: state feedback alone; `block`: outputs that static feedback cannot part stay together; `dynamic`: \
-             integrators before motors where static feedback does not suffice. Left out: static.",
-        ),
-    ],
+    fields: Decoupling::FIELDS,
     example: "\
 [control.column]
 law = \"decoupling\"
@@ -47,14 +70,15 @@ output = \"fs.phi\"
 reference = \"ref_fs\"
 poles = [\"-14 ± 14.3j\"]
 ",
-    template: |inputs, outputs| Some(template(inputs, outputs, "")),
+    template: |inputs, outputs| {
+        let channels = channels_for(outputs, |output, reference| DecouplingChannel::new(output, reference));
+        Some(Decoupling::new(inputs.to_vec(), channels).entries())
+    },
     inputs,
     references,
     samples: false,
     design,
 };
-
-const CHANNEL: &[Field] = &[OUTPUT, REFERENCE, NATURAL_FREQUENCY, DAMPING_RATIO, CROSSOVER, POLES];
 
 /// What is asked of the part of the plant that the outputs show.
 struct Observable<'a> {

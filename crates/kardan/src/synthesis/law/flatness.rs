@@ -3,30 +3,52 @@ use std::sync::Arc;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, rational_to_f64};
 use crate::results::{Design, Pole};
-use crate::schema::{Field, Kind};
+use crate::schema::{Keys, LawKeys, keys};
 use crate::synthesis::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::synthesis::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
-use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, exact, inputs, references, template};
+use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels_for, exact, inputs, references};
 use crate::synthesis::regulator::{Weights, lqr, place_poles};
 use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, rounded};
 
+keys! {
+    /// A channel of the law `flatness`.
+    table FlatnessChannel {
+        required {
+            output: Output as OUTPUT;
+            reference: Name as REFERENCE;
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as NATURAL_FREQUENCY;
+            damping_ratio: Number(Sign::Positive) as DAMPING_RATIO;
+            crossover_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as CROSSOVER;
+        }
+    }
+}
+
+law_keys! {
+    /// Trajectories planned by inversion of the model, \[diss. Theorem 6.4\].
+    law Flatness("flatness") {
+        required {
+            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+            channels: Tables(FlatnessChannel),
+                "One table for each output, as many as motors.";
+        }
+        optional {
+            poles: Poles,
+                "Poles of the feedback, as many as states; left out: feedback of least cost with outputs of 0.1 rad \
+                 (N m) and torques of 1 N m alike.";
+        }
+    }
+}
+
 /// Trajectories planned by inversion of the model, \[diss. Theorem 6.4\].
 pub const FLATNESS: LawKind = LawKind {
-    keyword: "flatness",
+    keyword: Flatness::KEYWORD,
     summary: "Trajectory planner by inversion: references pass smooth filters, states and torques follow from the outputs \
               and their derivatives (through a stable filter where the outputs are not flat), and feedback \
               u = u_ref - K (x - x_ref) holds the plant there.",
-    fields: &[
-        AS_MANY_INPUTS,
-        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output, as many as motors."),
-        Field::optional(
-            "poles",
-            Kind::Poles,
-            "Poles of the feedback, as many as states; left out: feedback of least cost with outputs of 0.1 rad (N m) and \
-             torques of 1 N m alike.",
-        ),
-    ],
+    fields: Flatness::FIELDS,
     example: "\
 [control.column]
 law = \"flatness\"
@@ -42,14 +64,15 @@ output = \"cj.phi\"
 reference = \"ref_cj\"
 crossover_frequency = \"30 rad/s\"
 ",
-    template: |inputs, outputs| Some(template(inputs, outputs, "")),
+    template: |inputs, outputs| {
+        let channels = channels_for(outputs, |output, reference| FlatnessChannel::new(output, reference));
+        Some(Flatness::new(inputs.to_vec(), channels).entries())
+    },
     inputs,
     references,
     samples: false,
     design,
 };
-
-const CHANNEL: &[Field] = &[OUTPUT, REFERENCE, NATURAL_FREQUENCY, DAMPING_RATIO, CROSSOVER];
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;

@@ -1,31 +1,48 @@
 use std::sync::Arc;
 
 use crate::num::Matrix;
-use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, inputs, references, template};
+use crate::schema::{Keys, LawKeys, Sign, keys};
+use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, channels_for, inputs, references};
 use crate::synthesis::regulator::{Weights, lqr};
 use crate::synthesis::state_feedback::state_feedback;
 use crate::synthesis::{Law, LawKind, Request, SynthesisError, rounded};
 
+keys! {
+    /// A channel of the law `lqr`.
+    table LqrChannel {
+        required {
+            output: Output as OUTPUT;
+            reference: Name as REFERENCE;
+        }
+        optional {
+            largest: Number(Sign::Positive),
+                "Largest acceptable deviation of the output in SI units (rad, rad/s, N m); left out: 0.1.";
+        }
+    }
+}
+
+law_keys! {
+    /// Linear quadratic regulator.
+    law Lqr("lqr") {
+        required {
+            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+        }
+        optional {
+            channels: Tables(LqrChannel),
+                "One table for each output, as many as motors; left out: none.";
+            largest: Overrides,
+                "Largest acceptable torques of motors, angles and speeds of coordinates: { wg_motor = \"1.3 N m\", \
+                 \"cj.w\" = \"10 rad/s\" }; a motor that is left out: 1 N m, a state: costs nothing.";
+        }
+    }
+}
+
 /// Linear quadratic regulator.
 pub const LQR: LawKind = LawKind {
-    keyword: "lqr",
+    keyword: Lqr::KEYWORD,
     summary: "State feedback u = -K x + L r of least cost, the integral of (y/largest)^2 over the outputs, (x/largest)^2 over \
               chosen states and (u/largest)^2 over the motors (Bryson's rule); references are reached at rest.",
-    fields: &[
-        AS_MANY_INPUTS,
-        Field::optional(
-            "channels",
-            Kind::Tables(CHANNEL),
-            "One table for each output, as many as motors; left out: none.",
-        ),
-        Field::optional(
-            "largest",
-            Kind::Overrides,
-            "Largest acceptable torques of motors, angles and speeds of coordinates: { wg_motor = \"1.3 N m\", \"cj.w\" = \
-             \"10 rad/s\" }; a motor that is left out: 1 N m, a state: costs nothing.",
-        ),
-    ],
+    fields: Lqr::FIELDS,
     example: "\
 [control.column]
 law = \"lqr\"
@@ -42,22 +59,15 @@ output = \"fs.phi\"
 reference = \"ref_fs\"
 largest = 0.05
 ",
-    template: |inputs, outputs| Some(template(inputs, outputs, "")),
+    template: |inputs, outputs| {
+        let channels = channels_for(outputs, |output, reference| LqrChannel::new(output, reference));
+        Some(Lqr::new(inputs.to_vec()).channels(channels).entries())
+    },
     inputs,
     references,
     samples: false,
     design,
 };
-
-const CHANNEL: &[Field] = &[
-    OUTPUT,
-    REFERENCE,
-    Field::optional(
-        "largest",
-        Kind::Number(Sign::Positive),
-        "Largest acceptable deviation of the output in SI units (rad, rad/s, N m); left out: 0.1.",
-    ),
-];
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;

@@ -9,9 +9,19 @@ mod pole_placement;
 mod position_loop;
 mod sampled_noninteracting;
 
-pub use noninteracting::{ChannelDesign, NoninteractingDesign, design_noninteracting};
-
-pub use sampled_noninteracting::{ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH};
+pub use computed_torque::{ComputedTorque, ComputedTorqueChannel};
+pub use decoupling::{Decoupling, DecouplingChannel};
+pub use flatness::{Flatness, FlatnessChannel};
+pub use lqr::{Lqr, LqrChannel};
+pub use noninteracting::{
+    ChannelDesign, Noninteracting, NoninteractingChannel, NoninteractingDesign, design_noninteracting,
+};
+pub use pole_placement::{PolePlacement, PolePlacementChannel};
+pub use position_loop::PositionLoop;
+pub use sampled_noninteracting::{
+    ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, BANDWIDTH, SampledNoninteracting,
+    SampledNoninteractingChannel,
+};
 
 use super::LawKind;
 

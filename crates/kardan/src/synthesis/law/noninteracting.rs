@@ -1,11 +1,11 @@
 use std::sync::Arc;
 
-use kardan_rt::{Channel, Gain, Health, Measurement, Noninteracting, PositionLoop, Task};
+use kardan_rt::{Channel, Gain, Health, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::channels::once;
 use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
-use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
+use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
@@ -13,29 +13,55 @@ use crate::element::Values;
 use crate::num::{Float, Keeper, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, Physical, ReadSignal};
-use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::sampled::{Block, Clock, Firmware, entries};
+use crate::schema::{Keys, LawKeys, Sign, keys};
+use crate::synthesis::sampled::entries;
 use crate::synthesis::{
-    Continuous, ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen, SynthesisError,
-    angle_output, effective_inertia, named, output_shaft,
+    Block, Clock, Continuous, ExactLoop, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen,
+    SynthesisError, angle_output, effective_inertia, named, output_shaft,
 };
 use crate::units::{Dimension, Exact};
 
+keys! {
+    /// A channel of the law `noninteracting`.
+    table NoninteractingChannel {
+        required {
+            output: Signal, "The shaft angle to control: `<shaft>.phi`.";
+            input: Element(&["motor"]), "The motor of this channel; any pairing gives the same law.";
+            kind: Choice(&["position", "torque"]),
+                "`position`: the output follows an angle; `torque`: the reference is a torque that acts along the \
+                 output (force feedback), on top of what others apply there.";
+            reference: Name, "Name of the reference signal, set by the scenario.";
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Natural frequency of a position channel; left out: 20 rad/s.";
+            damping_ratio: Number(Sign::Positive), "Damping ratio of a position channel; left out: 0.7.";
+            load: Name, "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.";
+        }
+    }
+}
+
+law_keys! {
+    /// Partial feedback linearisation of chosen outputs by as many inputs, \[diss. 6.3.3\].
+    law Noninteracting("noninteracting") {
+        required {
+            channels: Tables(NoninteractingChannel), "One table for each output and its input.";
+        }
+        optional {
+            plant: Choice(&["linear", "nonlinear"]),
+                "`linear`: constant gains for the model at zero angles (with the values of `design`, or those of the \
+                 file); `nonlinear`: the full model is evaluated at every step. Left out: linear.";
+            friction_width: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive) as FRICTION_WIDTH;
+        }
+    }
+}
+
 /// Partial feedback linearisation of chosen outputs by as many inputs, \[diss. 6.3.3\].
 pub const NONINTERACTING: LawKind = LawKind {
-    keyword: "noninteracting",
+    keyword: Noninteracting::KEYWORD,
     summary: "Noninteracting control by partial feedback linearisation: every chosen shaft angle becomes a double \
               integrator of its own channel, whatever the other channels and the load do.",
-    fields: &[
-        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its input."),
-        Field::optional(
-            "plant",
-            Kind::Choice(&["linear", "nonlinear"]),
-            "`linear`: constant gains for the model at zero angles (with the values of `design`, or those of the file); \
-             `nonlinear`: the full model is evaluated at every step. Left out: linear.",
-        ),
-        FRICTION_WIDTH,
-    ],
+    fields: Noninteracting::FIELDS,
     example: "\
 [control.column]
 law = \"noninteracting\"
@@ -55,39 +81,16 @@ input = \"wg_motor\"
 kind = \"torque\"
 reference = \"u2\"
 ",
-    template: |inputs, outputs| paired_template(inputs, outputs, "kind = \"position\"\n"),
+    template: |inputs, outputs| {
+        let channel =
+            |output: &str, input: &str, reference| NoninteractingChannel::new(output, input, "position", reference);
+        Some(Noninteracting::new(paired_channels(inputs, outputs, channel)?).entries())
+    },
     inputs: paired_inputs,
     references,
     samples: false,
     design,
 };
-
-const CHANNEL: &[Field] = &[
-    Field::required("output", Kind::Signal, "The shaft angle to control: `<shaft>.phi`."),
-    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
-    Field::required(
-        "kind",
-        Kind::Choice(&["position", "torque"]),
-        "`position`: the output follows an angle; `torque`: the reference is a torque that acts along the output \
-         (force feedback), on top of what others apply there.",
-    ),
-    Field::optional(
-        "natural_frequency",
-        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Natural frequency of a position channel; left out: 20 rad/s.",
-    ),
-    Field::optional(
-        "damping_ratio",
-        Kind::Number(Sign::Positive),
-        "Damping ratio of a position channel; left out: 0.7.",
-    ),
-    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
-    Field::optional(
-        "load",
-        Kind::Name,
-        "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.",
-    ),
-];
 
 fn is_position(channel: &Values) -> bool {
     channel.word("kind") == Some("position")
@@ -212,7 +215,7 @@ struct Designed {
     runner: Runner<f64>,
 }
 
-/// The block [`Noninteracting`] with the memory of one evaluation.
+/// The block [`kardan_rt::Noninteracting`] with the memory of one evaluation.
 struct Runner<T> {
     /// Where each channel finds its reference and its load among the references.
     told: Vec<(usize, Option<usize>)>,
@@ -310,7 +313,7 @@ impl<T: Float> Block for Runner<T> {
         else {
             unreachable!("gain matrices are made of whole rows by the design");
         };
-        let law = Noninteracting { state_gain, acceleration_gain, channels: &self.channels };
+        let law = kardan_rt::Noninteracting { state_gain, acceleration_gain, channels: &self.channels };
         let measured = Measurement {
             state: &self.state,
             positions: &self.positions,
@@ -474,7 +477,7 @@ fn disturbance_gain(
 }
 
 impl Designed {
-    /// What the block [`Noninteracting`] runs with; a torque channel has no frequency.
+    /// What the block [`kardan_rt::Noninteracting`] runs with; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let unit = |name: &String| if name.ends_with(".w") { "rad/s" } else { "rad" }.to_string();
         let mut reads: Vec<ReadSignal> = state.iter().map(|name| ReadSignal::new(name, unit(name))).collect();

@@ -2,30 +2,44 @@ use std::sync::Arc;
 
 use crate::num::rational_to_f64;
 use crate::results::Pole;
-use crate::schema::{Field, Kind};
+use crate::schema::{Keys, LawKeys, keys};
 use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
 use crate::synthesis::regulator::place_poles;
 use crate::synthesis::state_feedback::state_feedback;
 use crate::synthesis::{Law, LawKind, Request, SynthesisError};
 
+keys! {
+    /// A channel of the law `pole_placement`.
+    table PolePlacementChannel {
+        required {
+            output: Output as OUTPUT;
+            reference: Name as REFERENCE;
+        }
+        optional {
+        }
+    }
+}
+
+law_keys! {
+    /// Robust pole placement by state feedback.
+    law PolePlacement("pole_placement") {
+        required {
+            inputs: Elements(&["motor"]) as AS_MANY_INPUTS;
+            poles: Poles,
+                "As many poles as states (angles and speeds of the reduced coordinates).";
+        }
+        optional {
+            channels: Tables(PolePlacementChannel), "One table for each output, as many as motors; left out: none.";
+        }
+    }
+}
+
 /// Robust pole placement by state feedback.
 pub const POLE_PLACEMENT: LawKind = LawKind {
-    keyword: "pole_placement",
+    keyword: PolePlacement::KEYWORD,
     summary: "State feedback u = -K x + L r with chosen poles, as insensitive to errors of the model as the inputs allow; \
               references are reached at rest, the outputs are not decoupled on the way.",
-    fields: &[
-        AS_MANY_INPUTS,
-        Field::required(
-            "poles",
-            Kind::Poles,
-            "As many poles as states (angles and speeds of the reduced coordinates).",
-        ),
-        Field::optional(
-            "channels",
-            Kind::Tables(CHANNEL),
-            "One table for each output, as many as motors; left out: none.",
-        ),
-    ],
+    fields: PolePlacement::FIELDS,
     example: "\
 [control.column]
 law = \"pole_placement\"
@@ -46,8 +60,6 @@ reference = \"ref_fs\"
     samples: false,
     design,
 };
-
-const CHANNEL: &[Field] = &[OUTPUT, REFERENCE];
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;

@@ -1,43 +1,43 @@
 use std::sync::Arc;
 
-use kardan_rt::{Health, PositionLoop};
+use kardan_rt::Health;
 
 use crate::element::Values;
 use crate::num::{Float, Keeper, Matrix, rational_to_f64};
 use crate::results::{ControllerData, DataNumber, Design, Physical, ReadSignal};
-use crate::schema::{Field, Kind, Sign};
-use crate::synthesis::sampled::{Block, Clock, Firmware};
+use crate::schema::{Keys, LawKeys, Sign};
 use crate::synthesis::{
-    Continuous, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError, input_inertia, output_shaft,
+    Block, Clock, Continuous, Firmware, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError,
+    input_inertia, output_shaft,
 };
 use crate::units::Dimension;
 
+law_keys! {
+    /// A position loop on one input, the driver model of \[diss. (6.138)\].
+    law PositionLoop("position_loop") {
+        required {
+            output: Signal, "The shaft angle to control: `<shaft>.phi`.";
+            input: Element(&["motor"]), "The input that acts on it.";
+            reference: Name, "Name of the reference angle, set by the scenario.";
+        }
+        optional {
+            natural_frequency: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Natural frequency; left out: 20 rad/s.";
+            damping_ratio: Number(Sign::Positive), "Damping ratio; left out: 0.7.";
+            inertia: Quantity(Dimension::INERTIA, Sign::Positive),
+                "Input torque per acceleration of the output; left out: that of the design model, so that all inertia \
+                 is moved.";
+            load: Name, "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.";
+        }
+    }
+}
+
 /// A position loop on one input, the driver model of \[diss. (6.138)\].
 pub const POSITION_LOOP: LawKind = LawKind {
-    keyword: "position_loop",
+    keyword: PositionLoop::KEYWORD,
     summary: "A position loop on a single input: torque = inertia (w^2 (reference - angle) - 2 xi w speed) - load; \
               the driver model of the source.",
-    fields: &[
-        Field::required("output", Kind::Signal, "The shaft angle to control: `<shaft>.phi`."),
-        Field::required("input", Kind::Element(&["motor"]), "The input that acts on it."),
-        Field::optional(
-            "natural_frequency",
-            Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-            "Natural frequency; left out: 20 rad/s.",
-        ),
-        Field::optional("damping_ratio", Kind::Number(Sign::Positive), "Damping ratio; left out: 0.7."),
-        Field::optional(
-            "inertia",
-            Kind::Quantity(Dimension::INERTIA, Sign::Positive),
-            "Input torque per acceleration of the output; left out: that of the design model, so that all inertia is moved.",
-        ),
-        Field::required("reference", Kind::Name, "Name of the reference angle, set by the scenario."),
-        Field::optional(
-            "load",
-            Kind::Name,
-            "Name of a load-torque estimate to feed forward, set by the scenario; left out: none.",
-        ),
-    ],
+    fields: PositionLoop::FIELDS,
     example: "\
 [control.driver_model]
 law = \"position_loop\"
@@ -78,11 +78,11 @@ struct Designed {
     runner: Runner<f64>,
 }
 
-/// The block [`PositionLoop`], its acceleration times the inertia.
+/// The block [`kardan_rt::PositionLoop`], its acceleration times the inertia.
 struct Runner<T> {
     shaft: usize,
     inertia: T,
-    position_loop: PositionLoop<T>,
+    position_loop: kardan_rt::PositionLoop<T>,
     /// The last torque that was a number.
     torque: T,
     /// Whether it is that of the sample before.
@@ -92,11 +92,14 @@ struct Runner<T> {
 impl<T: Float> Runner<T> {
     fn cast<U: Float>(&self) -> Runner<U> {
         let to = |x: T| U::from_f64(x.to_f64());
-        let PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
+        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
         Runner {
             shaft: self.shaft,
             inertia: to(self.inertia),
-            position_loop: PositionLoop { natural_frequency: to(natural_frequency), damping_ratio: to(damping_ratio) },
+            position_loop: kardan_rt::PositionLoop {
+                natural_frequency: to(natural_frequency),
+                damping_ratio: to(damping_ratio),
+            },
             torque: U::ZERO,
             kept: false,
         }
@@ -161,7 +164,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         runner: Runner {
             shaft,
             inertia,
-            position_loop: PositionLoop {
+            position_loop: kardan_rt::PositionLoop {
                 natural_frequency: values.number("natural_frequency").unwrap_or(20.0),
                 damping_ratio: values.number("damping_ratio").unwrap_or(0.7),
             },
@@ -172,7 +175,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 }
 
 impl Designed {
-    /// What the block [`PositionLoop`] runs with: its acceleration times the inertia is the torque.
+    /// What the block [`kardan_rt::PositionLoop`] runs with: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
         let speed = self.output.trim_end_matches("phi").to_string() + "w";
         let mut reads = vec![ReadSignal::new(&self.output, "rad"), ReadSignal::new(speed, "rad/s")];
@@ -227,7 +230,7 @@ impl Law for Designed {
     }
 
     fn describe(&self) -> Design {
-        let PositionLoop { natural_frequency, damping_ratio } = self.runner.position_loop;
+        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.runner.position_loop;
         Design {
             controller: self.name.clone(),
             law: POSITION_LOOP.keyword.into(),

@@ -11,50 +11,84 @@ use crate::results::{
     ChannelResult, Complex, ControllerData, DataMatrix, DataNumber, Definition, Design, ObserverResult, Physical, Pole,
     ReadSignal,
 };
-use crate::schema::{Field, Kind, Sign};
+use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
 use crate::synthesis::observed::{Reading, reading, rows, sensor_table, sensors, told_apart};
 use crate::synthesis::observer::{Noise, extend, kalman};
-use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
+use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::sampled::{
-    Block, Firmware, GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter,
-    hold_plant, on_their_way, turning,
+    GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter, hold_plant,
+    on_their_way, turning,
 };
 use crate::synthesis::{
-    Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock, effective_inertia,
-    reading_variance, rounded,
+    Block, Clock, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock,
+    effective_inertia, reading_variance, rounded,
 };
 use crate::units::Dimension;
+
+keys! {
+    /// A channel of the law `sampled_noninteracting`.
+    table SampledNoninteractingChannel {
+        required {
+            output: Output,
+                "The output: the angle of a shaft, `<shaft>.phi`, its speed, `<shaft>.w`, or a sensor of a torque.";
+            input: Element(&["motor"]), "The motor of this channel; any pairing gives the same law.";
+            reference: Name, "Name of the reference signal, set by the scenario.";
+        }
+        optional {
+            kind: Choice(&["position", "torque"]),
+                "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along \
+                 it, on top of what others apply there, as if the shaft carried its effective inertia alone. Left \
+                 out: position. A speed, and a sensor of a torque, follow a reference.";
+            bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Corner of the reference model, critically damped of second order; left out: 30 rad/s.";
+            acceptable_angle: Quantity(Dimension::ANGLE, Sign::Positive),
+                "Error of an angle that is acceptable, against which changes of torques are weighed; left out: 0.01 \
+                 rad.";
+            acceptable_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Error of a speed that is acceptable; left out: 0.3 rad/s.";
+            acceptable_torque: Quantity(Dimension::TORQUE, Sign::Positive),
+                "Error of a torque that is acceptable; left out: 0.02 N m.";
+            torque_rate: Quantity(Dimension::TORQUE_RATE, Sign::Positive),
+                "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 \
+                 N m/s for a motor without a limit.";
+            coasting_time: Quantity(Dimension::TIME, Sign::Positive),
+                "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own \
+                 damping is compensated up to that; errors of the model must not overcompensate it. Left out: 1 s.";
+        }
+    }
+}
+
+law_keys! {
+    /// Noninteracting control that is designed for its sample time, the delay and the motors: what is left of a decoupling is
+    /// minimised, instead of the plant inverted.
+    law SampledNoninteracting("sampled_noninteracting") {
+        required {
+            channels: Tables(SampledNoninteractingChannel), "One table for each output and its motor.";
+        }
+        optional {
+            effort: Number(Sign::Positive),
+                "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the \
+                 loop asks of motors and model. Left out: 1.";
+            governor: Choice(&["on", "off"]),
+                "Whether references are held back that would drive a motor beyond its torque limit; left out: on.";
+            schedule: Number(Sign::Positive),
+                "At how many positions over half a turn of the joints the law is designed, from 1 to 256; it follows \
+                 where they stand. 1: it is designed straight ahead alone. Left out: 16 where a joint is bent, as far \
+                 as its joints turn with one coordinate and no spring acts through them.";
+        }
+    }
+}
 
 /// Noninteracting control that is designed for its sample time, the delay and the motors: what is left of a decoupling is
 /// minimised, instead of the plant inverted.
 pub const SAMPLED_NONINTERACTING: LawKind = LawKind {
-    keyword: "sampled_noninteracting",
+    keyword: SampledNoninteracting::KEYWORD,
     summary: "Noninteracting control designed for its sample time: the exactly sampled plant with delay and lag of the \
               motors, reference models, and a quadratic cost on the interaction itself, what is left between each output \
               and the ideal decoupled loop. Observer, torque limits and a reference governor are part of the law.",
-    fields: &[
-        Field::required("channels", Kind::Tables(CHANNEL), "One table for each output and its motor."),
-        Field::optional(
-            "effort",
-            Kind::Number(Sign::Positive),
-            "Factor of all acceptable rates of torques: the larger, the smaller the interaction, and the more the loop asks of \
-             motors and model. Left out: 1.",
-        ),
-        Field::optional(
-            "governor",
-            Kind::Choice(&["on", "off"]),
-            "Whether references are held back that would drive a motor beyond its torque limit; left out: on.",
-        ),
-        Field::optional(
-            "schedule",
-            Kind::Number(Sign::Positive),
-            "At how many positions over half a turn of the joints the law is designed, from 1 to 256; it follows where they stand. 1: \
-             it is designed straight ahead alone. Left out: 16 where a joint is bent, as far as its joints turn with one coordinate \
-             and no spring acts through them.",
-        ),
-    ],
+    fields: SampledNoninteracting::FIELDS,
     example: "\
 [control.column]
 law = \"sampled_noninteracting\"
@@ -80,62 +114,16 @@ sensors = [\"wg.phi\", \"cs.phi\", \"rk.phi\"]
 disturbances = [\"rk\", \"fs\"]
 ",
     template: |inputs, outputs| {
-        Some(format!("sample_time = \"1 ms\"\ndelay = \"1 ms\"\n{}", paired_template(inputs, outputs, "")?))
+        let channel =
+            |output: &str, input: &str, reference| SampledNoninteractingChannel::new(output, input, reference);
+        let channels = paired_channels(inputs, outputs, channel)?;
+        Some(SampledNoninteracting::new(channels).sample_time("1 ms").delay("1 ms").entries())
     },
     inputs: paired_inputs,
     references,
     samples: true,
     design,
 };
-
-const CHANNEL: &[Field] = &[
-    Field::required(
-        "output",
-        Kind::Output,
-        "The output: the angle of a shaft, `<shaft>.phi`, its speed, `<shaft>.w`, or a sensor of a torque.",
-    ),
-    Field::required("input", Kind::Element(&["motor"]), "The motor of this channel; any pairing gives the same law."),
-    Field::optional(
-        "kind",
-        Kind::Choice(&["position", "torque"]),
-        "Of an angle: `position`: it follows a reference; `torque`: the reference is a torque that acts along it, on top of \
-         what others apply there, as if the shaft carried its effective inertia alone. Left out: position. A speed, and a sensor \
-         of a torque, follow a reference.",
-    ),
-    Field::optional(
-        "bandwidth",
-        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Corner of the reference model, critically damped of second order; left out: 30 rad/s.",
-    ),
-    Field::optional(
-        "acceptable_angle",
-        Kind::Quantity(Dimension::ANGLE, Sign::Positive),
-        "Error of an angle that is acceptable, against which changes of torques are weighed; left out: 0.01 rad.",
-    ),
-    Field::optional(
-        "acceptable_speed",
-        Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
-        "Error of a speed that is acceptable; left out: 0.3 rad/s.",
-    ),
-    Field::optional(
-        "acceptable_torque",
-        Kind::Quantity(Dimension::TORQUE, Sign::Positive),
-        "Error of a torque that is acceptable; left out: 0.02 N m.",
-    ),
-    Field::optional(
-        "torque_rate",
-        Kind::Quantity(Dimension::TORQUE_RATE, Sign::Positive),
-        "Rate of the motor's torque that is acceptable; left out: 80 times its torque limit in a second, 100 N m/s for a \
-         motor without a limit.",
-    ),
-    Field::optional(
-        "coasting_time",
-        Kind::Quantity(Dimension::TIME, Sign::Positive),
-        "Time constant with which a shaft under a torque channel comes to rest, if nobody turns it. Its own damping is \
-         compensated up to that; errors of the model must not overcompensate it. Left out: 1 s.",
-    ),
-    Field::required("reference", Kind::Name, "Name of the reference signal, set by the scenario."),
-];
 
 /// Corner of a reference model, rad/s.
 pub const BANDWIDTH: f64 = 30.0;
@@ -380,7 +368,7 @@ fn schedule(
     let mechanism =
         MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
     let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
-    if let Some(points) = request.plant.turned.of(request) {
+    if let Some(points) = request.plant.turned.of(request.values, request.disturbances) {
         return Ok(all(points));
     }
     let mut points = vec![straight.data.clone()];
@@ -399,7 +387,7 @@ fn schedule(
         });
         ratios.push(basis);
     }
-    request.plant.turned.keep(request, &points);
+    request.plant.turned.keep(request.values, request.disturbances, &points);
     Ok(all(points))
 }
 

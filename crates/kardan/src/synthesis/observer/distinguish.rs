@@ -1,37 +1,9 @@
-use super::sentences::sentences;
-use super::{ObserverError, extend};
+use super::distinguishable::{in_proportion, sentences};
+use super::{Distinguishable, ObserverError, extend};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, Scalar, echelon};
 use crate::synthesis::regulator::{Chains, chains};
 use crate::synthesis::words::in_words;
-
-/// What a set of sensors can tell about unknown constant torques.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Distinguishable {
-    /// The sensors.
-    pub sensors: Vec<String>,
-    /// The torques.
-    pub disturbances: Vec<String>,
-    /// Rank of the observability matrix of the system extended by the torques.
-    pub rank: usize,
-    /// Number of its states.
-    pub states: usize,
-    /// How many combinations of the torques can be told apart.
-    pub independent: usize,
-    /// These combinations, one per row, in reduced echelon form: torques early in the list come first.
-    pub combinations: Matrix<Rational>,
-    /// Torques, one set per row, that show in no sensor: they cannot be told from none.
-    pub hidden: Matrix<Rational>,
-    /// Torques that can be estimated by themselves, by number.
-    pub individual: Vec<usize>,
-    /// Smallest sets of torques, by number, that make all others known if they are measured; empty if none is needed. Not all
-    /// are listed where there are more than [`MOST_SETS`] candidates.
-    pub resolving: Vec<Vec<usize>>,
-    /// Motions that show in no sensor even if all torques are known, in words.
-    pub hidden_motions: Vec<String>,
-    /// All this for a reader.
-    pub sentences: Vec<String>,
-}
 
 /// Largest number of sets that are tried as [`Distinguishable::resolving`].
 pub const MOST_SETS: usize = 1000;
@@ -130,17 +102,6 @@ fn resolving(hidden: &Matrix<Rational>) -> Vec<Vec<usize>> {
         (at + 1..k).for_each(|i| set[i] = set[i - 1] + 1);
     }
     out
-}
-
-/// `T_wg : T_cs : T_fs = 1 : -51 : 50`; the name alone if there is but one.
-pub(super) fn in_proportion<S: AsRef<str>>(names: &[S], vector: &[Rational]) -> String {
-    let terms: Vec<(&str, &Rational)> =
-        names.iter().map(AsRef::as_ref).zip(vector).filter(|(_, x)| !x.is_zero()).collect();
-    if let [(name, _)] = terms.as_slice() {
-        return (*name).to_string();
-    }
-    let (names, factors): (Vec<&str>, Vec<String>) = terms.iter().map(|(name, x)| (*name, x.to_string())).unzip();
-    format!("{} = {}", names.join(" : "), factors.join(" : "))
 }
 
 /// Combinations of the constant states (rows of A and B are zero) that vanish on all hidden ones, in words; empty if none of

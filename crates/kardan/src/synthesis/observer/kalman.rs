@@ -1,5 +1,6 @@
 use super::ObserverError;
-use super::distinguish::{hidden_states, in_proportion};
+use super::distinguish::hidden_states;
+use super::distinguishable::in_proportion;
 use crate::analysis::LinearSystem;
 use crate::num::Matrix;
 use crate::results::Pole;

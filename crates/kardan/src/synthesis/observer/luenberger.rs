@@ -1,5 +1,6 @@
 use super::ObserverError;
-use super::distinguish::{hidden_states, in_proportion, seen_constants};
+use super::distinguish::{hidden_states, seen_constants};
+use super::distinguishable::in_proportion;
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational};
 use crate::results::Pole;

@@ -4,13 +4,14 @@
 //! an exact gain with chosen poles, [`kalman`] one for given noise.
 
 mod distinguish;
+mod distinguishable;
 mod error;
 mod extend;
 mod kalman;
 mod luenberger;
-mod sentences;
 
-pub use distinguish::{Distinguishable, MOST_SETS, distinguishable};
+pub use distinguish::{MOST_SETS, distinguishable};
+pub use distinguishable::Distinguishable;
 pub use error::ObserverError;
 pub use extend::{extend, torques_on};
 pub use kalman::{KalmanGain, Noise, kalman};

@@ -4,9 +4,11 @@ use std::f64::consts::TAU;
 
 use faer::c64;
 
+use super::jump::Jump;
 use super::places::Places;
-use super::{Clock, LoopPlant, SampledPart};
+use super::{LoopPlant, SampledPart};
 use crate::num::{AtZero, Matrix, at_zero, balance, discretise, eigenvalues};
+use crate::synthesis::Clock;
 
 /// Parts of the shortest sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -20,47 +22,6 @@ const BESIDE: f64 = 1e-9;
 const CLOSE: f64 = 1e-4;
 /// Of how many roundings, times its size, the largest entries of a loop are known.
 const ROUNDINGS: f64 = 8.0;
-
-/// Rows of z that change at once, over z as it was before.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Jump {
-    rows: Vec<(usize, Vec<(usize, f64)>)>,
-}
-
-impl Jump {
-    pub fn push(&mut self, place: usize, row: Vec<(usize, f64)>) {
-        self.rows.push((place, row));
-    }
-
-    /// Rows of a matrix from a place on.
-    pub fn set(&mut self, first: usize, rows: &Matrix<f64>) {
-        for i in 0..rows.rows() {
-            let entries = rows.row(i).iter().copied().enumerate().filter(|(_, x)| *x != 0.0);
-            self.push(first + i, entries.collect());
-        }
-    }
-
-    /// `z ← J z`
-    fn change(&self, z: &mut [f64], memory: &mut Vec<f64>) {
-        memory.clear();
-        memory.extend(self.rows.iter().map(|(_, row)| row.iter().map(|(j, x)| x * z[*j]).sum::<f64>()));
-        self.rows.iter().zip(memory).for_each(|((place, _), value)| z[*place] = *value);
-    }
-
-    /// `M ← J M`
-    fn change_rows(&self, matrix: &mut Matrix<f64>) {
-        let columns = matrix.columns();
-        let mut new = vec![0.0; self.rows.len() * columns];
-        for (out, (_, row)) in new.chunks_exact_mut(columns.max(1)).zip(&self.rows) {
-            for (j, x) in row {
-                out.iter_mut().zip(matrix.row(*j)).for_each(|(out, entry)| *out += x * entry);
-            }
-        }
-        for (out, (place, _)) in new.chunks_exact(columns.max(1)).zip(&self.rows) {
-            (0..columns).for_each(|j| matrix[(*place, j)] = out[j]);
-        }
-    }
-}
 
 /// What happens in a period, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]

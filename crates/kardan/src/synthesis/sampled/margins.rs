@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::places::Places;
-use super::{Clock, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
+use super::{Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
 use crate::num::{Matrix, at_zero};
-use crate::synthesis::Law;
 use crate::synthesis::margins::Response;
+use crate::synthesis::{Clock, Law};
 
 /// Steps of the searches, as a factor.
 const STEP: f64 = 1.04;

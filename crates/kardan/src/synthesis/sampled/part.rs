@@ -1,5 +1,5 @@
-use super::{Clock, LoopPlant, SlowSensor};
-use crate::synthesis::{Law, LinearLaw};
+use super::{LoopPlant, SlowSensor};
+use crate::synthesis::{Clock, Law, LinearLaw};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
 #[derive(Debug, Clone, Copy, PartialEq)]

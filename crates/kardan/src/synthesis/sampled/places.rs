@@ -1,7 +1,7 @@
-use super::loop_map::Jump;
-use super::{Clock, LoopPlant, Reads, SampledPart, on_their_way};
+use super::jump::Jump;
+use super::{LoopPlant, Reads, SampledPart, on_their_way};
 use crate::num::Matrix;
-use crate::synthesis::LinearLaw;
+use crate::synthesis::{Clock, LinearLaw};
 
 /// Where the parts of z are in a [`SampledLoop`](super::SampledLoop), and what changes them.
 pub(super) struct Places<'a> {

@@ -1,52 +1,9 @@
 use kardan_rt::{Bounds, Gain, Governor, Health, Regulator, RegulatorMemory};
 
-use super::{Block, ScheduleData, Scheduled, entries, keep_health};
-use crate::num::{Float, Keeper, Matrix};
-use crate::synthesis::Seen;
+use super::{RegulatorData, ScheduleData, Scheduled, entries, keep_health};
+use crate::num::{Float, Keeper};
 use crate::synthesis::observed::Reading;
-
-/// The numbers of the block [`Regulator`].
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::synthesis) struct RegulatorData {
-    pub prediction: Matrix<f64>,
-    pub input: Matrix<f64>,
-    pub output: Matrix<f64>,
-    pub correction: Matrix<f64>,
-    pub model: Matrix<f64>,
-    pub model_input: Matrix<f64>,
-    pub feedback: Matrix<f64>,
-    pub bounds: Vec<Bounds<f64>>,
-    pub governor: Option<GovernorData>,
-    /// K_f and G of forces that the linear model leaves out; empty columns where nobody tells of them.
-    pub on_forces: Matrix<f64>,
-    pub force_input: Matrix<f64>,
-}
-
-/// The numbers of the block [`Governor`].
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::synthesis) struct GovernorData {
-    /// Predictions × (states, states of the reference model, references).
-    pub prediction: Matrix<f64>,
-    /// N m
-    pub bounds: Vec<f64>,
-}
-
-impl GovernorData {
-    /// Its predictions on states, states of the reference model and references, of which there are so many.
-    pub fn parts(&self, [n, k, r]: [usize; 3]) -> [Matrix<f64>; 3] {
-        let all = &self.prediction;
-        let columns = |first: usize, count: usize| Matrix::from_fn(all.rows(), count, |i, j| all[(i, first + j)]);
-        [columns(0, n), columns(n, k), columns(n + k, r)]
-    }
-}
-
-impl RegulatorData {
-    /// States, states of the reference model, references, readings, commands.
-    pub fn sizes(&self) -> [usize; 5] {
-        let references = self.model_input.columns();
-        [self.prediction.rows(), self.model.rows(), references, self.output.rows(), self.input.columns()]
-    }
-}
+use crate::synthesis::{Block, Seen};
 
 /// The block [`Regulator`] or [`kardan_rt::ScheduledRegulator`] with its memory. Of a law's states it is estimate, reference
 /// model, last good readings, governed references and commands, one after the other.

@@ -1,15 +1,11 @@
 //! A law that follows where the joints of its plant stand: the same design at points over half a turn.
 
-use std::sync::{Arc, OnceLock};
-
 use dashu_int::UBig;
 use kardan_rt::{Bounds, Gain, Health, RegulatorMemory, Schedule, ScheduledRegulator, Sensor};
 
 use super::RegulatorData;
-use crate::element::Values;
 use crate::num::{Float, Matrix, Rational, Scalar};
 use crate::reduce::{Kinematics, MechanismData, Reduced, Step};
-use crate::synthesis::Request;
 
 /// The turn after which the ratio of a universal joint repeats, rad.
 pub(in crate::synthesis) const PERIOD: f64 = std::f64::consts::PI;
@@ -25,32 +21,6 @@ pub(in crate::synthesis) struct ScheduleData {
     /// What the sensors read, less what they read at zero coordinates.
     pub sensors: Vec<Sensor<f64>>,
     pub entries: Vec<(usize, f64)>,
-}
-
-/// The points that were designed first on a plant: a law is designed anew for each run, and a schedule takes as long as all its
-/// points.
-#[derive(Debug, Clone, Default)]
-pub(in crate::synthesis) struct Turned(OnceLock<Arc<Kept>>);
-
-#[derive(Debug)]
-struct Kept {
-    values: Values,
-    disturbances: Vec<usize>,
-    points: Vec<RegulatorData>,
-}
-
-impl Turned {
-    /// The points for what is asked, if they are those that are kept.
-    pub fn of(&self, request: &Request<'_>) -> Option<Vec<RegulatorData>> {
-        let kept = self.0.get()?;
-        (kept.values == *request.values && kept.disturbances == request.disturbances).then(|| kept.points.clone())
-    }
-
-    /// Keeps the first points that it is given.
-    pub fn keep(&self, request: &Request<'_>, points: &[RegulatorData]) {
-        let (values, disturbances) = (request.values.clone(), request.disturbances.to_vec());
-        self.0.get_or_init(|| Arc::new(Kept { values, disturbances, points: points.to_vec() }));
-    }
 }
 
 /// The coordinate that all joints of a model turn with, so that what they do to it is periodic in that angle alone.
@@ -103,27 +73,6 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
         return Err(format!("the spring of `{}` acts through a joint", spring.element));
     }
     found.ok_or_else(|| "nothing bends it".into())
-}
-
-impl RegulatorData {
-    /// What a point of a schedule consists of, in the order of [`ScheduledRegulator::schedule`].
-    fn parts(&self) -> Vec<Matrix<f64>> {
-        let [n, k, r, ..] = self.sizes();
-        let own = [
-            &self.prediction,
-            &self.input,
-            &self.output,
-            &self.correction,
-            &self.feedback,
-            &self.force_input,
-            &self.on_forces,
-        ];
-        own.into_iter().cloned().chain(self.governor.iter().flat_map(|governor| governor.parts([n, k, r]))).collect()
-    }
-
-    fn numbers(&self) -> Vec<f64> {
-        self.parts().iter().flat_map(|part| part.as_slice().to_vec()).collect()
-    }
 }
 
 impl ScheduleData {

@@ -1,0 +1,384 @@
+//! The binary as its users meet it: bad inputs, help, lists, closed pipes.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+use super::schemas::printed;
+
+const BUILTIN: &str = "sia-steering";
+const COMMANDS: [&str; 9] =
+    ["run", "analyze", "design", "bench", "equations", "check", "models", "elements", "completions"];
+
+fn kardan(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+fn output(folder: &Path, arguments: &[&str]) -> Output {
+    kardan(folder, arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Miette's frame and line breaks taken out.
+fn words(bytes: &[u8]) -> String {
+    text(bytes).replace(['│', '×', '╰', '─', '▶'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A fresh folder of the test's own.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+#[test]
+fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
+    let at = folder("bad_inputs");
+    fs::create_dir(at.join("folder")).unwrap();
+    fs::write(at.join("empty.toml"), "").unwrap();
+    fs::write(at.join("blank.toml"), " \n\t\r\n").unwrap();
+    fs::write(at.join("utf16.toml"), b"\xff\xfea\0=\0").unwrap();
+    fs::write(at.join("latin1.toml"), b"a = 1\n# gr\xfc\xdfe\n").unwrap();
+    fs::File::create(at.join("large.toml")).unwrap().set_len(1 << 40).unwrap();
+    let mut cases: Vec<(&str, &str, &[&str])> = vec![
+        ("missing.toml", "file::not-found", &["no file", "missing.toml", BUILTIN]),
+        ("sia-sterring.toml", "file::not-found", &["did you mean", BUILTIN]),
+        ("no/such/folder.toml", "file::not-found", &["no/such/folder.toml"]),
+        ("folder", "file::directory", &["directory"]),
+        ("empty.toml", "file::empty", &["empty", "[shaft."]),
+        ("blank.toml", "file::empty", &["empty"]),
+        ("utf16.toml", "file::utf-16", &["UTF-16", "UTF-8"]),
+        ("latin1.toml", "file::not-utf-8", &["0xFC", "offset 10", "line 2"]),
+        ("large.toml", "file::too-large", &["16 MiB"]),
+        ("-", "file::empty", &["standard input"]),
+    ];
+    if cfg!(unix) {
+        cases.push(("/dev/zero", "file::too-large", &["16 MiB"]));
+        cases.push(("empty.toml/x", "file::unreadable", &["not a directory"]));
+    }
+    for (model, code, parts) in cases {
+        for command in ["run", "analyze", "design", "bench", "equations", "check"] {
+            let got = output(&at, &[command, model]);
+            let said = words(&got.stderr);
+            assert_eq!(got.status.code(), Some(2), "{command} {model}: {said}");
+            assert!(got.stdout.is_empty(), "{command} {model}");
+            for part in parts.iter().chain([&code]) {
+                assert!(said.contains(part), "{command} {model} does not say {part}: {said}");
+            }
+            assert!(!said.contains("panicked"));
+        }
+        for command in ["run", "analyze", "design", "bench"] {
+            let got = output(&at, &[command, model, "--json"]);
+            assert_eq!(got.status.code(), Some(2));
+            let object = printed(&got.stdout);
+            let only = &object["error"]["diagnostics"][0];
+            assert_eq!(only["code"], code);
+            assert_eq!(only["line"], Value::Null);
+            assert_eq!(object["error"]["message"], only["message"]);
+            assert!(words(&got.stderr).contains(code));
+        }
+    }
+    assert!(!at.join("kardan-out").exists(), "a bad model must leave no folder behind");
+}
+
+#[test]
+fn a_file_called_like_a_builtin_needs_a_dot() {
+    let at = folder("shadow");
+    fs::write(at.join(BUILTIN), "").unwrap();
+    let builtin = output(&at, &["check", BUILTIN]);
+    assert!(words(&builtin.stderr).contains(&format!("the file of that name is ./{BUILTIN}")));
+    let file = output(&at, &["check", &format!("./{BUILTIN}")]);
+    assert_eq!(file.status.code(), Some(2));
+    assert!(words(&file.stderr).contains("file::empty"));
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_used_is_named_before_anything_is_computed() {
+    let at = folder("bad_output");
+    fs::write(at.join("taken"), "keep").unwrap();
+    for (out, part) in [("taken", "is a file"), ("taken/below", "cannot create")] {
+        let got = output(&at, &["run", BUILTIN, "--json", "--out", out]);
+        assert_eq!(got.status.code(), Some(2));
+        let object = printed(&got.stdout);
+        let message = object["error"]["message"].as_str().unwrap();
+        assert!(message.contains(part) && message.contains(out), "{message}");
+        assert_eq!(object["error"]["diagnostics"][0]["code"], "output::folder");
+    }
+    assert_eq!(fs::read_to_string(at.join("taken")).unwrap(), "keep");
+}
+
+#[test]
+fn help_of_every_command_has_an_example() {
+    let at = folder("help");
+    for command in COMMANDS {
+        for flag in ["--help", "-h"] {
+            let got = output(&at, &[command, flag]);
+            assert_eq!(got.status.code(), Some(0));
+            let help = text(&got.stdout);
+            assert!(help.contains("Example") && help.contains(&format!("kardan {command}")), "{help}");
+        }
+    }
+    assert!(text(&output(&at, &["--help"]).stdout).contains("Example"));
+    assert!(text(&output(&at, &["--version"]).stdout).starts_with("kardan "));
+}
+
+#[test]
+fn wrong_usage_exits_with_2_and_keeps_to_json() {
+    let at = folder("usage");
+    for arguments in [
+        &["run", "--nonsense"][..],
+        &["equations"],
+        &["models", "--write", "x"],
+        &["design", "--inputs", "a"],
+        &["fly"],
+        &[],
+    ] {
+        let got = output(&at, arguments);
+        assert_eq!(got.status.code(), Some(2), "{arguments:?}");
+        assert!(got.stdout.is_empty() && !got.stderr.is_empty());
+    }
+    let got = output(&at, &["run", "--json", "--format", "xml"]);
+    assert_eq!(got.status.code(), Some(2));
+    let object = printed(&got.stdout);
+    assert!(object["error"]["message"].as_str().unwrap().contains("xml"));
+}
+
+#[test]
+fn models_are_listed_printed_and_saved_once() {
+    let at = folder("models");
+    let list = text(&output(&at, &["models"]).stdout);
+    assert!(list.lines().any(|line| line.starts_with(BUILTIN)), "{list}");
+    let printed = output(&at, &["models", BUILTIN]);
+    assert!(!printed.stdout.is_empty());
+    let saved = output(&at, &["models", BUILTIN, "--write", "my.toml"]);
+    assert_eq!(saved.status.code(), Some(0));
+    assert_eq!(fs::read(at.join("my.toml")).unwrap(), printed.stdout);
+    fs::write(at.join("my.toml"), "mine").unwrap();
+    let again = output(&at, &["models", BUILTIN, "--write", "my.toml"]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(words(&again.stderr).contains("my.toml"));
+    assert_eq!(fs::read_to_string(at.join("my.toml")).unwrap(), "mine");
+    assert_eq!(fs::read_dir(&at).unwrap().count(), 1, "no temporary file is left");
+    let unknown = output(&at, &["models", "sia-sterring"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(words(&unknown.stderr).contains(&format!("did you mean the built-in model `{BUILTIN}`")));
+}
+
+#[test]
+fn the_manual_has_pages() {
+    let at = folder("elements");
+    assert!(text(&output(&at, &["elements"]).stdout).contains("shaft"));
+    assert!(text(&output(&at, &["elements", "shaft"]).stdout).contains("shaft"));
+    let unknown = output(&at, &["elements", "shraft"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(words(&unknown.stderr).contains("element::unknown"));
+}
+
+#[test]
+fn every_shell_gets_its_completions() {
+    let at = folder("completions");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = text(&output(&at, &["completions", shell]).stdout);
+        for command in COMMANDS {
+            assert!(script.contains(command), "{shell} does not know {command}");
+        }
+    }
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let at = folder("pipe");
+    let cases: [&[&str]; 6] =
+        [&["models"], &["models", BUILTIN], &["elements"], &["completions", "bash"], &["--help"], &["check", BUILTIN]];
+    for arguments in cases {
+        let mut child = kardan(&at, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let mut said = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked") && !said.contains("Broken pipe"), "{arguments:?}: {said}");
+        // Nobody reads what went wrong either.
+        let mut child = kardan(&at, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{arguments:?}");
+    }
+}
+
+#[test]
+fn mistakes_are_shown_with_their_line_and_counted() {
+    let at = folder("mistakes");
+    fs::write(at.join("bad.toml"), "\u{feff}[shaft.a]\ninertia = \"1 kq m^2\"\n").unwrap();
+    for no_color in ["", "1"] {
+        let got = kardan(&at, &["check", "bad.toml"]).env("NO_COLOR", no_color).output().unwrap();
+        let said = text(&got.stderr);
+        assert_eq!(got.status.code(), Some(2), "{said}");
+        assert!(said.contains("bad.toml:2:") && said.contains("kq m^2"), "{said}");
+        assert!(said.lines().last().unwrap().contains("error") && said.trim_end().ends_with("in bad.toml"), "{said}");
+        assert!(!said.contains('\u{1b}'), "colour without a terminal");
+    }
+    let got = output(&at, &["run", "bad.toml", "--json"]);
+    let object = printed(&got.stdout);
+    assert_eq!(object["error"]["diagnostics"][0]["line"], 2);
+    assert!(!at.join("kardan-out").exists());
+}
+
+#[test]
+fn a_model_is_read_from_standard_input() {
+    let at = folder("stdin");
+    let mut child = kardan(&at, &["check", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let model = output(&at, &["models", BUILTIN]).stdout;
+    child.stdin.take().unwrap().write_all(&model).unwrap();
+    let got = child.wait_with_output().unwrap();
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(text(&got.stdout).contains("standard input"));
+}
+
+#[test]
+fn an_analysis_is_text_json_and_a_page() {
+    let at = folder("analyze");
+    let shown = output(&at, &["analyze", "two-bodies"]);
+    assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
+    assert!(text(&shown.stdout).starts_with("two-bodies (built-in model two-bodies)\n"));
+    assert!(text(&shown.stdout).lines().all(|line| line.chars().count() <= 100));
+    assert_eq!(fs::read_dir(&at).unwrap().count(), 0, "no file without --report");
+
+    let got = output(&at, &["analyze", "two-bodies", "--json", "--report", "new/page.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(text(&got.stderr).contains("wrote new/page.html"));
+    let object = printed(&got.stdout);
+    assert_eq!(object["name"], "two-bodies");
+    assert_eq!(object["coordinates"], serde_json::json!(["body_1", "body_2"]));
+    for key in ["states", "min_inputs", "min_outputs", "controllable_rank", "observable_rank"] {
+        assert!(object[key].is_u64(), "{key}");
+    }
+    for key in ["controllable", "observable", "minimal"] {
+        assert!(object[key].is_boolean(), "{key}");
+    }
+    assert!(fs::read_to_string(at.join("new/page.html")).unwrap().starts_with("<!doctype html>"));
+
+    let quiet = output(&at, &["analyze", "two-bodies", "--quiet", "--report", "page.html"]);
+    assert!(quiet.stderr.is_empty() && at.join("page.html").exists());
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_named_before_anything_is_computed() {
+    let at = folder("analyze_report");
+    fs::create_dir(at.join("folder")).unwrap();
+    fs::write(at.join("taken"), "keep").unwrap();
+    for (path, code) in [("folder", "output::file"), ("taken/page.html", "output::folder")] {
+        for (command, flag) in [("analyze", "--report"), ("design", "--report"), ("design", "--controller")] {
+            let got = output(&at, &[command, "two-bodies", "--json", flag, path]);
+            assert_eq!(got.status.code(), Some(2), "{command} {flag} {path}");
+            let object = printed(&got.stdout);
+            assert_eq!(object["error"]["diagnostics"][0]["code"], code);
+        }
+    }
+    assert_eq!(fs::read_to_string(at.join("taken")).unwrap(), "keep");
+}
+
+#[test]
+fn matrices_are_read_or_refused_kindly() {
+    let at = folder("state_space");
+    fs::create_dir(at.join("folder")).unwrap();
+    fs::write(at.join("empty"), "").unwrap();
+    fs::File::create(at.join("large")).unwrap().set_len(1 << 40).unwrap();
+    let cases = [
+        ("missing", "file::not-found"),
+        ("folder", "file::directory"),
+        ("empty", "file::empty"),
+        ("large", "file::too-large"),
+        ("-", "file::empty"),
+    ];
+    for (path, code) in cases {
+        let got = output(&at, &["analyze", "--state-space", path, "--json"]);
+        assert_eq!(got.status.code(), Some(2), "{path}");
+        let object = printed(&got.stdout);
+        assert_eq!(object["error"]["diagnostics"][0]["code"], code, "{path}");
+        assert!(words(&got.stderr).contains(code) && !words(&got.stderr).contains("built-in model"), "{path}");
+    }
+    // One or the other.
+    let both = output(&at, &["analyze", "two-bodies", "--state-space", "x"]);
+    assert_eq!(both.status.code(), Some(2));
+    assert!(text(&both.stderr).contains("cannot be used with"));
+}
+
+#[test]
+fn massless_models_are_refused_with_a_way_out_and_analysed_with_it() {
+    let at = folder("massless");
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\n[spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\n\
+                 stiffness = \"1 N m/rad\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"b\"\n";
+    fs::write(at.join("light.toml"), model).unwrap();
+    let refused = output(&at, &["analyze", "light.toml", "--json"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let object = printed(&refused.stdout);
+    assert_eq!(object["error"]["diagnostics"][0]["code"], "model::massless");
+    assert!(words(&refused.stderr).contains("`b` can move while no mass does"));
+    assert!(words(&refused.stderr).contains("--eliminate-massless"));
+
+    let got = output(&at, &["analyze", "light.toml", "--eliminate-massless", "--json"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let object = printed(&got.stdout);
+    assert_eq!(object["elimination"]["removed"], serde_json::json!(["b.w"]));
+    assert_eq!(object["state_names"], serde_json::json!(["a.phi", "b.phi", "a.w"]));
+    let shown = text(&output(&at, &["analyze", "light.toml", "--eliminate-massless"]).stdout);
+    assert!(shown.contains("Motions without inertia\n") && shown.contains("of 4 states 3 remain"), "{shown}");
+    assert_eq!(output(&at, &["run", "light.toml"]).status.code(), Some(2));
+}
+
+/// Names as hostile as a file may have them reach the page and the terminal harmlessly.
+#[test]
+fn markup_in_names_stays_text() {
+    let at = folder("markup");
+    let model = "[model]\nname = \"<script>alert('x')</script>\"\ndescription = \"\\\"quoted\\\" & <b>bold</b>\"\n\
+                 [shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\n";
+    fs::write(at.join("m.toml"), model).unwrap();
+    let got = output(&at, &["analyze", "m.toml", "--report", "m.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let page = fs::read_to_string(at.join("m.html")).unwrap();
+    assert!(!page.contains("<script>alert") && !page.contains("<b>bold") && page.contains("&lt;script&gt;alert"));
+    fs::write(at.join("m.json"), r#"{"A": [[-1]], "B": [1], "inputs": ["<b>\"u\""], "states": ["it's & <i>"]}"#)
+        .unwrap();
+    let got = output(&at, &["analyze", "--state-space", "m.json", "--report", "s.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let page = fs::read_to_string(at.join("s.html")).unwrap();
+    assert!(!page.contains("<i>\"") && !page.contains("& <i>") && page.contains("it&#39;s &amp; &lt;i&gt;"));
+}
+
+/// A device is written to, never replaced.
+#[cfg(unix)]
+#[test]
+fn a_report_may_go_where_no_plain_file_is() {
+    let at = folder("special");
+    fs::write(at.join("target.html"), "old").unwrap();
+    std::os::unix::fs::symlink("target.html", at.join("link.html")).unwrap();
+    let got = output(&at, &["analyze", "two-bodies", "--report", "link.html"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    assert!(fs::symlink_metadata(at.join("link.html")).unwrap().is_symlink());
+    let page = fs::read_to_string(at.join("target.html")).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"));
+}
+
+#[test]
+fn a_run_says_what_its_inputs_reach() {
+    let at = folder("run_structure");
+    let got = output(&at, &["run", "two-bodies", "--json"]);
+    assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
+    let object = printed(&got.stdout);
+    assert_eq!((&object["analysis"]["controllable"], &object["analysis"]["states"]), (&true.into(), &4.into()));
+    let shown = text(&output(&at, &["run", "two-bodies"]).stdout);
+    assert!(shown.contains("structure: controllable by motor_1"), "{shown}");
+}

@@ -1,0 +1,342 @@
+//! Limits and signals end commands, with what they have: files that are whole, a clear word, exit code 2.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::schemas::printed;
+
+/// 1e15 1/s: no computer gets through a second of it.
+const ENDLESS: &str = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1e-9 kg m^2\"\n[spring_damper.d]\nshaft_1 = \"a\"\n\
+    shaft_2 = \"b\"\ndamping = \"1e6 N m s/rad\"\n[disturbance.T]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
+    [[scenario.event]]\nat = \"0 s\"\nsignal = \"T\"\nto = \"1 N m\"\n";
+
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    fs::write(path.join("endless.toml"), ENDLESS).unwrap();
+    path
+}
+
+fn kardan(folder: &Path, arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_kardan"))
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// What a process of ours says when it ends; one that does not within two minutes is killed, and the test fails.
+fn ended(mut child: Child) -> Output {
+    for _ in 0..1200 {
+        if child.try_wait().unwrap().is_some() {
+            return child.wait_with_output().unwrap();
+        }
+        sleep(Duration::from_millis(100));
+    }
+    child.kill().unwrap();
+    panic!("it does not end: {:?}", child.wait_with_output());
+}
+
+fn signal(child: &Child, name: &str) {
+    let done = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+    assert!(done.success());
+}
+
+/// The tables and the report of a run that ended early are whole, and say that it did.
+fn is_marked(folder: &Path, out: &Output, cause: &str) {
+    assert_eq!(out.status.code(), Some(2), "{out:?}");
+    let json = printed(&out.stdout);
+    let outcome = &json["variants"][0]["outcome"];
+    assert_eq!(outcome["completed"], false, "{outcome}");
+    assert!(outcome["cause"].as_str().unwrap().contains(cause), "{outcome}");
+    let files: Vec<PathBuf> = fs::read_dir(folder.join("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let table = files.iter().find(|path| path.extension().is_some_and(|e| e == "csv")).expect("a table");
+    let table = fs::read_to_string(table).unwrap();
+    assert!(table.ends_with('\n'));
+    let columns: Vec<usize> =
+        table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').count()).collect();
+    assert!(columns.len() >= 2 && columns.iter().all(|count| *count == columns[0]), "{columns:?}");
+    let report = fs::read_to_string(folder.join("out/report.html")).unwrap();
+    assert!(report.trim_end().ends_with("</html>") && report.contains(cause));
+    assert!(files.iter().all(|path| !path.to_string_lossy().ends_with(".part")), "{files:?}");
+}
+
+#[test]
+fn steps_and_seconds_are_limited() {
+    for (name, limit, cause) in [
+        ("max_steps", ["--max-steps", "2000"], "more than 2000 steps"),
+        ("time_limit", ["--time-limit", "0.5"], "time limit of 0.5 s"),
+    ] {
+        let at = folder(name);
+        let arguments = [&["run", "endless.toml", "--json", "--out", "out"][..], &limit[..]].concat();
+        let out = ended(kardan(&at, &arguments));
+        is_marked(&at, &out, cause);
+        // Told before the run began, with the element.
+        let told = String::from_utf8_lossy(&out.stderr);
+        assert!(told.contains("run::steps") && told.contains("`d`"), "{told}");
+    }
+    let at = folder("limits");
+    for wrong in [
+        ["--max-steps", "0"],
+        ["--time-limit", "0"],
+        ["--time-limit", "-1"],
+        ["--time-limit", "soon"],
+        ["--time-limit", "inf"],
+    ] {
+        let out = ended(kardan(&at, &[&["run", "endless.toml"][..], &wrong[..]].concat()));
+        assert_eq!(out.status.code(), Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
+fn a_signal_ends_a_run_with_what_it_has() {
+    for name in ["-INT", "-TERM"] {
+        let at = folder(&format!("signal{name}"));
+        let child = kardan(&at, &["run", "endless.toml", "--json", "--out", "out"]);
+        // The folder is there before the run begins, and the run has no end of its own.
+        while !at.join("out").exists() {
+            sleep(Duration::from_millis(20));
+        }
+        sleep(Duration::from_millis(500));
+        signal(&child, name);
+        let out = ended(child);
+        is_marked(&at, &out, "stopped by a signal");
+        assert!(String::from_utf8_lossy(&out.stderr).contains("what is there is kept"));
+    }
+}
+
+/// A bench under its controllers, endless too: its log is whole and says that it ended early.
+#[test]
+fn a_limit_ends_a_bench() {
+    let at = folder("bench");
+    let out = ended(kardan(&at, &["bench", "--max-steps", "500", "--out", "out"]));
+    assert_eq!(out.status.code(), Some(2), "{out:?}");
+    let told = String::from_utf8_lossy(&out.stderr);
+    assert!(told.contains("ends early") && told.contains("more than 500 steps"), "{told}");
+    let logs: Vec<_> = fs::read_dir(at.join("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(logs.iter().any(|path| path.extension().is_some_and(|e| e == "csv")), "{logs:?}");
+}
+
+/// A system of n states with small whole numbers near the diagonal and some elsewhere.
+fn state_space(n: u64) -> String {
+    let mut seed = 7_u64;
+    let mut digit = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) % 19
+    };
+    let mut rows: Vec<Vec<i64>> = vec![vec![0; n as usize]; n as usize];
+    for (i, row) in rows.iter_mut().enumerate() {
+        for j in i.saturating_sub(1)..(i + 2).min(n as usize) {
+            row[j] = digit() as i64 - 9;
+        }
+        let far = (digit() * 19 + digit()) % n;
+        row[far as usize] = digit() as i64 - 9;
+    }
+    let ports: Vec<i64> = (0..n).map(|_| digit() as i64 - 9).collect();
+    let columns: Vec<Vec<i64>> = ports.iter().map(|x| vec![*x]).collect();
+    serde_json::json!({ "A": rows, "B": columns, "C": [ports] }).to_string()
+}
+
+/// What a process gets to end after a signal; measured it is less than half a second, but checks share their machine.
+const AT_MOST: Duration = Duration::from_secs(20);
+
+/// Signals a job at such a time that what it says satisfies `wanted`: later where that was too early, earlier where it had come to its
+/// end, and over again where that changes. Each time it ends soon, with exit code 2 and an object of JSON, and nothing half written stays.
+fn signalled(at: &Path, arguments: &[&str], wanted: &dyn Fn(&Value) -> bool) -> (Value, String) {
+    let (mut early, mut late) = (0.2, f64::INFINITY);
+    for _ in 0..60 {
+        if late < 1.05 * early {
+            // The machine has become faster or slower meanwhile: what was found is about another one.
+            (early, late) = (0.2, f64::INFINITY);
+        }
+        let wait = if late.is_finite() { 0.5 * (early + late) } else { 1.6 * early };
+        let mut child = kardan(at, arguments);
+        // Its pipes are read while it runs.
+        let mut pipes = [child.stdout.take().map(drain), child.stderr.take().map(drain)];
+        sleep(Duration::from_secs_f64(wait));
+        if child.try_wait().unwrap().is_none() {
+            signal(&child, "-INT");
+        }
+        let since = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            assert!(since.elapsed() < AT_MOST, "{arguments:?} does not end");
+            sleep(Duration::from_millis(5));
+        }
+        let status = child.wait().unwrap();
+        let [out, told] = pipes.each_mut().map(|pipe| pipe.take().unwrap().join().unwrap());
+        if !told.contains("stopped by a signal") {
+            late = wait;
+            continue;
+        }
+        let files = fs::read_dir(at).unwrap().chain(fs::read_dir(at.join("out")).into_iter().flatten());
+        for file in files {
+            assert!(file.unwrap().path().extension().is_none_or(|e| e != "part"));
+        }
+        let json = printed(out.as_bytes());
+        if wanted(&json) {
+            assert_eq!(status.code(), Some(2), "{arguments:?} after {wait} s: {told}");
+            return (json, told);
+        }
+        early = wait;
+    }
+    panic!("{arguments:?} never has a part of its results between {early} s and {late} s");
+}
+
+fn drain(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = String::new();
+        pipe.read_to_string(&mut text).unwrap();
+        text
+    })
+}
+
+/// Marked in the JSON and on the page, which is whole.
+fn is_unfinished(at: &Path, json: &Value, missing: &str) {
+    let why = json["unfinished"].as_str().unwrap();
+    assert!(json["complete"] == false && why.contains("stopped by a signal") && why.contains(missing), "{why}");
+    let page = fs::read_to_string(at.join("page.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"), "{why}");
+    fs::remove_file(at.join("page.html")).unwrap();
+}
+
+#[test]
+fn a_signal_keeps_what_an_analysis_has() {
+    let at = folder("signal-analyze");
+    fs::write(at.join("large.json"), state_space(400)).unwrap();
+    let arguments = ["analyze", "--state-space", "large.json", "--json", "--report", "page.html"];
+    let (json, _) = signalled(&at, &arguments, &|json| json["complete"] == false);
+    assert_eq!((&json["states"], &json["modes"]), (&Value::from(400), &Value::Array(Vec::new())));
+    assert!(json["controllable"].is_boolean() && json["certificate"]["proven"] == false);
+    is_unfinished(&at, &json, "modes");
+    // Of proofs asked for what was found before stays, and claims no proof.
+    fs::write(at.join("large.json"), state_space(320)).unwrap();
+    let (json, _) = signalled(&at, &[&arguments[..], &["--certify"]].concat(), &|json| json["complete"] == false);
+    assert_eq!(json["certificate"]["proven"], false);
+    is_unfinished(&at, &json, "proofs asked for");
+}
+
+#[test]
+fn a_signal_keeps_what_a_design_has() {
+    let at = folder("signal-design");
+    let arguments =
+        ["design", "sia-steering-ecu", "--tolerance", "20%", "--no-simulation", "--json", "--report", "page.html"];
+    let (json, _) = signalled(&at, &arguments, &|json| json["complete"] == false && json["margins"].is_object());
+    assert!(json["warnings"].is_array() && !json["controller_data"].as_object().unwrap().is_empty());
+    is_unfinished(&at, &json, "");
+}
+
+/// What was read of the logs is fitted; the model is not written over with it.
+#[test]
+fn a_signal_keeps_what_an_identification_has() {
+    let at = folder("signal-identify");
+    let model = "[shaft.a]\ninertia = \"1 kg m^2\"\ndamping = \"1 N m s/rad\"\n[motor.m]\nshaft = \"a\"\n";
+    fs::write(at.join("model.toml"), model).unwrap();
+    let mut log = String::from("time,a.w,m.tau\ns,rad/s,N m\n");
+    for k in 0..300_000_u32 {
+        let speed = f64::from(1 + k / 500 % 9);
+        let _ = writeln!(log, "{:.3},{speed},{:.4}", 0.001 * f64::from(k), 2.0 * speed + 1e-3 * f64::from(k % 7));
+    }
+    fs::write(at.join("0.csv"), log).unwrap();
+    let names: Vec<String> = (0..60).map(|k| format!("{k}.csv")).collect();
+    for name in &names[1..] {
+        fs::hard_link(at.join("0.csv"), at.join(name)).unwrap();
+    }
+    let mut arguments = vec!["identify", "model.toml", "--json", "--report", "page.html", "--write", "model.toml"];
+    arguments.extend(names.iter().map(String::as_str));
+    let (json, told) = signalled(&at, &arguments, &|json| json["complete"] == false);
+    assert!(json["logs"].as_array().unwrap().len() < names.len(), "{}", json["unfinished"]);
+    let found = json["parameters"][0]["value"].as_f64().unwrap();
+    assert!((found - 2.0).abs() < 1e-3 && json["sound"] == false, "{found}");
+    is_unfinished(&at, &json, "of the logs");
+    assert!(told.contains("is not written: the identification is not complete"), "{told}");
+    assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), model);
+}
+
+/// Runs that are complete stay complete while the designs of their report are computed.
+#[test]
+fn a_signal_keeps_complete_runs() {
+    let at = folder("signal-run");
+    // A run so short that its designs take longer.
+    let model = include_str!("../../../../models/sia-steering-ecu.toml").split("[[requirement]]").next().unwrap();
+    let model = model.replace("\nduration = \"1.5 s\"", "\nduration = \"0.12 s\"");
+    fs::write(at.join("short.toml"), model).unwrap();
+    let arguments = ["run", "short.toml", "--variant", "rack", "--json", "--out", "out"];
+    let (json, told) = signalled(&at, &arguments, &|json| {
+        json["variants"].is_array() && json["variants"][0]["outcome"]["completed"] == true
+    });
+    assert!(json["warnings"].to_string().contains("stopped by a signal"), "{}", json["warnings"]);
+    // Whoever comes first says it: the command itself, or what was kept of it.
+    assert!(told.contains("designs of the report are missing") || told.contains("is left out"), "{told}");
+    assert!(fs::read_to_string(at.join("out/rack.csv")).unwrap().ends_with('\n'));
+    let page = fs::read_to_string(at.join("out/report.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal"));
+}
+
+/// The logs of a study are there, whole, and named; the study is missing, or its runs are marked.
+#[test]
+fn a_signal_keeps_the_logs_of_a_study() {
+    let at = folder("signal-study");
+    let model = "[shaft.a]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.1 N m s/rad\"\nfriction = \"0.1 N m\"\n[motor.m]\nshaft = \"a\"\n\
+        [control.hold]\nlaw = \"position_loop\"\ninput = \"m\"\noutput = \"a.phi\"\nreference = \"wish\"\nsample_time = \"1 ms\"\n\
+        [scenario]\nduration = \"1000 s\"\noutput_step = \"1 s\"\n[[scenario.event]]\nsignal = \"wish\"\nat = \"50 ms\"\n\
+        to = \"0.1 rad\"\n[bench]\nspeed_limit = { a = \"60 rad/s\" }\npoints = 3\ndwell = \"1 s\"\n";
+    fs::write(at.join("model.toml"), model).unwrap();
+    let arguments = ["bench", "model.toml", "--study", "--json", "--out", "out"];
+    let (json, told) = signalled(&at, &arguments, &|json| {
+        json["logs"].as_array().is_some_and(|logs| logs.iter().all(|log| log["outcome"] == "completed"))
+    });
+    let log = json["logs"][0]["files"][0].as_str().unwrap();
+    assert!(fs::read_to_string(at.join(log)).unwrap().ends_with('\n'));
+    // Where its runs end by themselves the study goes on to its report, which says so.
+    match fs::read_to_string(at.join("out/report.html")) {
+        Ok(page) => assert!(page.trim_end().ends_with("</html>") && page.contains("stopped by a signal")),
+        Err(_) => assert!(json["identification"].is_null() && told.contains("the study is not complete"), "{told}"),
+    }
+}
+
+/// What has no partial results ends too, and says so.
+#[test]
+fn a_signal_ends_what_has_nothing_to_keep() {
+    let at = folder("nothing_to_keep");
+    fs::write(at.join("log.csv"), "time\n").unwrap();
+    for arguments in [
+        &["analyze", "-", "--json"][..],
+        &["check", "-"],
+        &["equations", "-"],
+        &["design", "-"],
+        &["run", "-"],
+        &["bench", "-"],
+        &["identify", "-", "log.csv"],
+    ] {
+        // A pipe that nobody writes to: the model is waited for.
+        let child = Command::new(env!("CARGO_BIN_EXE_kardan"))
+            .current_dir(&at)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = child.unwrap();
+        let open = child.stdin.take();
+        sleep(Duration::from_millis(500));
+        signal(&child, "-INT");
+        let out = ended(child);
+        drop(open);
+        assert_eq!(out.status.code(), Some(2), "{out:?}");
+        assert!(String::from_utf8_lossy(&out.stderr).contains("no partial results"), "{out:?}");
+        if arguments.contains(&"--json") {
+            let json = printed(&out.stdout);
+            assert!(json["error"].to_string().contains("stopped by a signal"), "{json}");
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! The binary `kardan` as its users meet it.
+
+mod bench;
+mod cli;
+mod design;
+mod end_to_end;
+mod files;
+mod identify;
+#[cfg(unix)]
+mod limits;
+mod schemas;

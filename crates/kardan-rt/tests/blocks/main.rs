@@ -1,0 +1,9 @@
+//! The blocks and the small solvers under them.
+
+mod blocks;
+mod model_observer;
+mod not_a_number;
+mod solvers;
+mod state_space;
+
+use kardan_rt::Real; // `solvers` compiles a private file of the crate, which imports this from its root

@@ -1,0 +1,80 @@
+//! The text of a file in any encoding, as UTF-8.
+
+use std::io::{self, Read};
+
+use crate::read::{Bytes, ReadSeek};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Encoding {
+    /// UTF-8 or any single bytes.
+    Bytes,
+    Utf8Mark,
+    Utf16 {
+        little: bool,
+    },
+}
+
+/// The text without its byte order mark, as UTF-8 or as the single bytes that it is.
+pub(super) fn text(bytes: &dyn Bytes, encoding: Encoding) -> io::Result<Box<dyn Read + Send>> {
+    let mut reader = bytes.open()?;
+    let mut mark = [0; 3];
+    let length = match encoding {
+        Encoding::Bytes => 0,
+        Encoding::Utf8Mark => 3,
+        Encoding::Utf16 { .. } => 2,
+    };
+    reader.read_exact(&mut mark[..length])?;
+    Ok(match encoding {
+        Encoding::Utf16 { little } => Box::new(Utf16 { reader, little, ready: Vec::new(), at: 0, half: Vec::new() }),
+        _ => Box::new(reader),
+    })
+}
+
+/// UTF-16 read as UTF-8.
+struct Utf16 {
+    reader: Box<dyn ReadSeek>,
+    little: bool,
+    ready: Vec<u8>,
+    at: usize,
+    /// Bytes of a character that is not complete.
+    half: Vec<u8>,
+}
+
+impl Read for Utf16 {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        while self.at == self.ready.len() {
+            let mut raw = std::mem::take(&mut self.half);
+            let kept = raw.len();
+            (&mut self.reader).take(1 << 16).read_to_end(&mut raw)?;
+            let ended = raw.len() == kept;
+            if ended && raw.is_empty() {
+                return Ok(0);
+            }
+            let mut units: Vec<u16> = raw
+                .chunks_exact(2)
+                .map(|pair| {
+                    if self.little {
+                        u16::from_le_bytes([pair[0], pair[1]])
+                    } else {
+                        u16::from_be_bytes([pair[0], pair[1]])
+                    }
+                })
+                .collect();
+            let mut used = 2 * units.len();
+            if !ended && units.last().is_some_and(|unit| (0xd800..0xdc00).contains(unit)) {
+                units.pop();
+                used -= 2;
+            }
+            if !ended {
+                self.half.extend_from_slice(&raw[used..]);
+            }
+            let text: String = char::decode_utf16(units).map(|c| c.unwrap_or('\u{fffd}')).collect();
+            self.ready = text.into_bytes();
+            self.at = 0;
+        }
+        let count = out.len().min(self.ready.len() - self.at);
+        out[..count].copy_from_slice(&self.ready[self.at..self.at + count]);
+        self.at += count;
+        Ok(count)
+    }
+}

@@ -1,0 +1,159 @@
+//! What every format gives: groups of channels, read block by block.
+
+use std::io::{self, Cursor, Read, Seek};
+use std::sync::Arc;
+
+use super::LogError;
+
+/// The most rows of a [`Block`].
+pub const BLOCK_ROWS: usize = 65536;
+
+/// What can be read from any place.
+pub trait ReadSeek: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> ReadSeek for T {}
+
+/// The bytes of a log. They are opened more than once, each time at the start, because formats that store one channel
+/// behind the other are read at several places at once.
+pub trait Bytes: Send + Sync {
+    /// Opens the bytes at their start.
+    ///
+    /// # Errors
+    /// Those of the system.
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>>;
+}
+
+impl Bytes for Arc<[u8]> {
+    fn open(&self) -> io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(Cursor::new(self.clone())))
+    }
+}
+
+/// The bytes of a log that are in memory already.
+pub fn in_memory(bytes: impl Into<Arc<[u8]>>) -> Arc<dyn Bytes> {
+    Arc::new(bytes.into())
+}
+
+/// One measured quantity.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Channel {
+    /// Unique in its group: where the file repeats a name, the second is `name (2)`.
+    pub name: String,
+    /// As the file writes it; empty if it does not tell.
+    pub unit: String,
+}
+
+/// Channels that are read row by row together (one raster).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Group {
+    /// Empty if the file does not tell.
+    pub name: String,
+    /// The channels, in the order of the file.
+    pub channels: Vec<Channel>,
+    /// Which channel is the time, if the file tells: the master of an MDF group, or else the first channel that is
+    /// called `time`, `t`, `timestamp` or the like or that holds times of day.
+    pub time: Option<usize>,
+    /// How many rows there are, if the file tells.
+    pub rows: Option<u64>,
+}
+
+impl Group {
+    /// Finds a channel by its name. Where a CSV file has two rows of names, the name is `upper: lower`, and either part
+    /// will do as long as no other channel has it.
+    pub fn channel(&self, name: &str) -> Option<usize> {
+        let whole = self.channels.iter().position(|channel| channel.name == name);
+        whole.or_else(|| {
+            let part = |channel: &Channel| {
+                channel.name.split_once(": ").is_some_and(|(upper, lower)| upper == name || lower == name)
+            };
+            let mut matching = self.channels.iter().enumerate().filter(|(_, channel)| part(channel));
+            let (index, _) = matching.next()?;
+            matching.next().is_none().then_some(index)
+        })
+    }
+}
+
+/// How a CSV file is written; what is `None` is found out. Rows are counted from 1, blank lines included.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CsvOptions {
+    /// What stands between two cells: `b','`, `b';'`, `b'\t'`, `b'|'` or `b' '` (any number of blanks).
+    pub delimiter: Option<u8>,
+    /// Whether numbers are written like `1,5`.
+    pub decimal_comma: Option<bool>,
+    /// The row with the names.
+    pub names_row: Option<usize>,
+    /// The row with the units.
+    pub units_row: Option<usize>,
+    /// The first row with numbers.
+    pub first_row: Option<usize>,
+}
+
+/// Some rows of one group.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Block {
+    /// Which group the rows belong to.
+    pub group: usize,
+    /// The chosen channels of this group in the order of [`Log::choose`], `rows` values each; what is missing or no
+    /// number is NaN. Values are in the unit of the channel.
+    pub columns: Vec<Vec<f64>>,
+    /// How many rows there are, at most [`BLOCK_ROWS`].
+    pub rows: usize,
+}
+
+impl Block {
+    /// Empties the block for some columns of a group; memory stays.
+    pub(super) fn reset(&mut self, group: usize, columns: usize) {
+        self.group = group;
+        self.rows = 0;
+        self.columns.resize_with(columns, Vec::new);
+        self.columns.iter_mut().for_each(Vec::clear);
+    }
+}
+
+/// A log that is read block by block.
+pub trait Log: Send {
+    /// The groups of channels. There is at least one, with at least one channel.
+    fn groups(&self) -> &[Group];
+
+    /// Chooses what is read, as pairs of group and channel, and goes back to the start. Everything else is skipped as
+    /// cheaply as the format allows. Until something is chosen, nothing is read.
+    ///
+    /// # Errors
+    /// [`LogError::UnknownChannel`] for a pair that does not exist; those of reading.
+    fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError>;
+
+    /// Gives the next rows of some group; `false` at the end. Groups take turns so that they advance through the file
+    /// together, as far as the format allows: by the share of their rows in MDF files and MAT files.
+    ///
+    /// # Errors
+    /// Damage, after the rows before it. The next call goes on with what is not damaged, such as other groups, and gives
+    /// `false` if there is nothing.
+    fn next(&mut self, block: &mut Block) -> Result<bool, LogError>;
+
+    /// What a reader must be told although it is no error: rows that were skipped, a file that ends in the middle of a
+    /// row, channels that are left out. Complete when [`Log::next`] has come to its end.
+    fn notes(&self) -> Vec<String>;
+
+    /// What of the notes means that numbers are lost: rows that could not be read, an end in the middle of a row; a few words for
+    /// each, such as `3 rows are left out`. Complete when [`Log::next`] has come to its end.
+    fn damage(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Single numbers that stand beside the channels (in MAT files).
+    fn constants(&self) -> &[(String, f64)] {
+        &[]
+    }
+}
+
+/// The chosen channels of each group, in the order of choice.
+pub(super) fn chosen(groups: &[Group], wanted: &[(usize, usize)]) -> Result<Vec<Vec<usize>>, LogError> {
+    let mut out = vec![Vec::new(); groups.len()];
+    for &(group, channel) in wanted {
+        if groups.get(group).is_none_or(|group| channel >= group.channels.len()) {
+            return Err(LogError::UnknownChannel { group, channel });
+        }
+        out[group].push(channel);
+    }
+    Ok(out)
+}

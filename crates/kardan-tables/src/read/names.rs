@@ -1,0 +1,69 @@
+//! Names of channels: each once, and those of the time.
+
+use std::collections::HashSet;
+
+use super::Channel;
+
+/// Makes names unique: `x`, `x (2)`, `x (3)`.
+pub(super) fn make_unique(channels: &mut [Channel]) {
+    let mut seen = HashSet::new();
+    let mut counts = std::collections::HashMap::new();
+    for channel in channels {
+        if seen.contains(&channel.name) {
+            let count = counts.entry(channel.name.clone()).or_insert(1usize);
+            loop {
+                *count += 1;
+                let name = format!("{} ({count})", channel.name);
+                if !seen.contains(&name) {
+                    channel.name = name;
+                    break;
+                }
+            }
+        }
+        seen.insert(channel.name.clone());
+    }
+}
+
+/// Whether a channel is called like the time.
+pub(super) fn named_time(name: &str) -> bool {
+    let name = name.rsplit(['.', '/', '\\']).next().unwrap_or(name).trim().to_lowercase();
+    let name =
+        name.split(['[', '(']).next().unwrap_or("").trim().trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+    matches!(
+        name,
+        "time"
+            | "t"
+            | "tout"
+            | "timestamp"
+            | "timestamps"
+            | "time stamp"
+            | "times"
+            | "zeit"
+            | "datetime"
+            | "date time"
+            | "date_time"
+            | "time_s"
+            | "time_ms"
+            | "time_us"
+            | "time_ns"
+            | "timestamp_s"
+            | "timestamp_ms"
+            | "timestamp_us"
+            | "timestamp_ns"
+            | "t_s"
+            | "t_ms"
+            | "t_us"
+            | "t_ns"
+    )
+}
+
+/// The unit that the name of a time ends with: `ms` of `time_ms`.
+pub fn unit_in_name(name: &str) -> Option<&'static str> {
+    let end = name.trim().rsplit_once('_')?.1.to_ascii_lowercase();
+    ["s", "ms", "us", "ns"].into_iter().find(|unit| *unit == end)
+}
+
+/// The first channel that is called like the time.
+pub(super) fn find_time(channels: &[Channel]) -> Option<usize> {
+    channels.iter().position(|channel| named_time(&channel.name))
+}

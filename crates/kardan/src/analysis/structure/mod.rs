@@ -1,0 +1,403 @@
+//! The structure of a linear system: what inputs reach and outputs show, eigenvalues and zeros with their multiplicities.
+
+mod error;
+mod fractions;
+mod least_number;
+mod left_vectors;
+mod limits;
+mod modulo_primes;
+mod ranks;
+mod relative_degrees;
+mod statements;
+
+pub use error::StructureError;
+pub(super) use relative_degrees::relative_degrees;
+
+use super::images::{Images, fingerprint};
+use super::spectrum::MOST_EXPANDED;
+use super::{LinearSystem, certified};
+use crate::num::{Primes, reachable};
+use crate::results::{Certificate, Count, Entry, SparseMatrix, Structure, Undecided};
+use least_number::count;
+use left_vectors::Left;
+use limits::{LOOKS, Limits};
+use modulo_primes::{spectrum, zeros};
+use ranks::{Look, Ranks};
+use relative_degrees::vanish_exactly;
+use statements::Statements;
+
+/// The structure of a linear system: ranks, factors, relative degrees, zeros, least numbers of inputs and outputs, exact
+/// for the stored numbers, with a certificate.
+///
+/// Ranks are found modulo random primes near 2⁶⁰. That they are not smaller is proven by a minor that does not vanish
+/// modulo the prime; that they are not larger by left vectors that no input reaches, found modulo several primes, brought
+/// back to fractions and checked exactly. Polynomials are brought back in the same way and confirmed modulo a further
+/// prime; `certificate.statements` says what is proven and `certificate.failure_probability` bounds the rest.
+/// [`certified_structure`] leaves no rest.
+///
+/// The bound holds for every system, also for one that was written to mislead: the primes that it is about are others each
+/// time ([`Primes::unforeseen`]), and appear nowhere in the result. The primes in the certificate, whose minors are proofs
+/// with any prime, follow from the numbers of the system.
+///
+/// The least number of inputs is the number of non-trivial invariant factors of `sI − E⁻¹A` \[diss. Theorems 5.2, 5.3\];
+/// no eigenvalue is computed for any decision. The fields `uncontrollable` and `unobservable` are left to
+/// [`failing_modes`](super::failing_modes). Cost O(n³) per prime.
+///
+/// ```
+/// use kardan::analysis::{LinearSystem, structure};
+/// use kardan::num::{Matrix, Rational};
+/// let integers = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
+/// // Two equal oscillators; the input acts on the first.
+/// let system = LinearSystem::state_space(
+///     integers(&[&[0, 1, 0, 0], &[-4, 0, 0, 0], &[0, 0, 0, 1], &[0, 0, -4, 0]]),
+///     integers(&[&[0], &[1], &[0], &[0]]),
+///     integers(&[&[1, 0, 0, 0]]),
+/// );
+/// let structure = structure(&system).unwrap();
+/// assert_eq!((structure.controllable_rank, structure.min_inputs), (2, 2));
+/// assert_eq!(structure.invariant_factors, ["s^2 + 4", "s^2 + 4"]);
+/// ```
+///
+/// # Errors
+/// [`StructureError`].
+///
+/// # Panics
+/// If the shapes of the matrices do not fit each other.
+pub fn structure(system: &LinearSystem) -> Result<Structure, StructureError> {
+    decide(system, None)
+}
+
+/// The same as [`structure`], every answer proven over the rationals: `certificate.proven` is true and the probability of
+/// failure zero.
+///
+/// The polynomials, multiplicities, defects, zeros and relative degrees follow from the same computation modulo so many
+/// primes that numbers below a bound of Hadamard's kind must be what they look like; `analysis/certified.rs` holds the
+/// argument. For n states with numbers of b bits that takes about `n (b + 1) / 60` primes for systems without a double
+/// eigenvalue; for eigenvalues with several eigenvectors, roots of a factor of degree d, about d times as many. `progress`
+/// hears the fraction done. Should the number of primes needed be beyond reach, `certificate.proven` is false and a
+/// statement says what is open and why.
+///
+/// ```
+/// use kardan::analysis::{LinearSystem, certified_structure};
+/// use kardan::num::{Matrix, Rational};
+/// let integers = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
+/// let system = LinearSystem::state_space(
+///     integers(&[&[0, 1], &[-2, -3]]),
+///     integers(&[&[0], &[1]]),
+///     integers(&[&[1, 0]]),
+/// );
+/// let structure = certified_structure(&system, &|_| ()).unwrap();
+/// assert!(structure.certificate.proven && structure.controllable());
+/// assert_eq!(structure.invariant_factors, ["s^2 + 3 s + 2"]);
+/// ```
+///
+/// # Errors
+/// [`StructureError`].
+///
+/// # Panics
+/// If the shapes of the matrices do not fit each other.
+pub fn certified_structure(system: &LinearSystem, progress: &dyn Fn(f64)) -> Result<Structure, StructureError> {
+    decide(system, Some(progress))
+}
+
+/// With `certify` everything is proven, and it hears the fraction done.
+fn decide(system: &LinearSystem, certify: Option<&dyn Fn(f64)>) -> Result<Structure, StructureError> {
+    let seed = fingerprint(system);
+    let limits = Limits::new(system.states.len(), certify.is_some());
+    decide_modulo(system, certify, [Primes::unforeseen(seed), Primes::new(seed)], &limits)
+}
+
+/// `drawn` are the primes that decide what is not proven; with `own`, which follow from the system, all is proven that the
+/// certificate shows.
+fn decide_modulo(
+    system: &LinearSystem,
+    certify: Option<&dyn Fn(f64)>,
+    [drawn, mut own]: [Primes; 2],
+    limits: &Limits,
+) -> Result<Structure, StructureError> {
+    let n = system.states.len();
+    if n == 0 {
+        return Err(StructureError::NoStates);
+    }
+    let dual = system.transpose();
+    // Both skip the same primes.
+    let mut images = Images::new(system, drawn.clone());
+    let mut dual_images = Images::new(&dual, drawn);
+    let ranks = Ranks::decide([system, &dual], [&mut images, &mut dual_images], &mut own, limits)?;
+    let Look { image: first, dual: dual_first, reached, seen } = &ranks.found;
+    let mut statements = Statements::new(system);
+    let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);
+    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", seen.rank, 1)] {
+        if undecided[k] {
+            statements.undecided(what, rank, n, limits.primes);
+        } else {
+            statements.rank(what, rank, n, ranks.proven()[k]);
+        }
+    }
+    let facts = certify.and_then(|progress| prove_all(system, &ranks, &mut own, progress, &mut statements));
+
+    // What is not proven is found modulo random primes.
+    let known = facts.as_ref().and_then(certified::Facts::spectrum);
+    let proven = known.is_some();
+    let spectrum = known.unwrap_or_else(|| spectrum(&mut images, first, reached, dual_first, seen, limits));
+    let known = facts.as_ref().and_then(certified::Facts::zeros);
+    let zeros_proven = known.is_some();
+    let zeros = known.unwrap_or_else(|| zeros(&mut images, first, limits));
+    let table = facts.as_ref().map_or_else(|| relative_degrees(first), |facts| facts.relative_degrees.clone());
+    let m = spectrum.invariant_factors.len();
+    let common = spectrum.common.as_ref();
+    let kind = Kind::of(system);
+    let [on_forces, on_positions] = [true, false].map(|forces| kind.freedoms.map(|r| (r, forces)));
+    let (inputs, outputs) = rayon::join(
+        || count(&mut images, first, (&ranks.stated.image, &own), m, common, on_forces, proven),
+        || count(&mut dual_images, dual_first, (&ranks.stated.dual, &own), m, common, on_positions, proven),
+    );
+    if let Some(facts) = &facts {
+        statements.list.extend(facts.statements.iter().cloned());
+        let open = facts.open_spectrum.iter().chain(&facts.open_zeros);
+        statements.list.extend(open.map(|why| format!("no proof: {why}")));
+    }
+    if !proven {
+        statements.modular("multiplicities and invariant factors");
+    }
+    statements.count("inputs", m, inputs.as_ref(), proven);
+    statements.count("outputs", m, outputs.as_ref(), proven);
+    if !zeros_proven {
+        statements.modular("invariant zeros");
+    }
+    if facts.is_none() {
+        if n <= MOST_EXPANDED && vanish_exactly(system, &table) {
+            statements.list.push("relative degrees: the leading Markov parameters vanish exactly; proven".into());
+        } else {
+            statements.modular("relative degrees");
+        }
+    }
+    let (controllable_rank, observable_rank) = (reached.rank, seen.rank);
+    let primes = facts.map_or_else(Vec::new, |facts| facts.primes);
+    Ok(Structure {
+        states: system.states.clone(),
+        inputs: system.inputs.clone(),
+        outputs: system.outputs.clone(),
+        controllable_rank,
+        observable_rank,
+        undecided: Undecided { controllability: undecided[0], observability: undecided[1] },
+        factors: spectrum.factors,
+        uncontrollable: Vec::new(),
+        unobservable: Vec::new(),
+        relative_degrees: table,
+        zeros,
+        invariant_factors: spectrum.invariant_factors,
+        min_inputs: m,
+        min_outputs: m,
+        kind: kind.name.into(),
+        construction: None,
+        certificate: certificate(system, statements, undecided, primes, [inputs, outputs], ranks),
+    })
+}
+
+/// Proves what ranks leave open; if that cannot be done, a statement says why.
+fn prove_all(
+    system: &LinearSystem,
+    ranks: &Ranks,
+    own: &mut Primes,
+    progress: &dyn Fn(f64),
+    statements: &mut Statements,
+) -> Option<certified::Facts> {
+    if ranks.proven() != [true; 2] {
+        statements.list.push("no proof of the rest: it needs the exact left vectors".into());
+        return None;
+    }
+    let actions = [&ranks.unreached, &ranks.unseen].map(|rows| rows.as_ref().map(|rows| &rows.action));
+    let facts = certified::prove(system, actions, &mut || own.next().expect("primes are many"), progress);
+    facts.map_err(|why| statements.list.push(format!("no proof of the rest: {why}"))).ok()
+}
+
+/// What is proven and by what; `primes` are those of the proofs of [`certified`].
+fn certificate(
+    system: &LinearSystem,
+    statements: Statements,
+    undecided: [bool; 2],
+    mut primes: Vec<u64>,
+    [inputs, outputs]: [Option<Count>; 2],
+    ranks: Ranks,
+) -> Certificate {
+    let (reached, seen) = (ranks.stated.reached.minor, ranks.stated.seen.minor);
+    let minors = inputs.iter().chain(&outputs).map(|count| &count.minor).chain([&reached, &seen]);
+    primes.extend(minors.map(|minor| minor.prime));
+    primes.sort_unstable();
+    primes.dedup();
+    Certificate {
+        proven: statements.open == 0 && undecided == [false; 2],
+        failure_probability: statements.failure_probability(),
+        primes,
+        statements: statements.list,
+        pencil: pencil(system),
+        inputs,
+        outputs,
+        unreached: ranks.unreached.map(Left::into_fractions),
+        unseen: ranks.unseen.map(Left::into_fractions),
+        reached: Some(reached),
+        seen: Some(seen),
+    }
+}
+
+/// The rank of the controllability matrix of `E ẋ = A x + B u`, the largest one modulo a few random primes: never above the
+/// true rank, and n only if it is n.
+///
+/// `None` if E is singular.
+pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
+    let mut images = Images::unforeseen(system);
+    let mut best = 0;
+    for number in 0..LOOKS {
+        let image = images.get(number)?;
+        best = best.max(reachable(&image.field, &image.g, &image.b).span.dimension());
+        if best == image.g.rows {
+            break;
+        }
+    }
+    Some(best)
+}
+
+/// Which theorem of chapter 5 applies.
+struct Kind {
+    name: &'static str,
+    freedoms: Option<usize>,
+}
+
+impl Kind {
+    fn of(system: &LinearSystem) -> Self {
+        let Some(r) = system.freedoms else { return Self { name: "state space", freedoms: None } };
+        let block = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
+        let name = match (block(0), block(r)) {
+            (true, _) => "pure damping",
+            (false, true) => "no damping",
+            (false, false) => "general",
+        };
+        Self { name, freedoms: Some(r) }
+    }
+}
+
+/// The matrices as sparse fractions.
+fn pencil(system: &LinearSystem) -> Vec<SparseMatrix> {
+    [("E", &system.e), ("A", &system.a), ("B", &system.b), ("C", &system.c), ("D", &system.d)]
+        .into_iter()
+        .map(|(name, matrix)| {
+            let entries = (0..matrix.rows())
+                .flat_map(|i| (0..matrix.columns()).map(move |j| (i, j)))
+                .filter(|&at| !matrix[at].is_zero())
+                .map(|(row, column)| Entry { row, column, value: matrix[(row, column)].to_string() })
+                .collect();
+            SparseMatrix { name: name.to_string(), entries }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::num::{Matrix, Rational, Scalar, prime_below};
+
+    fn matrix(rows: &[&[&Rational]]) -> Matrix<Rational> {
+        Matrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j].clone())
+    }
+
+    /// `A = diag(0, x)`, `B = (1, 1)`, `C = (1, 0)`, with x a multiple of these primes: modulo each of them one state is
+    /// reached, over the rationals both are.
+    fn misleading(primes: &[u64]) -> LinearSystem {
+        let x = primes.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+        let (none, one) = (Rational::ZERO, Rational::ONE);
+        LinearSystem::state_space(
+            matrix(&[&[&none, &none], &[&none, &x]]),
+            matrix(&[&[&one], &[&one]]),
+            matrix(&[&[&one, &none]]),
+        )
+    }
+
+    fn silent(_: f64) {}
+
+    /// The very primes that the analysis will draw divide the entries: it goes on to further ones.
+    #[test]
+    fn the_primes_in_use_do_not_mislead() {
+        for count in [1, LOOKS, 2 * LOOKS, 20] {
+            let primes: Vec<u64> =
+                std::iter::successors(Some((1 << 61) - 1), |&p| Some(prime_below(p))).take(count).collect();
+            let system = misleading(&primes);
+            for certify in [None, Some(&silent as &dyn Fn(f64))] {
+                let drawn = [1, 2].map(|seed| Primes::new(seed).after(&primes));
+                let found = decide_modulo(&system, certify, drawn, &Limits::new(2, certify.is_some())).unwrap();
+                let ranks = (found.controllable_rank, found.observable_rank, found.min_inputs);
+                assert_eq!(ranks, (2, 1, 1), "{count} {:#?}", found.certificate.statements);
+                assert_eq!(found.undecided, Undecided::default());
+                assert!(found.certificate.primes.iter().all(|p| !primes.contains(p) || certify.is_some()));
+                assert!(found.certificate.proven || certify.is_none());
+            }
+            // A descriptor matrix that seems singular modulo all of them.
+            let x = primes.iter().fold(Rational::ONE, |all, &p| all * Rational::from(p));
+            let descriptor = LinearSystem {
+                e: matrix(&[&[&x]]),
+                ..LinearSystem::state_space(
+                    matrix(&[&[&Rational::ONE]]),
+                    matrix(&[&[&Rational::ONE]]),
+                    matrix(&[&[&Rational::ONE]]),
+                )
+            };
+            let drawn = [1, 2].map(|seed| Primes::new(seed).after(&primes));
+            let found = decide_modulo(&descriptor, Some(&silent), drawn, &Limits::new(1, true)).unwrap();
+            assert_eq!((found.controllable_rank, found.observable_rank), (1, 1));
+        }
+    }
+
+    /// Where a proof is asked for and not found, there is no verdict.
+    #[test]
+    fn what_is_not_proven_is_not_decided() {
+        // The vector that is not reached has 200 digits, and one prime is allowed.
+        let large = Rational::from_parts(1.into(), dashu_int::UBig::from(7u8).pow(240));
+        let (none, one) = (Rational::ZERO, Rational::ONE);
+        let system = LinearSystem::state_space(
+            matrix(&[&[&none, &none], &[&none, &none]]),
+            matrix(&[&[&one], &[&large]]),
+            matrix(&[&[&one, &none], &[&none, &one]]),
+        );
+        let limits = |certify| Limits { primes: 2, ..Limits::new(2, certify) };
+        let both = || [Primes::unforeseen(1), Primes::new(1)];
+        let found = decide_modulo(&system, Some(&silent), both(), &limits(true)).unwrap();
+        assert_eq!(
+            (found.undecided, found.controllability(), found.observability()),
+            (Undecided { controllability: true, observability: false }, None, Some(true))
+        );
+        assert_eq!((found.minimality(), found.controllable()), (None, false));
+        assert!(!found.certificate.proven);
+        let said = found.certificate.statements.join("\n");
+        assert!(said.contains("controllability rank: not decided; it is at least 1 of 2"), "{said}");
+        // Where no proof was asked for, it is told with its probability.
+        let fast = decide_modulo(&system, None, both(), &limits(false)).unwrap();
+        assert_eq!((fast.undecided, fast.controllability()), (Undecided::default(), Some(false)));
+        assert!(fast.certificate.failure_probability > 0.0 && fast.certificate.failure_probability < 1e-6);
+        assert!(fast.certificate.statements[0].contains("probability"), "{:?}", fast.certificate.statements);
+        // With primes enough it is decided.
+        assert!(certified_structure(&system, &silent).unwrap().certificate.proven);
+    }
+
+    /// Equal systems have equal fingerprints, others do not: signs, places and the matrix that an entry stands in count.
+    #[test]
+    fn fingerprints_tell_systems_apart() {
+        let system = misleading(&[7]);
+        assert_eq!(fingerprint(&system), fingerprint(&system.clone()));
+        let mut seen = vec![fingerprint(&system)];
+        for change in 0..6 {
+            let mut other = system.clone();
+            match change {
+                0 => other.a[(1, 1)] = Rational::from(-7),
+                1 => other.a[(1, 1)] = Rational::ONE.over(&Rational::from(7)),
+                2 => other.b[(0, 0)] = Rational::ZERO,
+                3 => other.c[(0, 0)] = Rational::from(256),
+                4 => other.d[(0, 0)] = Rational::ONE,
+                _ => other.e[(0, 1)] = Rational::ONE,
+            }
+            seen.push(fingerprint(&other));
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 7);
+    }
+}

@@ -1,0 +1,265 @@
+//! What a model is written as: a tree of keys and values, from a file or from a program.
+//!
+//! Everything that a model says stands in [`Entries`], each with its [`Place`]. Files become entries in
+//! [`file`](crate::file), typed tables of a program in [`schema`](crate::schema); from there on nothing knows which it was.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::units::{Dimension, Exact};
+
+/// Where an entry stands: in a text, or at a path in a model that a program built.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// Byte range in the text of the file.
+    Text(Range<usize>),
+    /// The keys that lead to it: `control.column.channels[1].output`.
+    Path(Arc<str>),
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self::Text(0..0)
+    }
+}
+
+impl From<Range<usize>> for Place {
+    fn from(span: Range<usize>) -> Self {
+        Self::Text(span)
+    }
+}
+
+impl Place {
+    /// The byte range in the text; empty at the start for an entry that no text has.
+    pub fn span(&self) -> Range<usize> {
+        match self {
+            Self::Text(span) => span.clone(),
+            Self::Path(_) => 0..0,
+        }
+    }
+
+    /// Where it begins in the text, to tell the mistakes of a file in order.
+    pub fn start(&self) -> usize {
+        self.span().start
+    }
+
+    /// The path of an entry that a program made.
+    pub fn path(&self) -> Option<&str> {
+        match self {
+            Self::Text(_) => None,
+            Self::Path(path) => Some(path),
+        }
+    }
+
+    /// The place of a part of a value, where the bytes of the value are those of the file, in quotes or not.
+    pub fn part(&self, value: &str, part: Range<usize>) -> Self {
+        match self {
+            Self::Text(span) if !part.is_empty() => match span.len().checked_sub(value.len()) {
+                Some(quotes @ (0 | 2)) => {
+                    let start = span.start + quotes / 2;
+                    Self::Text(start + part.start..start + part.end)
+                }
+                _ => self.clone(),
+            },
+            _ => self.clone(),
+        }
+    }
+}
+
+/// A value with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// What is written.
+    pub value: Written,
+    /// Where: of a table its header, or the whole of it where it stands in one line.
+    pub place: Place,
+}
+
+/// A value as it is written.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Written {
+    /// A text, without its quotes.
+    Text(String),
+    /// A decimal number, as its digits stand.
+    Number(String),
+    /// A quantity that a program computed.
+    Quantity(Exact, Dimension),
+    /// A list.
+    List(Vec<Entry>),
+    /// A table.
+    Table(Entries),
+    /// Something that no model holds: what it is, and how it is written.
+    Other(&'static str, String),
+    /// What could not be read; that has been reported.
+    Broken,
+}
+
+/// A key with its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyedEntry {
+    /// The key.
+    pub key: String,
+    /// Place of the key.
+    pub place: Place,
+    /// What it holds.
+    pub entry: Entry,
+}
+
+/// A table: keys with values, in the order in which they were written.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Entries {
+    list: Vec<KeyedEntry>,
+}
+
+impl Entries {
+    /// The entries in order.
+    pub fn iter(&self) -> impl Iterator<Item = &KeyedEntry> {
+        self.list.iter()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The entry of a key.
+    pub fn keyed(&self, key: &str) -> Option<&KeyedEntry> {
+        self.list.iter().find(|entry| entry.key == key)
+    }
+
+    /// The value of a key.
+    pub fn get(&self, key: &str) -> Option<&Written> {
+        self.keyed(key).map(|entry| &entry.entry.value)
+    }
+
+    /// The table of a key.
+    pub fn table(&self, key: &str) -> Option<&Entries> {
+        match self.get(key)? {
+            Written::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Adds an entry behind the others.
+    pub fn push(&mut self, entry: KeyedEntry) {
+        self.list.push(entry);
+    }
+
+    /// Sets a key, in its place if it is there; the entry is one of a program, and [`Entries::settle`] tells it where it stands.
+    pub fn set(&mut self, key: &str, value: Written) {
+        let new = KeyedEntry { key: key.into(), place: unsettled(), entry: Entry { value, place: unsettled() } };
+        match self.list.iter_mut().find(|entry| entry.key == key) {
+            Some(entry) => *entry = new,
+            None => self.list.push(new),
+        }
+    }
+
+    /// The table of a key, which is made where there is none.
+    pub fn table_mut(&mut self, key: &str) -> &mut Entries {
+        if self.table(key).is_none() {
+            self.set(key, Written::Table(Entries::default()));
+        }
+        let found = self.list.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.entry.value);
+        match found {
+            Some(Written::Table(table)) => table,
+            _ => unreachable!("the table was made above"),
+        }
+    }
+
+    /// The list of a key, which is made where there is none. A single table is a list of one.
+    pub fn list_mut(&mut self, key: &str) -> &mut Vec<Entry> {
+        if self.get(key).is_none() {
+            self.set(key, Written::List(Vec::new()));
+        }
+        let found = self.list.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.entry);
+        let Some(entry) = found else { unreachable!("the entry was made above") };
+        if !matches!(entry.value, Written::List(_)) {
+            let value = std::mem::replace(&mut entry.value, Written::Broken);
+            entry.value = Written::List(vec![Entry { value, place: entry.place.clone() }]);
+        }
+        match &mut entry.value {
+            Written::List(list) => list,
+            _ => unreachable!("the list was made above"),
+        }
+    }
+
+    /// Takes a key away.
+    pub fn remove(&mut self, key: &str) {
+        self.list.retain(|entry| entry.key != key);
+    }
+
+    /// Tells the entries of a program where they stand.
+    pub fn settle(&mut self) {
+        settle_table(self, "");
+    }
+
+    /// Whether both say the same, wherever and in whatever order of keys.
+    pub fn same_as(&self, other: &Entries) -> bool {
+        let same = |a: &KeyedEntry| other.get(&a.key).is_some_and(|b| same_value(&a.entry.value, b));
+        self.list.len() == other.list.len() && self.list.iter().all(same)
+    }
+}
+
+/// The place of an entry of a program before [`Entries::settle`].
+fn unsettled() -> Place {
+    Place::Path(Arc::from(""))
+}
+
+fn same_value(a: &Written, b: &Written) -> bool {
+    match (a, b) {
+        (Written::List(a), Written::List(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same_value(&a.value, &b.value))
+        }
+        (Written::Table(a), Written::Table(b)) => a.same_as(b),
+        (a, b) => a == b,
+    }
+}
+
+fn settle_table(table: &mut Entries, path: &str) {
+    for entry in &mut table.list {
+        let key = if entry.key.contains(['.', '"']) { format!("{:?}", entry.key) } else { entry.key.clone() };
+        let path = if path.is_empty() { key } else { format!("{path}.{key}") };
+        if entry.place.path() == Some("") {
+            entry.place = Place::Path(Arc::from(path.as_str()));
+        }
+        settle_entry(&mut entry.entry, &path);
+    }
+}
+
+fn settle_entry(entry: &mut Entry, path: &str) {
+    if entry.place.path() == Some("") {
+        entry.place = Place::Path(Arc::from(path));
+    }
+    match &mut entry.value {
+        Written::Table(table) => settle_table(table, path),
+        Written::List(list) => {
+            for (number, entry) in list.iter_mut().enumerate() {
+                settle_entry(entry, &format!("{path}[{number}]"));
+            }
+        }
+        _ => {}
+    }
+}
+
+impl FromIterator<KeyedEntry> for Entries {
+    fn from_iter<I: IntoIterator<Item = KeyedEntry>>(entries: I) -> Self {
+        Self { list: entries.into_iter().collect() }
+    }
+}
+
+impl From<Written> for Entry {
+    /// An entry of a program.
+    fn from(value: Written) -> Self {
+        Self { value, place: unsettled() }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(span) => write!(f, "byte {}", span.start),
+            Self::Path(path) => f.write_str(path),
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The syntax of model files, and only here: TOML to [`Entries`](crate::entries::Entries) with their places, and back.
+
+mod syntax;
+mod toml;
+
+pub use self::syntax::syntax;
+pub use self::toml::to_toml;

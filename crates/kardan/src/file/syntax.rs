@@ -1,0 +1,90 @@
+//! The text of a model file to entries.
+
+use std::ops::Range;
+
+use toml::Spanned as Toml;
+use toml::de::{DeTable, DeValue};
+
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::entries::{Entries, Entry, KeyedEntry, Written};
+
+/// Reads the text of a model file as TOML; what is broken is reported and the rest is still there.
+///
+/// # Errors
+///
+/// One diagnostic `toml::syntax` for each line that is not TOML. A value without quotes is read as if it had them.
+///
+/// ```
+/// use kardan::file::syntax;
+/// let (entries, mistakes) = syntax("inertia = 130 kg mm^2\n");
+/// assert!(entries.get("inertia").is_some());
+/// assert_eq!(mistakes[0].help.as_deref(), Some("write \"130 kg mm^2\""));
+/// ```
+pub fn syntax(source: &str) -> (Entries, Vec<Diagnostic>) {
+    let (document, errors) = DeTable::parse_recoverable(source);
+    let mut errors: Vec<(Range<usize>, &str)> =
+        errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
+    errors.sort_by_key(|(span, _)| (span.start, span.end));
+    // What follows the first mistake of a line mostly follows from it.
+    let line =
+        |span: &Range<usize>| source.as_bytes()[..span.start.min(source.len())].iter().filter(|b| **b == b'\n').count();
+    errors.dedup_by_key(|(span, _)| line(span));
+    let diagnostics = errors.into_iter().map(|(span, message)| {
+        let text = source.get(span.clone()).unwrap_or("").trim();
+        let (message, help) = if message.starts_with("string values must be quoted") {
+            match text {
+                "" => {
+                    ("a key without a value".to_string(), "write a value after the `=`, or remove the key".to_string())
+                }
+                _ => ("text without quotes".to_string(), format!("write \"{text}\"")),
+            }
+        } else if message.starts_with("duplicate key") {
+            ("a key that was given before".to_string(), "keep one of the two".to_string())
+        } else {
+            let start = source[..span.start.min(source.len())].rfind('\n').map_or(0, |at| at + 1);
+            let line = shortened(source[start..].lines().next().unwrap_or("").split('#').next().unwrap_or("").trim());
+            let help = match message {
+                m if m.starts_with("unclosed table") => format!("write `{line}]`"),
+                m if m.starts_with("unclosed array table") => format!("write `{}]]`", line.trim_end_matches(']')),
+                m if m.contains("string, expected") => "end the text with the quote it begins with".to_string(),
+                m if m.starts_with("key with no value") => "write it as `key = value`".to_string(),
+                m if m.contains("recurse") => "nothing in a model file is nested that deeply".to_string(),
+                _ => "see https://toml.io for how a file of keys and values is written".to_string(),
+            };
+            (message.to_string(), help)
+        };
+        Diagnostic::error("toml::syntax", format!("this is not TOML: {message}")).at(span, "").help(help)
+    });
+    let diagnostics = diagnostics.collect();
+    (table(document.get_ref()), diagnostics)
+}
+
+/// A table of the reader as entries, in the order of the file.
+fn table(read: &DeTable<'_>) -> Entries {
+    let mut list: Vec<KeyedEntry> = read
+        .iter()
+        .map(|(key, value)| KeyedEntry {
+            key: key.get_ref().to_string(),
+            place: key.span().into(),
+            entry: entry(value),
+        })
+        .collect();
+    list.sort_by_key(|entry| entry.place.span().start);
+    list.into_iter().collect()
+}
+
+fn entry(read: &Toml<DeValue<'_>>) -> Entry {
+    let value = match read.get_ref() {
+        // What the reader put in place of something broken.
+        _ if read.span().is_empty() => Written::Broken,
+        DeValue::String(text) => Written::Text(text.to_string()),
+        DeValue::Integer(number) if number.radix() == 10 => Written::Number(number.as_str().into()),
+        DeValue::Float(number) => Written::Number(number.as_str().into()),
+        DeValue::Integer(number) => Written::Other("a number", number.to_string()),
+        DeValue::Boolean(flag) => Written::Other("a boolean", flag.to_string()),
+        DeValue::Datetime(time) => Written::Other("a date or time", time.to_string()),
+        DeValue::Array(list) => Written::List(list.iter().map(entry).collect()),
+        DeValue::Table(inner) => Written::Table(table(inner)),
+    };
+    Entry { value, place: read.span().into() }
+}

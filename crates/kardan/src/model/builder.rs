@@ -1,0 +1,183 @@
+//! A model as a program writes it.
+
+use crate::entries::{Entries, Entry, Written};
+use crate::model::tables::{Analysis, Bench, Event, Header, Identification, Log, Plot, Requirement, Scenario, Variant};
+use crate::schema::{ElementKeys, Given, Keys, LawKeys, Quantities, Quantity};
+
+/// A model that a program builds, or changes: every table of a model file as a typed struct. What is wrong with it is told by the
+/// project that comes of it, as of a file, with the path of the entry.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Builder {
+    entries: Entries,
+}
+
+impl Builder {
+    /// A model with a name and nothing else.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self::default().header(Header::default().name(name))
+    }
+
+    /// What is written so far may be changed.
+    pub fn from_entries(entries: Entries) -> Self {
+        Self { entries }
+    }
+
+    /// What is written.
+    pub fn into_entries(mut self) -> Entries {
+        self.entries.settle();
+        self.entries
+    }
+
+    fn table(mut self, key: &str, table: &impl Keys) -> Self {
+        self.entries.set(key, table.written());
+        self
+    }
+
+    fn named(mut self, group: &str, name: &str, table: Entries) -> Self {
+        self.entries.table_mut(group).set(name, Written::Table(table));
+        self
+    }
+
+    fn listed(mut self, key: &str, table: &impl Keys) -> Self {
+        self.entries.list_mut(key).push(Entry::from(table.written()));
+        self
+    }
+
+    /// `[model]`
+    #[must_use]
+    pub fn header(self, header: Header) -> Self {
+        self.table("model", &header)
+    }
+
+    /// An entry of `[parameters]`: `beta = "10 deg"`, with a tolerance if you like.
+    #[must_use]
+    pub fn parameter(mut self, name: &str, value: impl Into<Quantity>) -> Self {
+        self.entries.table_mut("parameters").set(name, value.into().written());
+        self
+    }
+
+    /// An entry of `[variants]`: a run for each value of a parameter.
+    #[must_use]
+    pub fn vary(mut self, parameter: &str, values: impl Into<Quantities>) -> Self {
+        self.entries.table_mut("variants").set(parameter, values.into().written());
+        self
+    }
+
+    /// An element `[keyword.NAME]`, in place of one of that kind and name.
+    #[must_use]
+    pub fn element<E: ElementKeys>(self, name: &str, element: E) -> Self {
+        self.named(E::KEYWORD, name, element.entries())
+    }
+
+    /// A controller `[control.NAME]`, in place of one of that name.
+    #[must_use]
+    pub fn control<L: LawKeys>(self, name: &str, law: L) -> Self {
+        self.control_of(name, L::KEYWORD, law.entries())
+    }
+
+    /// A controller by the keyword of its law and its keys.
+    #[must_use]
+    pub fn control_of(self, name: &str, law: &str, keys: Entries) -> Self {
+        let mut table = Entries::default();
+        table.set("law", Written::Text(law.into()));
+        keys.iter().for_each(|entry| table.set(&entry.key, entry.entry.value.clone()));
+        self.named("control", name, table)
+    }
+
+    /// A key of a table, by its path: `&["control", "column", "feedback"]`. Tables on the way are made where there are none.
+    #[must_use]
+    pub fn set(mut self, path: &[&str], value: impl Given) -> Self {
+        if let Some((key, tables)) = path.split_last() {
+            let table = tables.iter().fold(&mut self.entries, |table, key| table.table_mut(key));
+            table.set(key, value.written());
+        }
+        self
+    }
+
+    /// The model without a table or key, by its path.
+    #[must_use]
+    pub fn without(mut self, path: &[&str]) -> Self {
+        if let Some((key, tables)) = path.split_last() {
+            let mut table = &mut self.entries;
+            for key in tables {
+                if table.table(key).is_none() {
+                    return self;
+                }
+                table = table.table_mut(key);
+            }
+            table.remove(key);
+        }
+        self
+    }
+
+    /// `[scenario]`
+    #[must_use]
+    pub fn scenario(self, scenario: Scenario) -> Self {
+        self.table("scenario", &scenario)
+    }
+
+    /// A step or ramp `[[scenario.event]]` behind those that are there.
+    #[must_use]
+    pub fn event(mut self, event: Event) -> Self {
+        self.entries.table_mut("scenario").list_mut("event").push(Entry::from(event.written()));
+        self
+    }
+
+    /// A `[[requirement]]` behind those that are there.
+    #[must_use]
+    pub fn requirement(self, requirement: Requirement) -> Self {
+        self.listed("requirement", &requirement)
+    }
+
+    /// A `[[plot]]` behind those that are there.
+    #[must_use]
+    pub fn plot(self, plot: Plot) -> Self {
+        self.listed("plot", &plot)
+    }
+
+    /// A `[[variant]]` behind those that are there.
+    #[must_use]
+    pub fn variant(self, variant: Variant) -> Self {
+        self.listed("variant", &variant)
+    }
+
+    /// `[analysis]`
+    #[must_use]
+    pub fn analysis(self, analysis: Analysis) -> Self {
+        self.table("analysis", &analysis)
+    }
+
+    /// `[bench]`
+    #[must_use]
+    pub fn bench(self, bench: Bench) -> Self {
+        self.table("bench", &bench)
+    }
+
+    /// `[identification]`
+    #[must_use]
+    pub fn identification(self, identification: Identification) -> Self {
+        self.table("identification", &identification)
+    }
+
+    /// `[log.NAME]`
+    #[must_use]
+    pub fn log(self, name: &str, log: Log) -> Self {
+        self.named("log", name, log.entries())
+    }
+
+    /// Leaves the controller of that name alone in the loop, without what is said of the references of others.
+    #[must_use]
+    pub fn alone(mut self, control: &str) -> Self {
+        let others = self.entries.table_mut("control");
+        *others = others.iter().filter(|entry| entry.key == control).cloned().collect();
+        self = self.without(&["scenario", "event"]).without(&["requirement"]).without(&["plot"]);
+        if self.entries.get("variant").is_some() {
+            for variant in self.entries.list_mut("variant") {
+                if let Written::Table(variant) = &mut variant.value {
+                    variant.remove("controls");
+                }
+            }
+        }
+        self
+    }
+}

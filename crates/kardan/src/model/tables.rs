@@ -1,0 +1,369 @@
+//! The tables of a model beside its elements and laws: header, scenario, requirements, plots, analysis, bench, logs.
+
+use crate::schema::{Sign, keys};
+use crate::units::Dimension;
+
+/// The elements that can have Coulomb friction; a test keeps them equal to the registry.
+pub(super) const FRICTION: &[&str] = &["shaft", "spring_damper"];
+
+keys! {
+    /// `[model]`.
+    table Header {
+        required {
+        }
+        optional {
+            name: Text, "Name of the model; left out: `model`.";
+            description: Text, "A sentence for the report.";
+            coordinates: Shafts(0),
+                "Shafts (in a circuit: charges) to use as reduced coordinates; left out: chosen so that the equations \
+                 stay well scaled.";
+        }
+    }
+}
+
+keys! {
+    /// `[scenario]`.
+    table Scenario {
+        required {
+        }
+        optional {
+            duration: Quantity(Dimension::TIME, Sign::Positive), "Length of the run; left out: 1 s.";
+            output_step: Quantity(Dimension::TIME, Sign::Positive),
+                "Time between rows of the results, a twentieth of it during 20 steps after each event; left out: 1 ms.";
+            relative_tolerance: Number(Sign::Positive),
+                "Relative error allowed per integration step, from 1e-13 to 1e-3; left out: 1e-10.";
+            initial: Overrides,
+                "Initial angles and speeds (in a circuit: charges and currents) of the reduced coordinates: { \
+                 \"rk.phi\" = \"10 deg\" }; left out: zero.";
+            seed: Number(Sign::NonNegative),
+                "Whole number from which the `noise` of sensors is drawn: the same seed, the same noise. Left out: 1.";
+            event: Tables(Event), "Steps and ramps of signals: `[[scenario.event]]`.";
+            fault: Tables(Fault), "Sensors that fail: `[[scenario.fault]]`.";
+        }
+    }
+}
+
+keys! {
+    /// `[[scenario.event]]`.
+    table Event {
+        required {
+            at: Quantity(Dimension::TIME, Sign::NonNegative), "When it happens (or the ramp begins).";
+            signal: Signal,
+                "A reference, a disturbance, `<motor>.tau` of a motor without a law, or `<voltage_source>.v`.";
+            to: AnyQuantity, "The new value.";
+        }
+        optional {
+            over: Quantity(Dimension::TIME, Sign::NonNegative), "Length of a ramp to the new value; left out: a step.";
+        }
+    }
+}
+
+keys! {
+    /// `[[scenario.fault]]`.
+    table Fault {
+        required {
+            sensor: Text,
+                "A sensor that the observer of a controller with a sample time reads, by its name or as it stands \
+                 there: `wg_encoder`, `rk.phi`.";
+            at: Quantity(Dimension::TIME, Sign::Positive), "When it begins: after the start, where sensors work.";
+        }
+        optional {
+            kind: Choice(&["lost", "stuck"]),
+                "`lost`: it gives no number (NaN), and the controller holds the last good one; `stuck`: it goes on \
+                 giving its last reading. Left out: lost.";
+            until: Quantity(Dimension::TIME, Sign::Positive), "When it ends; left out: never.";
+        }
+    }
+}
+
+keys! {
+    /// `[[requirement]]`.
+    table Requirement {
+        required {
+            signal: Signal, "The signal to judge.";
+            measure: Choice(&["max", "min", "max_abs", "final", "rms", "ripple", "time_at_limit"]),
+                "Largest, smallest, largest in size, or last value in the window; `rms`: root of the mean of its \
+                 squares over the time; `ripple`: the same around its mean, what is left of a torque at rest without \
+                 what it holds; `time_at_limit`: how long in the window the motor of this torque is at its torque \
+                 limit, s.";
+        }
+        optional {
+            below: AnyQuantity, "The measure must be less than this.";
+            above: AnyQuantity, "The measure must be more than this.";
+            from: Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the window; left out: 0 s.";
+            until: Quantity(Dimension::TIME, Sign::Positive), "End of the window; left out: the end.";
+            variants: Words, "Variants that it applies to; left out: all.";
+        }
+    }
+}
+
+keys! {
+    /// `[[variant]]`.
+    table Variant {
+        required {
+            name: Name, "Name of the variant: it names the table of its run.";
+        }
+        optional {
+            set: Overrides,
+                "Parameter values that make it: { step = \"1 rad\", friction = \"0 N m\" }; left out: those of the \
+                 file.";
+            controls: Words,
+                "The controllers that are in the loop; left out: all. So controllers for the same motors can be \
+                 compared.";
+        }
+    }
+}
+
+keys! {
+    /// `[[plot]]`.
+    table Plot {
+        required {
+            name: Name, "Name of the file and place in the report: `rack-angle`.";
+            title: Text, "Title.";
+            signals: Signals, "Signals drawn for every variant.";
+        }
+        optional {
+            caption: Text, "A sentence beneath the plot.";
+            references: Signals, "Signals drawn once, dashed.";
+            variants: Words, "Variants to draw; left out: all.";
+        }
+    }
+}
+
+keys! {
+    /// `[analysis]`.
+    table Analysis {
+        required {
+        }
+        optional {
+            inputs: Elements(&["motor", "disturbance"]), "Inputs to analyse; left out: all motors.";
+            outputs: Signals,
+                "Outputs to analyse: `<shaft>.phi`, `<shaft>.w` or the name of a sensor; left out: all sensors, else \
+                 the outputs that the laws control, else the angles of all coordinates.";
+            at: Overrides,
+                "Operating point, angles of reduced coordinates: { \"rk.phi\" = \"30 deg\" }; left out: the initial \
+                 position of the scenario.";
+            stuck: Elements(FRICTION), "Elements whose Coulomb friction holds, hence constrains; left out: all slide.";
+            horizon: Quantity(Dimension::TIME, Sign::Positive),
+                "Time over which the Gramians are taken; left out: 1 s.";
+            motion: Overrides,
+                "Angles and speeds of reduced coordinates to reach from rest: { \"rk.phi\" = \"10 deg\" }. Places of \
+                 motors are then compared by the energy that this takes; left out: by their Gramians.";
+            threshold: Number(Sign::Positive),
+                "Gramian eigenvalue below which a sample of the parameters counts as lost; left out: a tenth of that \
+                 of the nominal values.";
+            samples: Number(Sign::Positive),
+                "Samples of the parameters within their tolerances, a whole number up to a million; left out: 1000, \
+                 or fewer for a large model.";
+            actuator: Tables(ActuatorSite), "Where motors may sit: `[[analysis.actuator]]`.";
+            sensor: Tables(SensorSite), "Where sensors may sit: `[[analysis.sensor]]`.";
+        }
+    }
+}
+
+keys! {
+    /// `[bench]`.
+    table Bench {
+        required {
+        }
+        optional {
+            truth: Overrides,
+                "What the plant on the bench has and its model does not know: values of parameters and of keys of \
+                 elements, also keys that the file does not give: { \"wg.damping\" = \"0.001 N m s/rad\", \
+                 \"hd.stiffness\" = \"8000 N m/rad\" }. Left out: drawn from `seed`, each inertia, damping and \
+                 friction within `spread` of its value.";
+            spread: Number(Sign::NonNegative),
+                "How far drawn true values may be from those of the file, as a part of them, below 1; left out: 0.1.";
+            sample_time: Quantity(Dimension::TIME, Sign::Positive),
+                "Time between two rows of a log, and between two commands of the servo loops; left out: 1 ms.";
+            seed: Number(Sign::NonNegative),
+                "Whole number that noise, drawn true values and drawn excitations come from; left out: 1.";
+            plan: Choice(&["constant_speeds", "multisine", "random_steps"]),
+                "How the motors move the plant: from one constant speed to the next, by sums of sines, or by random \
+                 steps of the speeds; left out: constant_speeds.";
+            parameters: Signals,
+                "What the log is to tell best, such as [\"wg.damping\", \"fs.friction\"]; left out: every inertia, \
+                 damping, stiffness and friction that this kind of motion can tell at all.";
+            signals: Signals,
+                "What is logged; left out: the angles of all shafts with an encoder (else of the coordinates), the \
+                 torques of all motors, and the torque sensors.";
+            speed_limit: Overrides,
+                "Largest speed of a shaft either way: { wg = \"60 rad/s\", cs = \"1 rad/s\" }; each coordinate needs \
+                 one. Torques keep to four fifths of the limits of the motors.";
+            least_speed: Overrides,
+                "Least speed of a shaft at a constant speed, below which it would creep: { fs = \"0.5 rad/s\" }; left \
+                 out: a twentieth of its `speed_limit`, if it has friction.";
+            speeds: Lists,
+                "Grid of constant speeds, by coordinate: { wg = [\"-60 rad/s\", \"60 rad/s\"], cs = [\"1 rad/s\", \"2 \
+                 rad/s\"] }; signs are as written. Left out, and for coordinates without a list: `levels` speeds.";
+            levels: Number(Sign::Positive),
+                "Speeds of each coordinate from which set points are chosen, evenly from limit to limit, a whole \
+                 number from 2 to 50; left out: 8.";
+            points: Number(Sign::Positive),
+                "Set points (of sines and steps: sections of their own) that the plan chooses, a whole number up to \
+                 1000; left out: 16, and of a grid of `speeds` all.";
+            dwell: Quantity(Dimension::TIME, Sign::Positive),
+                "Shortest time at each constant speed, or length of a section of sines or steps; left out: 1 s, and 4 \
+                 s. Constant speeds are held up to half as long again, drawn from the seed, so that ripple does not \
+                 fall into step.";
+            ramp: Quantity(Dimension::TIME, Sign::Positive),
+                "Shortest time from one speed to the next; left out: 0.5 s.";
+            duration: Quantity(Dimension::TIME, Sign::Positive),
+                "Longest log; a plan that takes longer is refused. Left out: 10 min.";
+            torque_noise: Quantity(Dimension::TORQUE, Sign::NonNegative),
+                "Standard deviation of the noise in the logged torques of the motors; that of sensors is their own \
+                 `noise`. Left out: none.";
+            bandwidth: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Triple pole of the servo loops that play the plan, at most 0.3 in a sample time; left out: 30 rad/s.";
+        }
+    }
+}
+
+keys! {
+    /// `[[analysis.actuator]]`.
+    table ActuatorSite {
+        required {
+            shaft: Shaft, "The shaft that the torque would act on.";
+        }
+        optional {
+            cost: Number(Sign::NonNegative), "What this place costs; left out: 1.";
+        }
+    }
+}
+
+keys! {
+    /// `[[analysis.sensor]]`.
+    table SensorSite {
+        required {
+            shaft: Shaft, "The shaft that would be measured.";
+        }
+        optional {
+            measures: Choice(&["angle", "speed"]), "What would be measured; left out: angle.";
+            cost: Number(Sign::NonNegative), "What this place costs; left out: 1.";
+        }
+    }
+}
+
+keys! {
+    /// `[log.<name>]`.
+    table Log {
+        required {
+        }
+        optional {
+            file: Text,
+                "Which of the files given it describes: a name, `*` and `?` stand for anything. Left out: all. \
+                 Several tables of files that were recorded together are joined by time.";
+            time: Text, "The column of the time; left out: the one the file marks, or the one called time or t.";
+            time_unit: Text, "Unit of the time; left out: that of the file, else s.";
+            time_offset: Quantity(Dimension::TIME, Sign::Any),
+                "What is added to the time, where clocks differ; left out: nothing.";
+            sample_time: Quantity(Dimension::TIME, Sign::Positive), "Time between rows of a file without a time.";
+            delimiter: Text, "What stands between the cells of a text file; left out: found out.";
+            decimal: Choice(&["point", "comma"]), "The decimal sign of a text file; left out: found out.";
+            names_row: Number(Sign::Positive), "Row of a text file with names; left out: found out.";
+            units_row: Number(Sign::Positive), "Row of a text file with units; left out: found out.";
+            first_row: Number(Sign::Positive), "Row of a text file in which the numbers begin; left out: found out.";
+            channel: Tables(LogChannel),
+                "Which column is which signal: `[[log.NAME.channel]]`. Columns that are called like a signal, \
+                 `wg.phi`, need none.";
+        }
+    }
+}
+
+keys! {
+    /// `[[log.<name>.channel]]`.
+    table LogChannel {
+        required {
+            signal: Text,
+                "What was measured: `<shaft>.phi`, `<shaft>.w`, `<motor>.tau`, `<disturbance>.tau`, or a sensor of an \
+                 angle or speed.";
+        }
+        optional {
+            column: Text, "The column, or the channel of a binary file, by its name.";
+            number: Number(Sign::Positive), "The column by its number, from 1 on, instead.";
+            unit: Text, "Its unit; left out: that of the file, else the SI unit of the signal.";
+            factor: Number(Sign::NonZero),
+                "What readings are multiplied by, as -1 where the sense differs; left out: 1.";
+            scale: AnyQuantity,
+                "What one unit of a reading is, as \"200 N m\" for one volt, instead of a unit: for readings that are \
+                 no such quantity.";
+            zero_samples: Number(Sign::Positive),
+                "So many first samples are taken as zero: their mean is subtracted; left out: nothing is.";
+            noise: AnyQuantity, "Standard deviation of a sample; left out: as seen in the log.";
+        }
+    }
+}
+
+keys! {
+    /// `[identification]`.
+    table Identification {
+        required {
+        }
+        optional {
+            parameters: Signals,
+                "What is to be found: `<element>.<key>` with the keys inertia, damping, stiffness, friction, or \
+                 parameters that stand for one; left out: every damping and friction of the model, in dynamic tests \
+                 inertias and stiffnesses too.";
+            method: Choice(&["steady", "dynamic"]),
+                "`steady`: segments of constant speed; `dynamic`: everything, with filtered derivatives. Left out: \
+                 steady if neither inertias nor stiffnesses are asked for and the logs have such segments.";
+            window: Quantity(Dimension::TIME, Sign::Positive),
+                "Width of the windows in which samples are smoothed; left out: 50 samples of the slowest channel.";
+            rest_speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "Speed below which nobody knows the sign of a friction; left out: a hundredth of its largest, or what \
+                 noise hides.";
+            steady_tolerance: Number(Sign::Positive),
+                "Change of a speed in a steady segment, as a part of its largest; left out: 0.02.";
+            shortest_segment: Quantity(Dimension::TIME, Sign::Positive),
+                "Shortest steady segment; left out: four windows.";
+            absent: Elements(&["motor", "disturbance"]),
+                "Inputs that did nothing while it was logged; of others without a channel the torque is eliminated.";
+            nonnegative: Signals,
+                "Parameters that may not be below zero; left out: none, as an equivalent damping may be.";
+            loss: Choice(&["squares", "huber", "bisquare"]),
+                "How residuals count: the two others let outliers count less, or not at all. Left out: squares.";
+            confidence: Number(Sign::Positive), "Confidence of the intervals, below 1; left out: 0.95.";
+            extra: Tables(Extra),
+                "Terms beyond those of the model: `[[identification.extra]]`. They are fitted where `parameters` \
+                 names theirs, or is left out; candidates choose among them.";
+            candidate: Tables(Candidate), "Models that `--compare` compares: `[[identification.candidate]]`.";
+            published: Overrides,
+                "Values from elsewhere that the report states beside: { \"fs.damping\" = \"0.02 N m s/rad\" }.";
+            source: Text, "Where the published values are from.";
+        }
+    }
+}
+
+keys! {
+    /// `[[identification.extra]]`.
+    table Extra {
+        required {
+            kind: Choice(&["stribeck", "load"]),
+                "`stribeck`: more friction at low speed, the parameters `<element>.stribeck` and \
+                 `<element>.stribeck_speed`; `load`: a loss in proportion to a torque, as in a strain-wave gear, the \
+                 parameter `<element>.load_loss`.";
+            friction: Element(&["shaft", "spring_damper"]), "The element whose friction it adds to.";
+        }
+        optional {
+            shape: Choice(&["gaussian", "exponential", "peak"]),
+                "Of Stribeck friction over x, the speed by the Stribeck speed: exp(-x^2), exp(-x), or x exp(1 - x). \
+                 Left out: gaussian.";
+            speed: Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+                "The Stribeck speed, if it is known; left out: it is found too.";
+            torque: Element(&["motor", "disturbance"]), "The input whose torque loads the gear.";
+        }
+    }
+}
+
+keys! {
+    /// `[[identification.candidate]]`.
+    table Candidate {
+        required {
+            name: Name, "Its name.";
+        }
+        optional {
+            parameters: Signals, "Its parameters; left out: those of `[identification]`.";
+            extras: Words, "Its extra terms, by their parameters: `fs.stribeck`, `wg.load_loss`; left out: none.";
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! The door: a model, from a file or built by a program, with everything that can be asked of it.
+//!
+//! [`Project`] is a model read once; [`Builder`] writes one with a typed struct for each table of a model file. The keyword in the
+//! file, the struct, its module and the page of the manual (`kardan elements`) have one name and come from one registry.
+
+pub use crate::element::{
+    Capacitor, Constraint, Disturbance, Gear, HarmonicDrive, Inductor, Motor, Planetary, Resistor, Sensor, Shaft,
+    SpringDamper, Transformer, UniversalJoint, VoltageSource,
+};
+pub use crate::entries::{Entries, Place};
+pub use crate::model::Builder;
+pub use crate::model::tables::*;
+pub use crate::schema::{ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, Words};
+pub use crate::study::Project;
+pub use crate::synthesis::{
+    ComputedTorque, ComputedTorqueChannel, Decoupling, DecouplingChannel, Flatness, FlatnessChannel, Lqr, LqrChannel,
+    Noninteracting, NoninteractingChannel, Observer, PolePlacement, PolePlacementChannel, PositionLoop,
+    SampledNoninteracting, SampledNoninteractingChannel,
+};

@@ -1,0 +1,73 @@
+/// Why constraints cannot be brought to explicit form.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ReduceError {
+    /// Some constraints follow from others (or contradict them); C has no full row rank.
+    #[error("{} linear constraints have only rank {rank}; {}", rank + dependencies.len(), describe_dependencies(dependencies))]
+    ConstraintsDependent {
+        /// The exact rank of C.
+        rank: usize,
+        /// One entry for each dependency.
+        dependencies: Vec<Dependency>,
+    },
+    /// The constraints leave no motion.
+    #[error("the constraints leave no motion: {shafts} shafts and {constraints} independent constraints")]
+    NoMotion {
+        /// Number of shafts.
+        shafts: usize,
+        /// Number of constraints.
+        constraints: usize,
+    },
+    /// Coordinates named by the user are too few or too many.
+    #[error("the model has {freedoms} degree{} of freedom, but {} coordinate{} named", plural(*freedoms), named.len(), if named.len() == 1 { " is" } else { "s are" })]
+    CoordinateCount {
+        /// Degrees of freedom.
+        freedoms: usize,
+        /// The names given.
+        named: Vec<String>,
+        /// Coordinates that would do.
+        suggestion: Vec<String>,
+    },
+    /// Coordinates named by the user depend on each other through linear constraints.
+    #[error("the coordinates {} are not independent: the constraints tie them together", list(named))]
+    CoordinatesDependent {
+        /// The names given.
+        named: Vec<String>,
+        /// Coordinates that would do.
+        suggestion: Vec<String>,
+    },
+    /// The transmissions cannot be evaluated one after another from the coordinates.
+    #[error("the transmissions {} close a loop that cannot be evaluated one after another", list(elements))]
+    NotExplicit {
+        /// Elements of the loop.
+        elements: Vec<String>,
+        /// Coordinates that would do, if there are any.
+        suggestion: Vec<String>,
+    },
+}
+
+/// Constraint elements whose rows are linearly dependent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dependency {
+    /// `(element, its share in the combination that vanishes)`.
+    pub elements: Vec<(String, f64)>,
+    /// Whether the offsets contradict each other; otherwise one row is superfluous.
+    pub contradiction: bool,
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+fn list(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+fn describe_dependencies(dependencies: &[Dependency]) -> String {
+    let one = |dependency: &Dependency| {
+        let sum: Vec<String> = dependency.elements.iter().map(|(name, x)| format!("{x} · `{name}`")).collect();
+        let verdict =
+            if dependency.contradiction { "and their offsets contradict each other" } else { "so one is superfluous" };
+        format!("{} = 0, {verdict}", sum.join(" + "))
+    };
+    dependencies.iter().map(one).collect::<Vec<_>>().join("; ")
+}

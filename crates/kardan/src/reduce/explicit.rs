@@ -1,0 +1,251 @@
+//! The choice of coordinates, and how all other shafts follow from them.
+
+use super::{Affine, Dependency, ReduceError, Reduced, Step};
+use crate::assemble::{Equations, TransmissionRow};
+use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
+
+/// Chooses reduced coordinates (or takes the named ones) and brings all constraints to explicit form.
+///
+/// Left to itself it keeps inertias and drops, in this order of preference, the driven shafts of transmissions,
+/// massless shafts, and shafts with large coefficients (so that the basis stays well scaled); ties go by name.
+///
+/// ```
+/// use kardan::{assemble::assemble, model, reduce::reduce};
+/// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+/// let (drive, _) = document.model(&[]);
+/// let reduced = reduce(assemble(&drive.shafts, &drive.terms), None).unwrap();
+/// // Three shafts, one constraint; the shaft with the largest coefficient follows from the others.
+/// assert_eq!(reduced.coordinate_names(), ["fs", "wg"]);
+/// ```
+///
+/// # Errors
+/// [`ReduceError`], with the exact reason.
+///
+/// # Panics
+/// If `named` holds a name that is no shaft or holds one twice (the model checks this before).
+pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
+    let number = |name: &String| {
+        equations.shafts.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+    };
+    let constraints = check_independence(&equations)?;
+    let explicit = match named {
+        None => automatic(&equations),
+        Some(names) => {
+            let wanted: Vec<usize> = names.iter().map(number).collect();
+            let suggestion = || match automatic(&equations) {
+                Ok((coordinates, _)) => coordinates.iter().map(|&shaft| equations.shafts[shaft].clone()).collect(),
+                Err(_) => Vec::new(),
+            };
+            let freedoms = equations.shafts.len() - constraints;
+            if wanted.len() != freedoms {
+                let (named, suggestion) = (names.to_vec(), suggestion());
+                return Err(ReduceError::CoordinateCount { freedoms, named, suggestion });
+            }
+            with_coordinates(&equations, &wanted, suggestion)
+        }
+    };
+    let (coordinates, steps) = explicit?;
+    Ok(Reduced { equations, coordinates, steps })
+}
+
+/// Reduced coordinates and the steps that follow from them.
+type Explicit = (Vec<usize>, Vec<Step>);
+
+/// Checks the linear rows exactly; returns the number of all constraints.
+fn check_independence(equations: &Equations) -> Result<usize, ReduceError> {
+    let n = equations.shafts.len();
+    let e = echelon(&equations.constraint_matrix(), &(0..n).collect::<Vec<_>>());
+    if e.rank() < equations.constraints.len() {
+        let dependencies = e
+            .dependent_rows()
+            .iter()
+            .enumerate()
+            .map(|(k, rows)| {
+                let share = |row: usize| &e.transform[(e.rank() + k, row)];
+                let sum: f64 =
+                    rows.iter().map(|&r| rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).sum();
+                let size: f64 = rows
+                    .iter()
+                    .map(|&r| (rational_to_f64(share(r)) * equations.constraints[r].value.to_f64()).abs())
+                    .sum();
+                Dependency {
+                    elements: rows
+                        .iter()
+                        .map(|&r| (equations.constraints[r].element.clone(), rational_to_f64(share(r))))
+                        .collect(),
+                    contradiction: sum.abs() > 1e-12 * size,
+                }
+            })
+            .collect();
+        return Err(ReduceError::ConstraintsDependent { rank: e.rank(), dependencies });
+    }
+    let constraints = e.rank() + equations.transmissions.len();
+    if constraints >= n {
+        return Err(ReduceError::NoMotion { shafts: n, constraints });
+    }
+    Ok(constraints)
+}
+
+/// Sets of coordinates that [`automatic`] tries before it gives up.
+const MOST_TRIED: usize = 500;
+
+fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
+    let order = from_dropped_to_kept(equations);
+    let e = echelon(&equations.constraint_matrix(), &order);
+    let mut free: Vec<usize> = (0..order.len()).filter(|shaft| !e.pivots.contains(shaft)).collect();
+    // Each transmission takes one of the free shafts away: its driven one if that is free, else its driving one, else any
+    // that its driven shaft depends on.
+    for transmission in &equations.transmissions {
+        let expression =
+            |shaft: usize| affine(equations, &e, shaft).terms.into_iter().map(|(s, _)| s).collect::<Vec<_>>();
+        let candidates = [
+            vec![transmission.driven, transmission.driving],
+            expression(transmission.driven),
+            expression(transmission.driving),
+        ]
+        .concat();
+        if let Some(shaft) = candidates.iter().find(|shaft| free.contains(shaft)) {
+            free.retain(|s| s != shaft);
+        }
+    }
+    let freedoms = order.len() - e.rank() - equations.transmissions.len();
+    let open =
+        if free.len() == freedoms { plan(equations, &free) } else { Err(equations.transmissions.iter().collect()) };
+    match open {
+        Ok(steps) => Ok((free, steps)),
+        // Where transmissions and gears mesh, the first choice can need an equation solved that another choice does not.
+        Err(open) => {
+            let kept: Vec<usize> = order.into_iter().rev().collect();
+            search(equations, &kept, freedoms, &mut Vec::new(), &mut 0).ok_or_else(|| not_explicit(&open, Vec::new()))
+        }
+    }
+}
+
+/// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
+/// large coefficients first; ties go by name.
+fn from_dropped_to_kept(equations: &Equations) -> Vec<usize> {
+    let n = equations.shafts.len();
+    let mut massless = vec![true; n];
+    for term in &equations.inertias {
+        for (shaft, _) in &term.row {
+            massless[*shaft] = false;
+        }
+    }
+    let mut largest = vec![0.0f64; n];
+    for term in &equations.constraints {
+        for (shaft, x) in &term.row {
+            largest[*shaft] = largest[*shaft].max(rational_to_f64(x).abs());
+        }
+    }
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| {
+        let end = |shaft: usize| equations.transmissions.iter().any(|t| t.driven == shaft || t.driving == shaft);
+        end(a).cmp(&end(b)).then(massless[b].cmp(&massless[a])).then(largest[b].total_cmp(&largest[a])).then(a.cmp(&b))
+    });
+    order
+}
+
+/// The first set of coordinates, in the order given, from which all shafts follow one after another.
+fn search(
+    equations: &Equations,
+    candidates: &[usize],
+    freedoms: usize,
+    chosen: &mut Vec<usize>,
+    tried: &mut usize,
+) -> Option<Explicit> {
+    if chosen.len() == freedoms {
+        *tried += 1;
+        let mut coordinates = chosen.clone();
+        coordinates.sort_unstable();
+        return plan(equations, &coordinates).ok().map(|steps| (coordinates, steps));
+    }
+    for (k, &candidate) in candidates.iter().enumerate() {
+        if *tried >= MOST_TRIED {
+            return None;
+        }
+        chosen.push(candidate);
+        let found = search(equations, &candidates[k + 1..], freedoms, chosen, tried);
+        if found.is_some() {
+            return found;
+        }
+        chosen.pop();
+    }
+    None
+}
+
+/// The affine expression of a shaft over the free shafts of an echelon form.
+fn affine(equations: &Equations, e: &Echelon, shaft: usize) -> Affine {
+    match e.pivots.iter().position(|&pivot| pivot == shaft) {
+        None => Affine { constant: 0.0, terms: vec![(shaft, Rational::ONE)] },
+        Some(row) => {
+            let constant = (0..equations.constraints.len())
+                .map(|k| rational_to_f64(&e.transform[(row, k)]) * equations.constraints[k].value.to_f64())
+                .sum();
+            let terms = (0..equations.shafts.len())
+                .filter(|&j| j != shaft && !Scalar::is_zero(&e.form[(row, j)]))
+                .map(|j| (j, Rational::ZERO.minus(&e.form[(row, j)])))
+                .collect();
+            Affine { constant, terms }
+        }
+    }
+}
+
+fn with_coordinates(
+    equations: &Equations,
+    wanted: &[usize],
+    suggestion: impl Fn() -> Vec<String>,
+) -> Result<Explicit, ReduceError> {
+    let e = echelon(&equations.constraint_matrix(), &known_last(equations, wanted));
+    if e.pivots.iter().any(|pivot| wanted.contains(pivot)) {
+        let named = wanted.iter().map(|&shaft| equations.shafts[shaft].clone()).collect();
+        return Err(ReduceError::CoordinatesDependent { named, suggestion: suggestion() });
+    }
+    let steps = plan(equations, wanted).map_err(|open| not_explicit(&open, suggestion()))?;
+    Ok((wanted.to_vec(), steps))
+}
+
+fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceError {
+    ReduceError::NotExplicit { elements: open.iter().map(|t| t.element.clone()).collect(), suggestion }
+}
+
+fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
+    let unknown = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft));
+    unknown.chain(known.iter().copied()).collect()
+}
+
+/// Steps that find all shafts from the coordinates; the transmissions that stay open if that is not possible.
+///
+/// Method: a transmission whose one end follows from known shafts through the linear constraints makes its other end
+/// known; when none is left, the linear constraints must give the rest.
+fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>, Vec<&'a TransmissionRow>> {
+    let matrix = equations.constraint_matrix();
+    let mut known = coordinates.to_vec();
+    let mut steps = Vec::new();
+    let mut open: Vec<&TransmissionRow> = equations.transmissions.iter().collect();
+    loop {
+        let e = echelon(&matrix, &known_last(equations, &known));
+        let follows = |shaft: usize| {
+            known.contains(&shaft) || {
+                let value = affine(equations, &e, shaft);
+                e.pivots.contains(&shaft) && value.terms.iter().all(|(s, _)| known.contains(s))
+            }
+        };
+        let next = open.iter().enumerate().find_map(|(k, t)| match (follows(t.driving), follows(t.driven)) {
+            (true, false) => Some((k, t.driving, t.driven, std::sync::Arc::clone(&t.curve))),
+            (false, true) => Some((k, t.driven, t.driving, t.curve.inverse())),
+            _ => None,
+        });
+        if let Some((k, from, shaft, curve)) = next {
+            steps.push(Step::Curve { shaft, curve, argument: affine(equations, &e, from) });
+            known.push(shaft);
+            open.remove(k);
+            continue;
+        }
+        let unknown: Vec<usize> = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft)).collect();
+        if !open.is_empty() || !unknown.iter().all(|&shaft| follows(shaft)) {
+            return Err(open);
+        }
+        steps.extend(unknown.into_iter().map(|shaft| Step::Linear { shaft, value: affine(equations, &e, shaft) }));
+        return Ok(steps);
+    }
+}

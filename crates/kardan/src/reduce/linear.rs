@@ -1,0 +1,62 @@
+//! The linear model around a position at rest.
+
+use super::{Reduced, kinematics};
+use crate::num::{Matrix, Rational};
+
+/// The reduced matrices of a linear(ised) model \[diss. Theorem 4.1\], exact for the stored numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearModel {
+    /// Names of the reduced coordinates.
+    pub coordinates: Vec<String>,
+    /// Names of the inputs, in the order of the columns of `input`.
+    pub inputs: Vec<String>,
+    /// `H_r = KᵀHK`, kg m² (4.39a).
+    pub inertia: Matrix<Rational>,
+    /// `D_r = KᵀDK`, N m s/rad (4.39b).
+    pub damping: Matrix<Rational>,
+    /// `S_r = KᵀSK`, N m/rad (4.39c).
+    pub stiffness: Matrix<Rational>,
+    /// `F_r = KᵀF` (4.38).
+    pub input: Matrix<Rational>,
+    /// `K = ∂q/∂q_r`, one row per shaft (4.34).
+    pub basis: Matrix<Rational>,
+}
+
+impl LinearModel {
+    /// Row of the basis for a shaft: the direction of its angle in reduced coordinates.
+    pub fn direction(&self, shaft: usize) -> Matrix<Rational> {
+        Matrix::from_fn(1, self.basis.columns(), |_, j| self.basis[(shaft, j)].clone())
+    }
+}
+
+/// Linearises a reduced model about rest at the reduced position given (rad), springs taken as relaxed there.
+///
+/// For constant constraints the basis is exact; a transmission contributes its slope, rounded to `f64` and then exact.
+///
+/// ```
+/// use kardan::{assemble::assemble, model, num::Rational, reduce::{linearise, reduce}};
+/// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
+/// let (drive, _) = document.model(&[]);
+/// let named = ["wg".to_string(), "cs".to_string()];
+/// let reduced = reduce(assemble(&drive.shafts, &drive.terms), Some(&named)).unwrap();
+/// let linear = linearise(&reduced, &[0.0, 0.0]);
+/// // (6.12b) with Table 6.1: the damping given for the axes is the identified d11 exactly.
+/// assert_eq!(linear.damping[(0, 0)], Rational::from_parts(5.into(), 10_000_u32.into()));
+/// ```
+///
+/// # Panics
+/// If `position` has not one entry per coordinate or gives a slope that is not finite.
+pub fn linearise(reduced: &Reduced, position: &[f64]) -> LinearModel {
+    let basis = kinematics::exact_basis(reduced, position);
+    let congruent = |m: Matrix<Rational>| basis.transpose().multiply(&m).multiply(&basis);
+    let equations = &reduced.equations;
+    LinearModel {
+        coordinates: reduced.coordinate_names(),
+        inputs: equations.inputs.iter().map(|input| input.element.clone()).collect(),
+        inertia: congruent(equations.inertia_matrix()),
+        damping: congruent(equations.damping_matrix()),
+        stiffness: congruent(equations.stiffness_matrix()),
+        input: basis.transpose().multiply(&equations.input_matrix()),
+        basis,
+    }
+}

@@ -1,0 +1,70 @@
+//! A model in explicit form: data only.
+
+use std::sync::Arc;
+
+use crate::assemble::Equations;
+use crate::equations::Curve;
+use crate::num::Rational;
+
+/// A model in explicit form: which shafts are coordinates and how all others follow.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// The terms.
+    pub equations: Equations,
+    /// Numbers of the shafts chosen as reduced coordinates q_r, in the order chosen.
+    pub coordinates: Vec<usize>,
+    /// How the other shafts follow, in order of evaluation.
+    pub steps: Vec<Step>,
+}
+
+impl Reduced {
+    /// Degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Names of the reduced coordinates.
+    pub fn coordinate_names(&self) -> Vec<String> {
+        self.coordinates.iter().map(|&shaft| self.equations.shafts[shaft].clone()).collect()
+    }
+
+    /// Number of a shaft.
+    pub fn shaft(&self, name: &str) -> Option<usize> {
+        self.equations.shafts.iter().position(|shaft| shaft == name)
+    }
+
+    /// Shafts that are not coordinates, one for each constraint.
+    pub fn dependents(&self) -> Vec<usize> {
+        (0..self.equations.shafts.len()).filter(|shaft| !self.coordinates.contains(shaft)).collect()
+    }
+}
+
+/// `constant + Σ coefficient · angle` over shafts.
+#[derive(Debug, Clone)]
+pub struct Affine {
+    /// rad.
+    pub constant: f64,
+    /// `(shaft number, coefficient)`.
+    pub terms: Vec<(usize, Rational)>,
+}
+
+/// How one dependent shaft follows from shafts that are known already.
+#[derive(Debug, Clone)]
+pub enum Step {
+    /// `q_shaft = value(q)`.
+    Linear {
+        /// The shaft found.
+        shaft: usize,
+        /// Its expression.
+        value: Affine,
+    },
+    /// `q_shaft = γ(argument(q))`.
+    Curve {
+        /// The shaft found.
+        shaft: usize,
+        /// γ
+        curve: Arc<dyn Curve>,
+        /// Its argument.
+        argument: Affine,
+    },
+}

@@ -1,0 +1,32 @@
+//! The keys that every law has besides its own.
+
+/// Declares the keys of a law, as [`keys!`](crate::schema::Keys) does, and adds those that all laws have.
+macro_rules! law_keys {
+    (
+        $(#[$meta:meta])*
+        law $name:ident ($keyword:literal) { required { $($required:tt)* } optional { $($optional:tt)* } }
+    ) => {
+        $crate::schema::keys! {
+            $(#[$meta])*
+            law $name($keyword) {
+                required { $($required)* }
+                optional {
+                    $($optional)*
+                    observer: Table($crate::synthesis::Observer),
+                        "An observer: the law then sees its sensors and its estimates, not the true state. Left out: all \
+                         angles and speeds are known.";
+                    sample_time: Quantity($crate::units::Dimension::TIME, $crate::schema::Sign::Positive),
+                        "Sample time at which the controller runs, up to 1 s: it reads its sensors then, and its torques \
+                         are held in between. Left out: continuous time.";
+                    delay: Quantity($crate::units::Dimension::TIME, $crate::schema::Sign::NonNegative) = "0 s",
+                        "From the reading of the sensors to the change of the torques, any part of a sample time or several.";
+                    precision: Choice(&["double", "single"]) = "double",
+                        "The arithmetic in which the controller computes.";
+                    design: Overrides,
+                        "Parameter values of the model that the law is designed on, where they differ: \
+                         { beta = \"0 deg\" }. Coulomb friction is left out of every design.";
+                }
+            }
+        }
+    };
+}

@@ -1,0 +1,203 @@
+//! The model that laws are designed on.
+
+use std::collections::BTreeSet;
+
+use super::SynthesisError;
+use super::sampled::Turned;
+use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
+use crate::assemble::Along;
+use crate::equations::{InputKind, Measured};
+use crate::num::{Matrix, Rational};
+use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
+
+/// The model that a law is designed on: the file's, with the design values of the controller, without Coulomb friction.
+#[derive(Debug, Clone)]
+pub struct Plant {
+    /// In explicit form.
+    pub reduced: Reduced,
+    /// The reduced position of the design, rad.
+    pub position: Vec<f64>,
+    /// Linear there.
+    pub linear: LinearModel,
+    /// Kind and name of each element, for messages.
+    pub elements: Vec<(String, String)>,
+    /// What a law that follows its joints was designed to be at other positions.
+    pub(super) turned: Turned,
+}
+
+impl Plant {
+    /// The model at a position.
+    ///
+    /// # Panics
+    /// If `position` has not one entry per coordinate or gives a slope that is not finite.
+    pub fn new(reduced: Reduced, position: Vec<f64>) -> Self {
+        let linear = linearise(&reduced, &position);
+        Self { reduced, position, linear, elements: Vec::new(), turned: Turned::default() }
+    }
+
+    /// An element for a reader: ``the harmonic drive `hd` ``.
+    pub fn element(&self, name: &str) -> String {
+        match self.elements.iter().find(|(_, other)| other == name) {
+            Some((kind, _)) => format!("the {} `{name}`", kind.replace('_', " ")),
+            None => format!("`{name}`"),
+        }
+    }
+
+    /// Names of all shafts, sorted.
+    pub fn shafts(&self) -> &[String] {
+        &self.reduced.equations.shafts
+    }
+
+    /// The time constant of each input's motor, s; zero for an ideal one.
+    pub fn lags(&self) -> Vec<f64> {
+        let lag = |input: &Along<InputKind>| match &input.value {
+            InputKind::Motor(motor) => motor.lag.as_ref().map_or(0.0, |lag| lag.to_f64()),
+            InputKind::Disturbance => 0.0,
+        };
+        self.reduced.equations.inputs.iter().map(lag).collect()
+    }
+
+    /// The torque limit of an input's motor, N m; `None` if it has none.
+    pub fn torque_limit(&self, input: usize) -> Option<f64> {
+        match &self.reduced.equations.inputs[input].value {
+            InputKind::Motor(motor) => motor.torque_limit.as_ref().map(|limit| limit.to_f64()),
+            InputKind::Disturbance => None,
+        }
+    }
+
+    /// Whether the equations of motion have constant coefficients.
+    pub fn is_constant(&self) -> bool {
+        Kinematics::new(&self.reduced).is_constant()
+    }
+
+    /// Whether the equations of motion are those of the linear model: constant coefficients, and no force at zero angles.
+    pub fn is_linear(&self) -> bool {
+        let (dynamics, mut work) = Dynamics::new(&self.reduced);
+        let zero = vec![0.0; self.reduced.freedoms()];
+        dynamics.update(&zero, &zero, &mut work);
+        self.is_constant() && work.passive.iter().all(|force| *force == 0.0)
+    }
+
+    /// Names of the states `[q_r; q̇_r]`.
+    pub fn states(&self) -> Vec<String> {
+        let names = || self.linear.coordinates.iter();
+        names().map(|name| format!("{name}.phi")).chain(names().map(|name| format!("{name}.w"))).collect()
+    }
+
+    /// The linear model as terms along directions, with these inputs.
+    ///
+    /// # Panics
+    /// If an input is not there.
+    pub fn constrained(&self, inputs: &[String]) -> ConstrainedSystem {
+        ConstrainedSystem::at(&self.reduced, &self.position, &BTreeSet::new(), inputs)
+    }
+
+    /// The linear model as `ẋ = A x + B u`, `y = C x + D u` with `x = [q_r; q̇_r]`, exact.
+    ///
+    /// # Panics
+    /// If an input, or what an output names, is not there, or the inertia is singular (the model checks this before).
+    pub fn system(&self, inputs: &[String], outputs: &[OutputSignal]) -> LinearSystem {
+        let system = self.constrained(inputs);
+        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
+        pencil.explicit().expect("reduced inertia is positive definite")
+    }
+}
+
+impl Plant {
+    /// The output of a name: `rk.phi`, `rk.w`, or a sensor with or without the end of its reading.
+    ///
+    /// # Errors
+    /// If a sensor that measures no torque stands without the end of its reading.
+    ///
+    /// # Panics
+    /// If there is no such output (the model checks this before).
+    pub fn output(&self, name: &str) -> Result<OutputSignal, SynthesisError> {
+        let (head, tail) = name.split_once('.').unwrap_or((name, ""));
+        let equations = &self.reduced.equations;
+        if self.reduced.shaft(head).is_some() {
+            let measured = if tail == "w" { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
+            return Ok(OutputSignal { name: name.into(), measured });
+        }
+        let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
+        let measured =
+            sensor.map(|(_, sensor)| sensor.measured.clone()).unwrap_or_else(|| panic!("no output `{name}`"));
+        let full = match measured {
+            Measured::Angle(_) => format!("{head}.phi"),
+            Measured::Speed(_) => format!("{head}.w"),
+            _ => format!("{head}.tau"),
+        };
+        if name == full || full.ends_with(".tau") && tail.is_empty() {
+            return Ok(OutputSignal { name: full, measured });
+        }
+        Err(SynthesisError::SensorKind { signal: name.into(), full })
+    }
+
+    /// How torques on shafts act: `ẋ = … + W τ`, `y = … + F τ`, with W states × shafts and F outputs × shafts.
+    ///
+    /// # Panics
+    /// As [`Self::system`].
+    pub fn torques(&self, shafts: &[usize], outputs: &[OutputSignal]) -> (Matrix<Rational>, Matrix<Rational>) {
+        let mut system = self.constrained(&[]);
+        system.inputs = shafts
+            .iter()
+            .map(|&shaft| Along { element: self.shafts()[shaft].clone(), row: vec![(shaft, Rational::ONE)], value: () })
+            .collect();
+        let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
+        let explicit = pencil.explicit().expect("reduced inertia is positive definite");
+        (explicit.b, explicit.d)
+    }
+
+    /// The twists of the springs as rows over `[q_r; q̇_r]`.
+    pub fn twists(&self) -> Vec<Vec<Rational>> {
+        let basis = &self.linear.basis;
+        let r = basis.columns();
+        let row = |spring: &Along<_>| -> Vec<Rational> {
+            let along = |j: usize| spring.row.iter().fold(Rational::ZERO, |sum, (k, x)| sum + x * &basis[(*k, j)]);
+            (0..2 * r).map(|j| if j < r { along(j) } else { Rational::ZERO }).collect()
+        };
+        self.reduced.equations.springs.iter().map(row).filter(|row| row.iter().any(|x| !x.is_zero())).collect()
+    }
+}
+
+/// The angle of a shaft as an output of the linear model.
+pub(super) fn angle_output(signal: &str) -> OutputSignal {
+    OutputSignal { name: signal.into(), measured: Measured::Angle(signal.trim_end_matches(".phi").into()) }
+}
+
+/// The shaft number behind a signal `<shaft>.phi`.
+pub(super) fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError> {
+    signal.strip_suffix(".phi").and_then(|name| shafts.iter().position(|shaft| shaft == name)).ok_or_else(|| {
+        SynthesisError::NotAnAngle {
+            signal: signal.to_string(),
+            example: format!("{}.phi", shafts.first().map_or("shaft", String::as_str)),
+        }
+    })
+}
+
+/// `1/(c H⁻¹ cᵀ)`: the inertia that a torque along the output feels, kg m², exact.
+///
+/// For the flexspline of the steering system this is J̃_fs \[diss. (6.129)\].
+///
+/// # Panics
+/// If the inertia matrix is singular or the direction has no motion (the model checks the first before).
+pub fn effective_inertia(model: &LinearModel, shaft: usize) -> Rational {
+    inertia_between(model, shaft, &model.direction(shaft).transpose())
+        .expect("a shaft that can move feels its own torque")
+}
+
+/// `1/(c H⁻¹ f)`: torque of an input per acceleration of an output, kg m², exact; `None` if the input does not act on it.
+///
+/// The effective inertia where the input acts on the output's own shaft; through a gear, that over the ratio.
+///
+/// # Panics
+/// If the inertia matrix is singular (the model checks this before).
+pub fn input_inertia(model: &LinearModel, shaft: usize, input: usize) -> Option<Rational> {
+    let f = Matrix::from_fn(model.inertia.rows(), 1, |i, _| model.input[(i, input)].clone());
+    inertia_between(model, shaft, &f)
+}
+
+fn inertia_between(model: &LinearModel, shaft: usize, f: &Matrix<Rational>) -> Option<Rational> {
+    let x = model.inertia.solve(f).expect("reduced inertia is positive definite");
+    let mobility = model.direction(shaft).multiply(&x)[(0, 0)].clone();
+    (!mobility.is_zero()).then(|| Rational::ONE / mobility)
+}

@@ -1,0 +1,48 @@
+//! When a law runs, and in which arithmetic.
+
+use std::sync::Arc;
+
+use super::{Clock, Law, SynthesisError, sampled};
+use crate::element::Values;
+
+/// Shortest sample time of a controller, s.
+pub const SHORTEST_SAMPLE_TIME: f64 = 1e-6;
+
+/// Longest sample time of a controller, s.
+pub const LONGEST_SAMPLE_TIME: f64 = 1.0;
+
+/// Longest delay of a controller, in sample times.
+pub const LONGEST_DELAY: f64 = 10.0;
+
+/// When and in which arithmetic the controller with these keys runs; `None`: in continuous time.
+///
+/// # Errors
+/// If the sample time or the delay is out of range, or other keys of sampling stand without a sample time.
+pub fn clock(values: &Values) -> Result<Option<Clock>, SynthesisError> {
+    let allowed = SHORTEST_SAMPLE_TIME..=LONGEST_SAMPLE_TIME;
+    let Some(period) = values.number("sample_time") else {
+        return match ["delay", "precision"].into_iter().find(|key| values.has(key)) {
+            Some(key) => Err(SynthesisError::NeedsSampleTime { key }),
+            None => Ok(None),
+        };
+    };
+    if !allowed.contains(&period) {
+        return Err(SynthesisError::SampleTime { time: period });
+    }
+    let delay = values.number("delay").unwrap_or(0.0);
+    if delay > LONGEST_DELAY * period {
+        return Err(SynthesisError::Delay { delay, period });
+    }
+    Ok(Some(Clock { period, delay, single: values.word("precision") == Some("single") }))
+}
+
+/// The law as it runs: at its sample time, if it has one.
+///
+/// # Errors
+/// If its keys are wrong, or its numbers overflow at this sample time.
+pub fn running(law: Arc<dyn Law>, values: &Values) -> Result<Arc<dyn Law>, SynthesisError> {
+    match clock(values)? {
+        Some(clock) => sampled(law, clock).ok_or(SynthesisError::SampledOverflow { time: clock.period }),
+        None => Ok(law),
+    }
+}

@@ -1,0 +1,16 @@
+//! The exact analysis of linear systems: structure, modes, zeros, and how far away a loss is.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod analyze;
+mod box_proof;
+mod certificate;
+mod certified;
+mod float_comparison;
+mod massless;
+mod roots;
+mod sensitivity;
+mod structure;
+mod structure_trials;
+mod theorems;

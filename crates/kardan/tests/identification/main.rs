@@ -1,0 +1,8 @@
+//! From measured logs to parameters, and the bench that makes logs.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod identification;
+mod identify;

@@ -1,0 +1,14 @@
+//! Models: how their file is read, and the equations that it becomes.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod circuits;
+mod compliance;
+mod diagnostics;
+mod element_laws;
+mod project;
+mod properties;
+mod reduction;
+mod source_equations;
+mod state_space;

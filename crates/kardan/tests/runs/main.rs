@@ -1,0 +1,14 @@
+//! Runs of the closed loop.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bent_joint;
+mod figures;
+mod friction;
+mod golden;
+mod limits;
+mod motor_limits;
+mod noise;
+mod ripple;
+mod simulation;

@@ -1,0 +1,11 @@
+//! Laws as firmware computes them: sample times, blocks, and the steering on a control unit.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod ecu;
+mod regulator_block;
+mod runtime_blocks;
+mod sampled;
+mod sampled_runs;
+mod schedule;

@@ -1,0 +1,7 @@
+//! What the sources of all crates keep to: the order of the layers, no circles between files, functions that can be read.
+//!
+//! A test binary of its own: it reads files and links nothing of the library.
+
+mod circles;
+mod layers;
+mod reader;

@@ -1,0 +1,120 @@
+//! Sources as the tests of this folder read them: without comments, text and tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The sources of a folder, in order.
+pub fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(folder) = open.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder of sources") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                out.push(path);
+            }
+        }
+    }
+    out.sort();
+    out
+}
+
+/// A folder beside the manifest.
+pub fn crate_folder(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// The code of a file: comments and the contents of text literals blanked, items under `#[cfg(test)]` cut out.
+pub fn code(source: &str) -> String {
+    let blank = blank(source);
+    let mut out = String::new();
+    let mut rest = blank.as_str();
+    while let Some(at) = rest.find("#[cfg(test)]") {
+        out.push_str(&rest[..at]);
+        rest = after_item(&rest[at..]);
+    }
+    out + rest
+}
+
+/// What follows an item: after its closing brace, or after its semicolon if that comes first.
+fn after_item(item: &str) -> &str {
+    let mut depth = 0;
+    for (at, c) in item.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ';' if depth == 0 => return &item[at + 1..],
+            _ => continue,
+        }
+        if depth == 0 {
+            return &item[at + 1..];
+        }
+    }
+    ""
+}
+
+/// Comments gone, text and character literals empty; lines keep their numbers.
+fn blank(source: &str) -> String {
+    let bytes: Vec<char> = source.chars().collect();
+    let mut out = String::new();
+    let mut at = 0;
+    let newlines = |text: &[char]| text.iter().filter(|c| **c == '\n').collect::<String>();
+    while at < bytes.len() {
+        let rest = &bytes[at..];
+        let length = match rest {
+            ['/', '/', ..] => rest.iter().position(|c| *c == '\n').unwrap_or(rest.len()),
+            ['/', '*', ..] => block_comment(rest),
+            ['"', ..] => quoted(rest),
+            ['r', '"' | '#', ..] if at == 0 || !(bytes[at - 1].is_alphanumeric() || bytes[at - 1] == '_') => raw(rest),
+            ['\'', '\\', ..] => 3 + rest[3..].iter().position(|c| *c == '\'').unwrap_or(0),
+            ['\'', _, '\'', ..] => 3,
+            _ => 0,
+        };
+        if length == 0 {
+            out.push(rest[0]);
+            at += 1;
+        } else {
+            if !matches!(rest, ['/', ..]) {
+                out.push_str("\"\"");
+            }
+            out.push_str(&newlines(&rest[..length]));
+            at += length;
+        }
+    }
+    out
+}
+
+fn block_comment(rest: &[char]) -> usize {
+    (2..rest.len()).find(|&k| rest[k - 1] == '*' && rest[k] == '/').map_or(rest.len(), |k| k + 1)
+}
+
+fn quoted(rest: &[char]) -> usize {
+    let mut at = 1;
+    while at < rest.len() && rest[at] != '"' {
+        at += if rest[at] == '\\' { 2 } else { 1 };
+    }
+    (at + 1).min(rest.len())
+}
+
+/// The length of a raw text literal, or 0 if this is a raw identifier.
+fn raw(rest: &[char]) -> usize {
+    let hashes = rest[1..].iter().take_while(|c| **c == '#').count();
+    if rest.get(1 + hashes) != Some(&'"') {
+        return 0;
+    }
+    let closing: Vec<char> = std::iter::once('"').chain(std::iter::repeat_n('#', hashes)).collect();
+    let start = 2 + hashes;
+    (start..rest.len()).find(|&k| rest[k..].starts_with(&closing)).map_or(rest.len(), |k| k + closing.len())
+}
+
+/// Whether the character before a byte can belong to a longer name.
+pub fn inside_name(code: &str, at: usize) -> bool {
+    code[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_')
+}
+
+/// The name that a code begins with.
+pub fn name_at(code: &str) -> String {
+    code.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+}

@@ -1,0 +1,638 @@
+//! What a loop tolerates: motions that nobody holds, and margins of gain, phase, delay and disk, alone and together.
+
+use std::f64::consts::PI;
+
+use crate::common;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+use kardan::model::builtin;
+use kardan::num::{Matrix, Polynomial, Random, Rational, discretise, eigenvalues, rational_from_f64};
+use kardan::results::FreeKnown;
+use kardan::study::{DesignSettings, PreparedVariant, Silent, design};
+use kardan::synthesis::decoupling::characteristic_polynomial;
+use kardan::synthesis::margins::{Response, channel_margins, together};
+use kardan::synthesis::{
+    Change, Clock, LoopPlant, SampledLoop, SampledPart, Stability, Survey, Wire, exact_motions, stability,
+};
+
+/// Three bodies in a row that roll freely, both twists decoupled, behind motors of this lag.
+fn driveline([a, b, c]: [&str; 3], lag: &str, clock: &str) -> String {
+    let lag = if lag.is_empty() { String::new() } else { format!("lag = \"{lag}\"\n") };
+    format!(
+        "[model]\nname = \"line\"\n[shaft.a]\ninertia = \"{a} kg m^2\"\n[shaft.b]\ninertia = \"{b} kg m^2\"\n\
+         [shaft.c]\ninertia = \"{c} kg m^2\"\n\
+         [spring_damper.s1]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad\"\ndamping = \"1 N m s/rad\"\n\
+         [spring_damper.s2]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nstiffness = \"200 N m/rad\"\ndamping = \"1 N m s/rad\"\n\
+         [motor.m1]\nshaft = \"a\"\n{lag}[motor.m2]\nshaft = \"c\"\n{lag}\
+         [sensor.t1]\nmeasures = \"torque\"\nelement = \"s1\"\n[sensor.t2]\nmeasures = \"torque\"\nelement = \"s2\"\n\
+         [control.law]\nlaw = \"decoupling\"\n{clock}inputs = [\"m1\", \"m2\"]\n\
+         [[control.law.channels]]\noutput = \"t1\"\nreference = \"r1\"\n\
+         [[control.law.channels]]\noutput = \"t2\"\nreference = \"r2\"\n\
+         [scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n"
+    )
+}
+
+/// Whether the first controller's loop is stable with this lag of its motors: Routh's table over the rationals, on what its
+/// outputs show, with the torques as states behind the exact gains.
+fn exactly_stable(variant: &PreparedVariant, lag: f64) -> bool {
+    let exact = variant.designed[0].exact().expect("exact");
+    let (a, b) = (&exact.plant.a, &exact.plant.b);
+    let (n, m) = (a.rows(), b.columns());
+    // A − B K is known, and B has full column rank.
+    let difference = a.plus(&exact.closed.a.scale(&Rational::NEG_ONE));
+    let k = b.transpose().multiply(b).solve(&b.transpose().multiply(&difference)).expect("independent motors");
+    if lag == 0.0 {
+        return stability(&characteristic_polynomial(&exact.closed.a)) == Stability::Stable;
+    }
+    let rate = Rational::ONE / rational_from_f64(lag).expect("finite");
+    let whole = Matrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => a[(i, j)].clone(),
+        (true, false) => b[(i, j - n)].clone(),
+        (false, true) => -(&rate * &k[(i - n, j)]),
+        (false, false) if i == j => -rate.clone(),
+        _ => Rational::ZERO,
+    });
+    stability(&characteristic_polynomial(&whole)) == Stability::Stable
+}
+
+fn plant(variant: &PreparedVariant) -> LoopPlant {
+    let model = &variant.design_models[0];
+    LoopPlant::new(&model.linear, &model.lags())
+}
+
+/// With no lag, 2 ms and 5 ms, sampled or not: two poles at zero that nobody holds, the rest stable, and the same lag tolerated
+/// in continuous time, up to which the exact polynomial is stable.
+#[test]
+fn a_driveline_that_rolls_on() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    for clock in ["", "sample_time = \"100 us\"\ndelay = \"100 us\"\n"] {
+        for lag in ["", "2 ms", "5 ms"] {
+            let source = driveline(["1", "2", "3"], lag, clock);
+            let found = design(&source, &settings, &Silent).expect("a design");
+            let margins = found.margins.expect("margins");
+            assert_eq!(margins.stable, Some(true), "{clock} {lag}: {}", margins.verdict);
+            assert_eq!((margins.free_poles, margins.free.join(" ").as_str()), (2, "a b c"), "{clock} {lag}");
+            assert!(margins.verdict.contains("Nobody holds a motion of `a`, `b` and `c`: 2 poles at zero"));
+            let limit = margins.longest_lag.expect("a limit").value;
+            if clock.is_empty() {
+                let variant = common::first(&source);
+                assert!(exactly_stable(&variant, limit * (1.0 - 1e-8)), "{lag}: {limit}");
+                assert!(!exactly_stable(&variant, limit * (1.0 + 1e-8)), "{lag}: {limit}");
+            }
+            assert!((limit - 0.0966).abs() < 2e-3, "{clock} {lag}: {limit}");
+        }
+    }
+}
+
+/// The driveline beside a wheel that turns against this damping only.
+fn with_wheel(damping: &str, lag: &str, clock: &str) -> String {
+    let wheel = format!("[shaft.d]\ninertia = \"1 kg m^2\"\ndamping = \"{damping} N m s/rad\"\n[motor.m1]");
+    driveline(["1", "2", "3"], lag, clock).replace("[motor.m1]", &wheel)
+}
+
+/// Three poles at zero, behind motors with and without a lag, sampled or not: as many as the exact polynomial has, whose other
+/// factor is strictly stable.
+#[test]
+fn three_poles_exactly_at_zero() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    for (lag, seconds) in [("", 0.0), ("2 ms", 2e-3), ("5 ms", 5e-3)] {
+        for clock in ["", "sample_time = \"1 ms\"\ndelay = \"1 ms\"\n"] {
+            let source = with_wheel("1", lag, clock);
+            let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
+            let at = format!("{lag} {clock} {}", margins.verdict);
+            assert_eq!((margins.stable, margins.free_poles), (Some(true), 3), "{at}");
+            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert_eq!(margins.free, ["a", "b", "c", "d"], "{at}");
+            assert!(margins.verdict.contains("3 poles at zero, exactly"), "{at}");
+            assert!(margins.next_to_zero.is_empty() && margins.proven == clock.is_empty(), "{at}");
+        }
+        let variant = common::first(&with_wheel("1", lag, ""));
+        let model = &variant.design_models[0].linear;
+        let lags = [seconds, seconds];
+        let found = exact_motions(model, &lags, &variant.designed).expect("finite");
+        let polynomial = characteristic_polynomial(&found.matrix);
+        let zeros = polynomial.coefficients().iter().take_while(|x| x.is_zero()).count();
+        let rest = Polynomial::new(polynomial.coefficients()[zeros..].to_vec());
+        assert_eq!((zeros, stability(&rest), found.zeros(), found.sampled), (3, Stability::Stable, 3, 3), "{lag}");
+        let gone = found.matrix.multiply(&found.matrix.multiply(&found.matrix.multiply(&found.motions)));
+        assert!(gone.as_slice().iter().all(|x| x.is_zero()), "{lag}");
+        assert!(found.designed);
+    }
+}
+
+/// A pole at −1e-9 and at 1e-9 1/s is none at zero, with the right word; also where floating point cannot tell the difference.
+#[test]
+fn next_to_zero_is_not_zero() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    for stiff in [false, true] {
+        let source = |damping: &str| {
+            let source = with_wheel(damping, "", "");
+            if stiff { source.replace("\"100 N m/rad\"", "\"1e9 N m/rad\"") } else { source }
+        };
+        for (damping, zeros) in [("0", 4), ("1e-9", 3)] {
+            let margins = design(&source(damping), &settings, &Silent).expect("a design").margins.expect("margins");
+            let at = format!("{stiff} {damping}: {} {:?}", margins.verdict, margins.next_to_zero);
+            assert_eq!((margins.free_poles, margins.stable, margins.proven), (zeros, Some(true), true), "{at}");
+            assert_eq!(margins.free_known, FreeKnown::Design, "{at}");
+            assert!(margins.verdict.contains("In continuous time the loop is stable (decided exactly)."), "{at}");
+            if stiff && zeros == 3 {
+                assert_eq!(margins.next_to_zero.len(), 1, "{at}");
+                assert!((margins.next_to_zero[0] / -1e-9 - 1.0).abs() < 1e-3, "{at}");
+                assert!(margins.verdict.contains("too close to it for floating point"), "{at}");
+            }
+        }
+        // No model is allowed to make energy, a loop may.
+        let variant = common::first(&source("1e-9"));
+        let mut model = variant.design_models[0].linear.clone();
+        let wheel = model.coordinates.iter().position(|name| name == "d").expect("a coordinate");
+        for (sign, expected) in [(Rational::ONE, Stability::Stable), (Rational::NEG_ONE, Stability::Unstable)] {
+            model.damping[(wheel, wheel)] = &sign / Rational::from(1_000_000_000);
+            let found = exact_motions(&model, &[0.0, 0.0], &variant.designed).expect("finite");
+            assert_eq!((found.zeros(), found.rest()), (3, Some(expected)), "{stiff}");
+        }
+    }
+}
+
+/// Next to the limit of the lag, where a pair crosses the axis within some 1e-11 1/s, the word is that of the exact polynomial.
+#[test]
+fn next_to_the_axis_is_decided_exactly() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let of = |lag: f64| {
+        let source = driveline(["1", "2", "3"], &format!("{lag:?} s"), "");
+        let found = design(&source, &settings, &Silent).expect("a design");
+        (found.margins.clone().expect("margins"), found, source)
+    };
+    let limit = of(0.05).0.longest_lag.expect("a limit").value;
+    let mut words = Vec::new();
+    for part in [-1e-9, -1e-11, 1e-11, 1e-9] {
+        let lag = limit * (1.0 + part);
+        let (margins, found, source) = of(lag);
+        let expected = exactly_stable(&common::first(&source), lag);
+        assert_eq!((margins.stable, margins.proven), (Some(expected), true), "{part}: {}", margins.verdict);
+        let word = if expected { "stable" } else { "UNSTABLE" };
+        let said = format!("In continuous time the loop is {word} (decided exactly).");
+        assert!(margins.verdict.contains(&said), "{part}: {}", margins.verdict);
+        let (good, verdict) = kardan::report::words::design::verdict(&found);
+        assert!(!good && verdict.contains(if expected { "; stable in continuous time" } else { "unstable" }));
+        assert!(margins.hardly == expected, "nothing may change any more");
+        assert_eq!(found.warnings.iter().any(|one| one.contains("this is not a design")), !expected);
+        words.push(expected);
+    }
+    assert_eq!(words, [true, true, false, false]);
+}
+
+/// Random drivelines: the same verdict as that of the exact polynomial, at any lag.
+#[test]
+fn verdicts_are_those_of_the_exact_polynomial() {
+    let mut random = Random::new(11);
+    let (mut stable, mut unstable) = (0, 0);
+    for _ in 0..8 {
+        let inertias: Vec<String> = (0..3).map(|_| format!("{:.3e}", 10f64.powf(4.0 * random.unit() - 3.0))).collect();
+        let variant = common::first(&driveline([&inertias[0], &inertias[1], &inertias[2]], "", ""));
+        let (laws, plant) = (&variant.designed, plant(&variant));
+        let survey = Survey { plant: &plant, laws, clocks: &[None], number: 0 };
+        for lag in [0.0, 1e-6, 1e-4, 2e-3, 5e-3, 0.1, 0.3, 0.9] {
+            let change = Change { lag: Some(lag), ..survey.unchanged() };
+            let found = survey.slowest(change).expect("eigenvalues");
+            let expected = exactly_stable(&variant, lag);
+            assert_eq!(found.stable, expected, "{inertias:?}, {lag} s: {found:?}");
+            assert_eq!(found.free.columns(), 2, "{inertias:?}, {lag} s");
+            if expected { stable += 1 } else { unstable += 1 }
+        }
+    }
+    assert!(stable > 15 && unstable >= 5, "{stable} {unstable}");
+}
+
+/// A free body whose bearing the law balances exactly: at zero twice, sampled too; and a slow motion that is held is none.
+#[test]
+fn slow_is_not_free() {
+    let source = |spring: &str| {
+        driveline(["1", "2", "3"], "", "")
+            .replace("[motor.m1]", &format!("{spring}[motor.m1]"))
+            .replace("[sensor.t1]", "[shaft.ground]\ninertia = \"1e6 kg m^2\"\n[sensor.t1]")
+    };
+    // The ground rolls too: with a spring of 1e-7 N m/rad between them they swing at some 1e-4 rad/s.
+    let weak = "[spring_damper.weak]\nshaft_1 = \"ground\"\nshaft_2 = \"b\"\nstiffness = \"1e-7 N m/rad\"\n";
+    let variant = common::first(&source(weak));
+    let (laws, plant) = (&variant.designed, plant(&variant));
+    for clock in [None, Some(Clock { period: 1e-3, delay: 0.0, single: false })] {
+        let survey = Survey { plant: &plant, laws, clocks: &[clock], number: 0 };
+        let found = survey.slowest(survey.unchanged()).expect("eigenvalues");
+        assert_eq!(found.free.columns(), 2, "the whole rolls, the swing is held: {clock:?}");
+    }
+}
+
+/// An observer that holds its signals over a sample does not balance a free flexspline exactly: it drifts away slowly, which is
+/// told as that, with the growth of the map's largest multiplier; the loop is not refused.
+#[test]
+fn a_free_motion_that_sampling_moves() {
+    let source = builtin("harmonic-drive-spring").expect("built in").source;
+    let source = source.replace("law = \"decoupling\"\n", "law = \"decoupling\"\nsample_time = \"0.1 ms\"\n");
+    let settings =
+        DesignSettings { simulate: false, variant: Some("position-observer".into()), ..DesignSettings::default() };
+    let margins = design(&source, &settings, &Silent).expect("a design").margins.expect("margins");
+    let prepared = common::prepared(&source);
+    let variant = prepared.variants.into_iter().find(|variant| variant.name == "position-observer").expect("a variant");
+    let (laws, plant) = (&variant.running, plant(&variant));
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let largest = SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues");
+    assert!(margins.stable == Some(true) && margins.free_poles == 2 && largest > 1.0, "{}", margins.verdict);
+    assert!((largest.ln() / 1e-4 / margins.drift - 1.0).abs() < 1e-3, "{largest} {}", margins.drift);
+    assert!(margins.verdict.contains("does not stay quite free"), "{}", margins.verdict);
+}
+
+fn system(rows: &[&[f64]]) -> Matrix<f64> {
+    Matrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+}
+
+/// 25/(s³ + 10 s² + 10 s + 10), the example of Seiler, Packard and Gahinet: factor 3.6 at √10 rad/s (closed form), phase and
+/// disk from python-control 0.10.2 (`stability_margins`, and the peak of |S − T|/2 to 1e-10).
+#[test]
+fn the_example_of_the_literature() {
+    let open = system(&[&[0.0, 1.0, 0.0], &[0.0, 0.0, 1.0], &[-10.0, -10.0, -10.0]]);
+    let (b, c) = (system(&[&[0.0], &[0.0], &[1.0]]), system(&[&[-25.0, 0.0, 0.0]]));
+    let closed = open.plus(&b.multiply(&c));
+    let found = channel_margins(&Response::continuous(&closed, &b, &c).expect("finite")).expect("margins");
+    assert!((found.gain[1] - 3.6).abs() < 1e-9, "{found:?}");
+    assert!((found.gain_frequency[1].expect("a frequency") - 10f64.sqrt()).abs() < 1e-7);
+    assert!((found.phase.to_degrees() - 29.110369130415705).abs() < 1e-6, "{found:?}");
+    assert!((found.phase_frequency.expect("a frequency") - 1.7844356208299719).abs() < 1e-6);
+    assert!((found.disk - 0.4580925477415598).abs() < 1e-7, "{found:?}");
+    assert!((found.disk_frequency - 1.9550268977247691).abs() < 1e-3);
+    // Delay: the phase over its frequency; the loop with it loses its stability there: L(jω) e^(−jωτ) = −1.
+    let (delay, omega) = (found.delay.expect("a delay"), found.delay_frequency.expect("a frequency"));
+    let s = c64::new(0.0, omega);
+    let l = c64::new(25.0, 0.0) / (s * s * s + 10.0 * s * s + 10.0 * s + 10.0) * c64::cis(-omega * delay);
+    assert!((l + 1.0).norm_sqr().sqrt() < 1e-9, "{l}");
+    // The double integrator under PD control with damping ratio 1: gain from 0 on, phase from its crossing.
+    let closed = system(&[&[0.0, 1.0], &[-1.0, -2.0]]);
+    let found = channel_margins(
+        &Response::continuous(&closed, &system(&[&[0.0], &[1.0]]), &system(&[&[-1.0, -2.0]])).expect("finite"),
+    );
+    let found = found.expect("margins");
+    let crossing = (2.0 + 5f64.sqrt()).sqrt();
+    assert!((found.phase - (2.0 * crossing).atan()).abs() < 1e-9 && found.gain[1].is_infinite(), "{found:?}");
+}
+
+/// A peak with a damping ratio of 1e-6 beside a slow loop is not missed: closed form α = 1/max|M + ½|.
+#[test]
+fn a_narrow_peak() {
+    let (omega, zeta) = (731.0, 1e-6);
+    let a = system(&[&[-1.0, 0.0, 0.0], &[0.0, 0.0, 1.0], &[0.0, -omega * omega, -2.0 * zeta * omega]]);
+    let b = system(&[&[1.0], &[0.0], &[1.0]]);
+    let c = system(&[&[-0.5, 0.0, -0.01]]);
+    let found = channel_margins(&Response::continuous(&a, &b, &c).expect("finite")).expect("margins");
+    let at = 0.01 / (2.0 * zeta * omega);
+    let s = c64::new(0.0, omega);
+    let exact = (c64::new(0.5 - at, 0.0) - c64::new(0.5, 0.0) / (s + 1.0)).norm_sqr().sqrt();
+    assert!((found.disk * exact - 1.0).abs() < 1e-6 && (found.disk_frequency / omega - 1.0).abs() < 1e-6, "{found:?}");
+}
+
+/// Structured singular values from SLICOT's AB13MD (slycot 0.7.1, 6001 frequencies, then a bounded search): in the bracket, to
+/// 1e-5. The worst errors that are found make the loop singular.
+#[test]
+fn errors_of_all_channels_at_once() {
+    let a = system(&[
+        &[0.0, 1.0, 0.0, 0.0, 0.0],
+        &[-4.0, -0.4, 1.0, 0.0, 0.0],
+        &[0.0, 0.0, 0.0, 1.0, 0.0],
+        &[1.0, 0.0, -9.0, -0.3, 0.5],
+        &[0.0, 1.0, 0.0, 0.5, -2.0],
+    ]);
+    let two = [
+        system(&[&[0.0, 0.0], &[1.0, 0.5], &[0.0, 0.0], &[0.2, 1.0], &[0.0, 0.3]]),
+        system(&[&[-1.0, -0.5, 0.3, 0.0, 0.2], &[0.4, 0.2, -2.0, -0.6, 0.0]]),
+    ];
+    let three = [
+        system(&[&[0.0, 0.0, 0.1], &[1.0, 0.5, 0.0], &[0.0, 0.0, 0.0], &[0.2, 1.0, 0.0], &[0.0, 0.3, 1.0]]),
+        system(&[&[-1.0, -0.5, 0.3, 0.0, 0.2], &[0.4, 0.2, -2.0, -0.6, 0.0], &[0.3, 0.1, 0.2, -0.4, -0.7]]),
+    ];
+    for ([b, c], alpha) in [(two, 0.38190488195509664), (three, 0.3379359157009795)] {
+        let response = Response::continuous(&a, &b, &c).expect("finite");
+        let found = together(&response).expect("margins");
+        assert!(found.disk[0] <= alpha * (1.0 + 1e-5) && alpha <= found.disk[1] * (1.0 + 1e-5), "{found:?} {alpha}");
+        assert!(found.disk[1] < 1.002 * found.disk[0], "{found:?}");
+        let m = response.at_frequency(found.frequency);
+        let n = m.nrows();
+        let singular = Mat::from_fn(n, n, |i, j| {
+            let error = c64::new(found.worst[i].0 - 1.0, found.worst[i].1);
+            c64::new(f64::from(u8::from(i == j)), 0.0) - error * m[(i, j)]
+        });
+        let least = singular.singular_values().expect("values").into_iter().fold(f64::MAX, f64::min);
+        assert!(least < 1e-9, "{least:e}");
+    }
+}
+
+/// The value of the transfer from errors of a map, by its definition.
+fn defined(map: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, z: c64) -> c64 {
+    let n = map.rows();
+    let shifted = Mat::from_fn(n, n, |i, j| {
+        let own = if i == j { z } else { c64::new(0.0, 0.0) };
+        own - map[(i, j)]
+    });
+    let x = shifted.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| c64::new(b[(i, 0)], 0.0)));
+    (0..n).map(|j| x[(j, 0)] * c[(0, j)]).sum()
+}
+
+/// A sampled loop, z⁺ = (Φ + k ΓC) z: the factor that is told puts an eigenvalue on the unit circle.
+#[test]
+fn the_factor_of_a_map_is_at_the_limit() {
+    let map = system(&[&[0.9, 0.2, 0.0], &[-0.3, 0.8, 0.1], &[0.1, 0.0, 0.5]]);
+    let (b, c) = (system(&[&[0.1], &[0.3], &[0.2]]), system(&[&[-0.7, -0.4, -0.5]]));
+    let response = Response::sampled(&map, &b, &c, 0.01).expect("finite");
+    for omega in [0.0, 3.0, 100.0, 314.0] {
+        let (found, expected) = (response.at_frequency(omega)[(0, 0)], defined(&map, &b, &c, c64::cis(0.01 * omega)));
+        assert!((found - expected).norm_sqr().sqrt() < 1e-12, "{omega}: {found} {expected}");
+    }
+    let found = channel_margins(&response).expect("margins");
+    assert!(found.gain[1].is_finite() && found.gain_frequency[1].expect("a frequency") <= PI / 0.01 + 1e-9);
+    let at = |factor: f64| {
+        let closed = map.plus(&b.multiply(&c).scale(&(factor - 1.0)));
+        eigenvalues(&closed).expect("eigenvalues").iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max)
+    };
+    assert!((at(found.gain[1]) - 1.0).abs() < 1e-9, "{found:?} {}", at(found.gain[1]));
+    assert!(at(0.999 * found.gain[1]) < 1.0 && at(1.001 * found.gain[1]) > 1.0);
+}
+
+/// The factor of a motor found from the frequency response is that found by search on the exact loop, in continuous time and
+/// sampled, with delay, lag and an observer that does not know of it.
+#[test]
+fn two_ways_to_the_same_factor() {
+    let source = builtin("two-bodies").expect("built in").source;
+    let head = source.split("[control.").next().expect("a head").split("[scenario]").next().expect("a head");
+    let motor = head.lines().find_map(|line| line.strip_prefix("[motor.")).expect("a motor").replace(']', "");
+    let shaft = head.lines().filter_map(|line| line.strip_prefix("[shaft.")).next_back().expect("a shaft");
+    let shaft = shaft.split(']').next().expect("a name");
+    let mut checked = 0;
+    for lag in ["", "lag = \"1 ms\"\n"] {
+        for clock in ["", "sample_time = \"1 ms\"\n", "sample_time = \"1 ms\"\ndelay = \"700 us\"\n"] {
+            for observer in ["", "observer = { sensors = [\"SHAFT.phi\"] }\n"] {
+                let text = format!(
+                    "{}[control.law]\nlaw = \"decoupling\"\n{clock}{}inputs = [\"{motor}\"]\n[[control.law.channels]]\noutput = \
+                     \"{shaft}.phi\"\nreference = \"r\"\nomega = \"5 rad/s\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n",
+                    head.replace(&format!("[motor.{motor}]\n"), &format!("[motor.{motor}]\n{lag}")),
+                    observer.replace("SHAFT", shaft)
+                )
+                .replace("omega = \"5 rad/s\"\n", "");
+                let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
+                let Ok(found) = design(&text, &settings, &Silent) else { continue };
+                let margins = found.margins.expect("margins");
+                let (Some([down, up]), true) = (margins.gain_margin, margins.stable == Some(true)) else { continue };
+                let own = &margins.channels[0];
+                assert!(!own.reading && own.name == motor);
+                for (search, value) in [(down.value, own.gain[0]), (up.value, own.gain[1])] {
+                    if search > 0.0 && search.is_finite() {
+                        assert!((search / value - 1.0).abs() < 1e-6, "{lag}{clock}{observer}: {search} {value}");
+                        checked += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(checked >= 4, "{checked}");
+}
+
+/// Two bodies on a spring, each held by its own controller with its own clock.
+fn two_clocks(clocks: [&str; 2]) -> String {
+    let control = |name: &str, shaft: &str, clock: &str| {
+        format!(
+            "[control.{name}]\nlaw = \"position_loop\"\n{clock}output = \"{shaft}.phi\"\ninput = \"m{shaft}\"\n\
+             natural_frequency = \"40 rad/s\"\ndamping_ratio = 0.5\ninertia = \"1 kg m^2\"\nreference = \"r{shaft}\"\n"
+        )
+    };
+    format!(
+        "[model]\nname = \"two\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+         [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"30 N m/rad\"\ndamping = \"0.1 N m s/rad\"\n\
+         [motor.ma]\nshaft = \"a\"\n[motor.mb]\nshaft = \"b\"\n{}{}[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n",
+        control("left", "a", clocks[0]),
+        control("right", "b", clocks[1])
+    )
+}
+
+/// Those two bodies stepped by the rule of Runge and Kutta, the first motor's torque times a factor and late: the size of the
+/// motion at the end over that in the middle.
+fn simulated(periods: [f64; 2], factor: f64, late: f64) -> f64 {
+    let step = 1e-5;
+    let steps = |time: f64| (time / step).round() as usize;
+    let law = |q: f64, w: f64| -(1600.0 * q + 40.0 * w);
+    let mut x = [1e-3, 0.0, 0.0, 0.0];
+    let mut torque = [0.0, 0.0];
+    let mut wire = std::collections::VecDeque::new();
+    let mut largest = [0.0f64; 2];
+    let total = steps(8.0);
+    for k in 0..total {
+        if k % steps(periods[0]) == 0 {
+            wire.push_back((k + steps(late), law(x[0], x[2])));
+        }
+        while wire.front().is_some_and(|(at, _)| *at <= k) {
+            torque[0] = factor * wire.pop_front().expect("not empty").1;
+        }
+        if k % steps(periods[1]) == 0 {
+            torque[1] = law(x[1], x[3]);
+        }
+        let rate = |x: [f64; 4]| {
+            let spring = 30.0 * (x[0] - x[1]) + 0.1 * (x[2] - x[3]);
+            [x[2], x[3], torque[0] - spring, torque[1] + spring]
+        };
+        let moved = |x: [f64; 4], d: [f64; 4], h: f64| [0, 1, 2, 3].map(|i| x[i] + h * d[i]);
+        let a = rate(x);
+        let b = rate(moved(x, a, 0.5 * step));
+        let c = rate(moved(x, b, 0.5 * step));
+        let d = rate(moved(x, c, step));
+        x = [0, 1, 2, 3].map(|i| x[i] + step / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        let size = x.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+        if k > total / 2 && k < total / 2 + steps(1.0) {
+            largest[0] = largest[0].max(size);
+        }
+        if k >= total - steps(1.0) {
+            largest[1] = largest[1].max(size);
+        }
+    }
+    largest[1] / largest[0]
+}
+
+/// With one clock and with two the delay and the factor that a motor tolerates are those at which the stepped motion changes from
+/// dying out to growing; with three the map agrees just inside and outside.
+#[test]
+fn a_late_motor() {
+    let settings = DesignSettings { simulate: false, force: true, ..DesignSettings::default() };
+    for periods in [[4e-3, 4e-3], [4e-3, 10e-3]] {
+        let clocks = periods.map(|time| format!("sample_time = \"{} ms\"\n", 1e3 * time));
+        let source = two_clocks([&clocks[0], &clocks[1]]);
+        let found = design(&source, &DesignSettings { control: Some("left".into()), ..settings.clone() }, &Silent);
+        let margins = found.expect("a design").margins.expect("margins");
+        assert_eq!(margins.stable, Some(true), "{}", margins.verdict);
+        let motor = margins.channels.iter().find(|one| one.name == "ma").expect("known");
+        assert_eq!(motor.searched, periods[0] != periods[1]);
+        let late = motor.delay.expect("known");
+        assert!(late > 1e-3 && late < 0.04, "{late}");
+        assert!(simulated(periods, 1.0, 0.98 * late) < 1.0 && simulated(periods, 1.0, 1.02 * late) > 1.0, "{late}");
+        let factor = motor.gain[1];
+        assert!(factor > 1.2 && factor < 100.0, "{factor}");
+        assert!(
+            simulated(periods, 0.98 * factor, 0.0) < 1.0 && simulated(periods, 1.02 * factor, 0.0) > 1.0,
+            "{factor}"
+        );
+        let variant = common::first(&source);
+        let (laws, plant) = (&variant.running, plant(&variant));
+        let radius = |delay: f64| {
+            let mut parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+            parts[0].wire = Some(Wire { input: 0, delay });
+            SampledLoop::new(&plant, &parts).expect("a map").spectral_radius().expect("eigenvalues")
+        };
+        assert!(radius(late * (1.0 - 1e-9)) < 1.0 && radius(late * (1.0 + 1e-9)) > 1.0, "{late}");
+        // The frequency is that of the stepped motion, some 40 rad/s, not one of its aliases.
+        let frequency = motor.delay_frequency.expect("known");
+        assert!(frequency > 20.0 && frequency < 120.0, "{frequency}");
+    }
+}
+
+/// The map for complex factors of a motor: at real ones that of a loop whose motor gives so much, and with one clock the phase
+/// and the disk of the frequency response.
+#[test]
+fn complex_factors_of_a_motor() {
+    for clocks in [["4 ms", "4 ms"], ["4 ms", "10 ms"]] {
+        let source = two_clocks(
+            clocks.map(|time| format!("sample_time = \"{time}\"\ndelay = \"1 ms\"\n")).each_ref().map(String::as_str),
+        );
+        let variant = common::first(&source);
+        let (laws, plant) = (&variant.designed, plant(&variant));
+        let times = if clocks[0] == clocks[1] { [4e-3, 4e-3] } else { [4e-3, 10e-3] };
+        let clocks = times.map(|period| Some(Clock { period, delay: 1e-3, single: false }));
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number: 0 };
+        let lifted = survey.lifted(0).expect("a common period");
+        for factor in [0.3, 1.0, 1.7, 4.0] {
+            let mut parts: Vec<SampledPart> = laws
+                .iter()
+                .zip(&clocks)
+                .map(|(law, clock)| SampledPart::at(&**law, &plant, *clock).expect("finite"))
+                .collect();
+            parts[0].gains[0] = factor;
+            let map = SampledLoop::new(&plant, &parts).expect("a map");
+            let expected = map.spectral_radius().expect("eigenvalues").powf(map.period / map.sample_time);
+            let found = lifted.radius((factor, 0.0)).expect("eigenvalues");
+            assert!((found / expected - 1.0).abs() < 1e-9, "{factor}: {found} {expected}");
+        }
+        let (phase, disk) = (lifted.phase(), lifted.disk());
+        let edge = |turn: f64| lifted.radius((turn.cos(), turn.sin())).expect("eigenvalues");
+        assert!(edge(0.999 * phase) < 1.0 && edge(1.001 * phase) > 1.0, "{phase}");
+        if times[0] == times[1] {
+            let response = survey.motors().expect("one clock");
+            let known = channel_margins(&response.channel(0)).expect("margins");
+            assert!((phase - known.phase).abs() < 1e-6, "{phase} {known:?}");
+            // 25 directions come close, from above.
+            assert!(disk > known.disk * (1.0 - 1e-6) && disk < 1.02 * known.disk, "{disk} {known:?}");
+        }
+    }
+}
+
+/// Two bodies on a spring, the far one held by the motor of the near one: the torque may hardly be larger.
+fn far(omega: &str, clock: &str) -> String {
+    format!(
+        "[model]\nname = \"far\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1 kg m^2\"\n\
+         [spring_damper.s]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nstiffness = \"100 N m/rad\"\ndamping = \"1 N m s/rad\"\n\
+         [motor.m]\nshaft = \"a\"\nlag = \"1 ms\"\n[control.far]\nlaw = \"position_loop\"\n{clock}output = \"b.phi\"\n\
+         input = \"m\"\nnatural_frequency = \"{omega} rad/s\"\ndamping_ratio = 0.7\ninertia = \"2 kg m^2\"\nreference = \"r\"\n\
+         [scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n"
+    )
+}
+
+/// A loop whose torque may be wrong by a factor between 1.005 and 1.01 before it is unstable is warned of, with factor and
+/// frequency, by `check` and by `design` in text, page and data; the factor is that of the loop's polynomial, put together by
+/// hand, and of its map.
+#[test]
+fn a_torque_that_may_hardly_be_larger() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let period = 5e-3;
+    for (omega, clock) in [("1.4146", ""), ("1.3936", "sample_time = \"5 ms\"\ndelay = \"5 ms\"\n")] {
+        let source = far(omega, clock);
+        let found = design(&source, &settings, &Silent).expect("a design");
+        let margins = found.margins.as_ref().expect("margins");
+        let motor = margins.channels.iter().find(|one| !one.reading).expect("a motor");
+        let (factor, frequency) = (motor.gain[1], motor.gain_frequency[1].expect("a frequency"));
+        assert!(1.005 < factor && factor < 1.01, "{factor}");
+        assert!(margins.stable == Some(true) && margins.hardly);
+        let said = format!(
+            "stable, but hardly: the torque of `m` times {factor:.4} makes the loop unstable, at {frequency:.4} rad/s"
+        );
+        assert!(found.warnings.contains(&said), "{:?}", found.warnings);
+        let told = kardan::study::check(&source);
+        let told = told.iter().find(|one| one.code == "control::hardly").expect("a warning of check");
+        assert!(told.message.contains(&said), "{}", told.message);
+        assert!(!kardan::report::words::design::verdict(&found).0, "no good design");
+        assert!(!kardan::report::words::design::verdict(&found).0, "no good design");
+        let page = kardan::report::design_html(&found);
+        assert!(page.contains(&format!("times {factor:.4} makes the loop unstable")), "the page");
+        assert!(page.contains("but hardly") && kardan::export::design_json(&found).contains(&said), "page and data");
+        let w: f64 = omega.parse().expect("a number");
+        let unstable = |factor: f64| {
+            if clock.is_empty() {
+                // s² (s² + 2 s + 200) (T s + 1) + g (s + 100) (2 ω² + 2.8 ω s)
+                let (g, t) = (2.0 * factor, 1e-3);
+                let p = [
+                    g * 100.0 * w * w,
+                    g * (w * w + 140.0 * w),
+                    200.0 + g * 1.4 * w,
+                    2.0 + 200.0 * t,
+                    1.0 + 2.0 * t,
+                    t,
+                ];
+                let p = Polynomial::new(p.iter().map(|x| rational_from_f64(*x).expect("finite")).collect());
+                return stability(&p) == Stability::Unstable;
+            }
+            // Angles, speeds, the torque behind the lag; the command waits for a sample.
+            let a = system(&[
+                &[0.0, 0.0, 1.0, 0.0, 0.0],
+                &[0.0, 0.0, 0.0, 1.0, 0.0],
+                &[-100.0, 100.0, -1.0, 1.0, 1.0],
+                &[100.0, -100.0, 1.0, -1.0, 0.0],
+                &[0.0, 0.0, 0.0, 0.0, -1000.0],
+            ]);
+            let held = discretise(&a, &system(&[&[0.0], &[0.0], &[0.0], &[0.0], &[1000.0]]), period).expect("finite");
+            let k = [0.0, -2.0 * w * w, 0.0, -2.8 * w, 0.0, 0.0];
+            let map = Matrix::from_fn(6, 6, |i, j| match (i < 5, j < 5) {
+                (true, true) => held.a[(i, j)],
+                (true, false) => factor * held.b[(i, 0)],
+                _ => k[j],
+            });
+            eigenvalues(&map).expect("eigenvalues").iter().any(|(re, im)| re.hypot(*im) > 1.0)
+        };
+        assert!(!unstable(factor * (1.0 - 1e-6)) && unstable(factor * (1.0 + 1e-6)), "{factor}");
+    }
+}
+
+/// One body held by its motor.
+fn held(damping_ratio: &str, lag: &str, clock: &str) -> String {
+    format!(
+        "[model]\nname = \"held\"\n[shaft.a]\ninertia = \"1 kg m^2\"\n[motor.m]\nshaft = \"a\"\nlag = \"{lag}\"\n[control.law]\n\
+         law = \"position_loop\"\n{clock}output = \"a.phi\"\ninput = \"m\"\nnatural_frequency = \"10 rad/s\"\n\
+         damping_ratio = {damping_ratio}\nreference = \"r\"\n[scenario]\nduration = \"1 s\"\noutput_step = \"1 ms\"\n"
+    )
+}
+
+/// A small phase margin and a small delay margin are warned of though no factor is too much; a good loop is not.
+#[test]
+fn warnings_have_no_holes() {
+    let settings = DesignSettings { simulate: false, ..DesignSettings::default() };
+    let warned = |source: &str| {
+        let found = design(source, &settings, &Silent).expect("a design");
+        let margins = found.margins.expect("margins");
+        let motor = margins.channels.iter().find(|one| !one.reading).expect("a motor").clone();
+        (found.warnings.join("; "), motor)
+    };
+    let (said, motor) = warned(&held("0.05", "1 us", ""));
+    assert!(motor.gain[1] > 1.1 && motor.phase.to_degrees() < 15.0, "{motor:?}");
+    assert!(said.contains("° of phase in the torque of `m` make the loop unstable, at 1"), "{said}");
+    let (said, motor) = warned(&held("0.7", "0.1 s", ""));
+    assert!(
+        motor.delay.expect("known") < 0.025 && said.contains("% of the lag of its motor, 100.000 ms"),
+        "{said} {motor:?}"
+    );
+    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"120 ms\"\n"));
+    assert!(motor.delay.expect("known") < 0.03 && said.contains("% of one sample, 120.000 ms"), "{said} {motor:?}");
+    let (said, motor) = warned(&held("0.7", "1 us", "sample_time = \"1 ms\"\n"));
+    assert!(said.is_empty() && motor.delay.expect("known") > 0.01, "{said} {motor:?}");
+    let (said, _) = warned(&held("0.7", "1 us", ""));
+    assert!(said.is_empty(), "{said}");
+    assert!(kardan::study::check(&held("0.7", "0.2 s", "")).iter().any(|one| one.code == "control::grows"));
+}
