@@ -12,7 +12,7 @@ use clap_complete::Shell;
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n\n\
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n  kardan schema run                 the keys of what `kardan run --json` prints\n\n\
                   Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), \
                   2 error, or ended early by a limit or a signal (what was computed until then is written)."
 )]

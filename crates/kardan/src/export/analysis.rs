@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::printed;
+use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, ElementShare, Elimination,

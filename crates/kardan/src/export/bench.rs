@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::identification::IdentificationView;
-use super::printed;
+use super::printed::printed;
 use crate::results::serial::by_name;
 use crate::results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
 

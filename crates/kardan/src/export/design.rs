@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json as object};
 
-use super::printed;
+use super::printed::printed;
 use crate::results::{ControllerData, Design};
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.

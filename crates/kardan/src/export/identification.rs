@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::printed;
+use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{Candidate, ChannelRead, Found, Identification, LogRead, ResidualTest, Validation, WindowCount};
 

@@ -7,9 +7,10 @@ use serde::{Serialize, Serializer};
 
 use super::analysis::Short;
 use super::extremes::extremes;
-use super::printed;
+use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
-use crate::results::serial::{StrainView, by_name};
+use crate::results::StrainView;
+use crate::results::serial::by_name;
 use crate::results::{Effort, Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, Study};
 
 /// The files that were written for a study.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::{Complex, Definition, Interval, NamedMatrix, Pole, serial};
+use super::{Complex, Definition, Interval, NamedMatrix, Pole, serial::by_name};
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
@@ -458,7 +458,7 @@ pub struct Certificate {
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`.
-    #[serde(serialize_with = "serial::pencil")]
+    #[serde(serialize_with = "pencil")]
     #[schemars(with = "BTreeMap<String, Vec<Entry>>")]
     pub pencil: Vec<SparseMatrix>,
     /// Proof of `min_inputs`.
@@ -689,4 +689,20 @@ pub struct Sampling {
     pub median: f64,
     /// Largest measure found.
     pub largest: f64,
+}
+
+impl From<MinorColumn> for [usize; 2] {
+    fn from(column: MinorColumn) -> Self {
+        [column.input, column.power]
+    }
+}
+
+impl From<Entry> for (usize, usize, String) {
+    fn from(entry: Entry) -> Self {
+        (entry.row, entry.column, entry.value)
+    }
+}
+
+fn pencil<S: Serializer>(all: &[SparseMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), &one.entries)), to)
 }

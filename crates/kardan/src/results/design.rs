@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
+use super::serial::{self, by_name};
 use super::{
-    Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness, ScenarioStrain,
-    ShapePart, serial,
+    Complex, Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness,
+    ScenarioStrain, ShapePart, StrainView,
 };
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
@@ -69,7 +70,7 @@ pub struct Design {
     /// How this law decouples, which need not be the best that can be done; `None`: it does not, or does not say.
     pub feedback: Option<Feedback>,
     /// The gains by name.
-    #[serde(serialize_with = "serial::gains")]
+    #[serde(serialize_with = "gains")]
     #[schemars(with = "BTreeMap<String, ExactMatrix>")]
     pub gains: Vec<ExactMatrix>,
     /// The canonically decoupled form (6.73)-(6.81).
@@ -82,16 +83,16 @@ pub struct Design {
     #[serde(rename = "closed_loop_poles_exact")]
     pub exact_poles: bool,
     /// What the outputs do not show of the decoupled loop.
-    #[serde(serialize_with = "serial::zero_dynamics")]
-    #[schemars(with = "serial::ZerosView")]
+    #[serde(serialize_with = "zero_dynamics")]
+    #[schemars(with = "ZerosView")]
     pub zero_dynamics: ZeroDynamics,
     /// Whether the law inverts the plant, so that its zeros become poles behind the outputs.
     pub cancels_zeros: bool,
     /// The observer.
     pub observer: Option<ObserverResult>,
     /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.
-    #[serde(serialize_with = "serial::transfer")]
-    #[schemars(with = "Vec<serial::TransferView>")]
+    #[serde(serialize_with = "transfer")]
+    #[schemars(with = "Vec<TransferView>")]
     pub transfer: Vec<TransferEntry>,
     /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` where no such claim is made.
     pub decoupled: Option<bool>,
@@ -102,8 +103,8 @@ pub struct Design {
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
     /// What the scenario of the file asks of its motors, where it was run.
-    #[serde(serialize_with = "serial::strains")]
-    #[schemars(with = "Vec<serial::ScenarioView>")]
+    #[serde(serialize_with = "strains")]
+    #[schemars(with = "Vec<ScenarioView>")]
     pub strains: Vec<ScenarioStrain>,
     /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
     pub passage: Option<Passage>,
@@ -347,15 +348,15 @@ pub struct ControllerData {
     pub sample_time: Option<f64>,
     /// Whether it computes in single precision.
     #[serde(rename = "precision")]
-    #[serde(serialize_with = "serial::precision")]
-    #[schemars(with = "serial::Precision")]
+    #[serde(serialize_with = "precision")]
+    #[schemars(with = "Precision")]
     pub single: bool,
     /// Its matrices.
-    #[serde(serialize_with = "serial::matrices")]
+    #[serde(serialize_with = "matrices")]
     #[schemars(with = "BTreeMap<String, Vec<Vec<f64>>>")]
     pub matrices: Vec<DataMatrix>,
     /// Its numbers.
-    #[serde(serialize_with = "serial::numbers")]
+    #[serde(serialize_with = "numbers")]
     #[schemars(with = "BTreeMap<String, f64>")]
     pub numbers: Vec<DataNumber>,
 }
@@ -406,4 +407,104 @@ impl DataNumber {
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self { name: name.into(), value }
     }
+}
+
+fn gains<S: Serializer>(all: &[ExactMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), one)), to)
+}
+
+fn matrices<S: Serializer>(all: &[DataMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), &one.values)), to)
+}
+
+fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), one.value)), to)
+}
+
+/// Precision of a block.
+#[derive(Serialize, JsonSchema)]
+enum Precision {
+    #[serde(rename = "f64")]
+    Double,
+    #[serde(rename = "f32")]
+    Single,
+}
+
+fn precision<S: Serializer>(single: &bool, to: S) -> Result<S::Ok, S::Error> {
+    if *single { Precision::Single } else { Precision::Double }.serialize(to)
+}
+
+/// What the scenario of a file asks of a motor.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "ScenarioStrain")]
+struct ScenarioView<'a> {
+    /// Name of the variant.
+    variant: &'a str,
+    /// Length of its run, s.
+    duration_s: f64,
+    /// What it asked.
+    motor: StrainView<'a>,
+}
+
+fn strains<S: Serializer>(all: &[ScenarioStrain], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(all.iter().map(|one| ScenarioView {
+        variant: &one.variant,
+        duration_s: one.duration,
+        motor: StrainView::of(&one.strain, one.duration),
+    }))
+}
+
+/// What goes on while the outputs are held still.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "ZeroDynamics")]
+struct ZerosView<'a> {
+    /// The exact polynomial; `1` if there is none.
+    polynomial: &'a str,
+    /// Its roots, both of a conjugate pair, 1/s.
+    poles: Vec<Complex>,
+    /// Whether all of them are in the open left half-plane, decided exactly; `null` if it was not asked.
+    stable: Option<bool>,
+    /// Its modes, by size; of a pair the upper one.
+    modes: &'a [ZeroMode],
+}
+
+fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S::Error> {
+    let both = |mode: &ZeroMode| {
+        let mirrored = Complex { im: -mode.pole.im, ..mode.pole };
+        std::iter::once(mode.pole).chain((mode.pole.im != 0.0).then_some(mirrored))
+    };
+    let asked = !(found.polynomial.is_empty() && found.modes.is_empty());
+    let view = ZerosView {
+        polynomial: &found.polynomial,
+        poles: found.modes.iter().flat_map(both).collect(),
+        stable: asked.then_some(found.stable),
+        modes: &found.modes,
+    };
+    view.serialize(to)
+}
+
+/// One entry of an exact transfer matrix.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "TransferEntry")]
+struct TransferView<'a> {
+    /// The output.
+    output: &'a str,
+    /// The reference.
+    reference: &'a str,
+    /// Whether it is exactly zero.
+    zero: bool,
+    /// Coefficients of 1, s, s², …
+    numerator: &'a [String],
+    /// Coefficients of 1, s, s², …
+    denominator: &'a [String],
+}
+
+fn transfer<S: Serializer>(all: &[TransferEntry], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(all.iter().map(|one| TransferView {
+        output: &one.output,
+        reference: &one.reference,
+        zero: one.numerator.is_empty(),
+        numerator: &one.numerator,
+        denominator: &one.denominator,
+    }))
 }

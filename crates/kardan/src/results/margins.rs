@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::serial;
-
 /// How far a controller's loop is from instability, and what it asks of the motors.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Margins {
@@ -64,7 +62,7 @@ pub struct Margins {
 
 /// How it is known that poles are at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-#[serde(into = "serial::KnownWord")]
+#[serde(into = "KnownWord")]
 pub enum FreeKnown {
     /// Exactly, with the gains of the design, before they are rounded.
     Design,
@@ -190,4 +188,28 @@ pub struct TorquePeak {
     /// Its torque limit, N m.
     #[serde(rename = "limit_n_m")]
     pub limit: Option<f64>,
+}
+
+/// How it is known that poles are at zero.
+#[derive(Serialize, JsonSchema)]
+enum KnownWord {
+    /// With the gains of the design, before they are rounded.
+    #[serde(rename = "exactly, gains of the design")]
+    Design,
+    /// With gains that are the fractions which their doubles are.
+    #[serde(rename = "exactly, gains as rounded")]
+    Rounded,
+    /// Numbers of the size of rounding count as zero.
+    #[serde(rename = "to rounding")]
+    Within,
+}
+
+impl From<FreeKnown> for KnownWord {
+    fn from(known: FreeKnown) -> Self {
+        match known {
+            FreeKnown::Design => Self::Design,
+            FreeKnown::Rounded => Self::Rounded,
+            FreeKnown::Within(_) => Self::Within,
+        }
+    }
 }

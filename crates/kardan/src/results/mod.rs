@@ -472,3 +472,59 @@ pub struct Study {
     /// The designs of the controllers, each as in the first variant that uses it.
     pub designs: Vec<Design>,
 }
+
+impl From<Complex> for [f64; 2] {
+    fn from(number: Complex) -> Self {
+        [number.re, number.im]
+    }
+}
+
+impl From<Span> for [f64; 2] {
+    fn from(span: Span) -> Self {
+        [span.from, span.until]
+    }
+}
+
+impl From<Interval> for [f64; 2] {
+    fn from(interval: Interval) -> Self {
+        [interval.lower, interval.upper]
+    }
+}
+
+/// What was asked of a motor with limits.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "MotorStrain")]
+pub(crate) struct StrainView<'a> {
+    /// Name of the motor.
+    name: &'a str,
+    /// The controller that commands it, if one does.
+    controller: Option<&'a str>,
+    /// Its torque limit, N m.
+    torque_limit_n_m: Option<f64>,
+    /// Its rate limit, N m/s.
+    rate_limit_n_m_per_s: Option<f64>,
+    /// Largest torque asked of it, N m.
+    asked_n_m: f64,
+    /// How long it was at its torque limit, s.
+    time_at_torque_limit_s: f64,
+    /// How long it moved at its rate limit, s.
+    time_at_rate_limit_s: f64,
+    /// When it was at its torque limit first, s.
+    first_at_torque_limit_s: Option<f64>,
+}
+
+impl<'a> StrainView<'a> {
+    /// In a run of this length, s.
+    pub(crate) fn of(strain: &'a MotorStrain, length: f64) -> Self {
+        Self {
+            name: &strain.motor,
+            controller: strain.controller.as_deref(),
+            torque_limit_n_m: strain.torque_limit,
+            rate_limit_n_m_per_s: strain.rate_limit,
+            asked_n_m: strain.asked,
+            time_at_torque_limit_s: strain.seconds_at_limit(0.0, length),
+            time_at_rate_limit_s: strain.seconds_at_rate_limit(0.0, length),
+            first_at_torque_limit_s: strain.at_torque_limit.first().map(|span| span.from),
+        }
+    }
+}
