@@ -12,7 +12,7 @@ use clap_complete::Shell;
     version,
     arg_required_else_help = true,
     after_help = "Examples:\n  kardan run                        run the built-in study, report in kardan-out/report.html\n  \
-                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n\n\
+                  kardan models sia-steering --write my.toml\n  kardan check my.toml\n  kardan run my.toml --out my-out\n  kardan analyze my.toml\n  kardan design my.toml\n  kardan identify my.toml bench.csv\n  kardan schema run                 the keys of what `kardan run --json` prints\n\n\
                   Exit codes: 0 done, 1 a requirement of the study failed (or, with `identify --strict`, something stands against the result), \
                   2 error, or ended early by a limit or a signal (what was computed until then is written)."
 )]
@@ -35,6 +35,7 @@ pub enum Command {
     Check(CheckArgs),
     Models(ModelsArgs),
     Elements(ElementsArgs),
+    Schema(SchemaArgs),
     Completions(CompletionsArgs),
 }
 
@@ -83,7 +84,7 @@ pub struct AnalyzeArgs {
     /// Analyse plain matrices A, B, C, D from this file instead of a model (`-` for standard input).
     #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "variant"])]
     pub state_space: Option<PathBuf>,
-    /// Print one JSON object instead of the text.
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the analysis as one HTML page too; a file that exists is replaced.
@@ -137,7 +138,7 @@ pub struct DesignArgs {
     /// Variant to design for; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Print one JSON object instead of the text.
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the design as one HTML page too; a file that exists is replaced.
@@ -221,7 +222,7 @@ pub struct IdentifyArgs {
     /// Variant of the model; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Print one JSON object instead of the text.
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
     /// Write the identification as one HTML page too; a file that exists is replaced.
@@ -331,7 +332,7 @@ pub struct BenchArgs {
     /// simulation and on the bench, and show both side by side in `report.html`.
     #[arg(long)]
     pub study: bool,
-    /// Print one JSON object instead of the text.
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -397,6 +398,17 @@ pub struct ModelsArgs {
 #[command(after_help = "Example:\n  kardan elements harmonic_drive")]
 pub struct ElementsArgs {
     /// The table whose page is wanted.
+    pub name: Option<String>,
+}
+
+/// List the JSON schemas of what commands print with `--json`, or print one of them (draft 2020-12).
+///
+/// Each object begins with the key `schema`: the version of the format, `kardan/1`. Numbers are in SI; one that is not finite is
+/// `null`, a complex one is `[re, im]`, an exact one a text.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:\n  kardan schema\n  kardan schema run > run.schema.json")]
+pub struct SchemaArgs {
+    /// What the schema is of: `run`, `analyze`, `design`, `identify`, `bench`, `bench-study` or `error`.
     pub name: Option<String>,
 }
 

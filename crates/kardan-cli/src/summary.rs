@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kardan::export::{Files, extremes};
+use kardan::export::{Extreme, Files, extremes};
 use kardan::report::words;
 use kardan::results::{MotorStrain, Outcome, Run, Signal, Structure, Study};
 
@@ -82,7 +82,9 @@ fn variant(out: &mut String, run: &Run, signals: &[&Signal], files: &[String]) {
         out.push_str(&row(["signal", "unit", "min", "at s", "max", "at s", "final"]));
         for signal in signals {
             let e = extremes(&run.series.time, &signal.values);
-            let [min, t_min, max, t_max, last] = [e.min, e.t_min, e.max, e.t_max, e.last].map(number);
+            let told = |x: Option<f64>| number(x.unwrap_or(f64::NAN));
+            let both = |at: Option<Extreme>| [told(at.map(|at| at.value)), told(at.map(|at| at.time))];
+            let ([min, t_min], [max, t_max], last) = (both(e.min), both(e.max), told(e.last));
             out.push_str(&row([&signal.name, signal.physical.unit(), &min, &t_min, &max, &t_max, &last]));
         }
     }

@@ -10,6 +10,7 @@ mod equations;
 mod identify;
 mod models;
 mod run;
+mod schema;
 
 use std::ffi::OsString;
 
@@ -91,6 +92,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),
         Command::Elements(args) => elements::elements(args),
+        Command::Schema(args) => schema::schema(args),
         Command::Completions(args) => completions::completions(args),
     }
 }

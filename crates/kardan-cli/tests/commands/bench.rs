@@ -6,6 +6,8 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use super::schemas::printed;
+
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bench_{name}"));
     let _ = fs::remove_dir_all(&path);
@@ -37,7 +39,7 @@ fn logs_are_written_and_come_back() {
         ["m.toml", "--truth", "hidden.toml", "--repetitions", "2", "--format", "csv,parquet", "--seed", "5"];
     let got = bench(&at, &[&arguments[..], &["--json", "--out", "a"]].concat());
     assert_eq!(got.status.code(), Some(0), "{}", String::from_utf8_lossy(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["logs"].as_array().unwrap().len(), 2);
     assert_eq!(object["logs"][1]["files"].as_array().unwrap().len(), 2);
     assert_eq!(object["truth"][0]["name"], "wg.damping");
@@ -64,7 +66,7 @@ fn controllers_of_the_file_run() {
     model(&at);
     let got = bench(&at, &["m.toml", "--control", "drive", "--json", "--out", "c"]);
     assert_eq!(got.status.code(), Some(0), "{}", String::from_utf8_lossy(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["plan"], Value::Null);
     assert_eq!(object["truth"].as_array().unwrap().len(), 9);
     assert!(object["notes"][0].as_str().unwrap().contains("drawn within"));
@@ -79,7 +81,7 @@ fn a_study_goes_the_whole_way() {
     fs::write(at.join("m.toml"), text.replace("points = 6", "points = 12")).unwrap();
     let got = bench(&at, &["m.toml", "--study", "--json", "--out", "s", "--format", "mdf,csv,csv"]);
     assert_eq!(got.status.code(), Some(0), "{}", String::from_utf8_lossy(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["controller"], "drive");
     assert_eq!(object["files"].as_array().unwrap().len(), 2 + 2 + 1 + 8 + 1, "{}", object["files"]);
     for file in object["files"].as_array().unwrap() {

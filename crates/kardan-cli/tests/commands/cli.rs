@@ -7,9 +7,11 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use super::schemas::printed;
+
 const BUILTIN: &str = "sia-steering";
-const COMMANDS: [&str; 9] =
-    ["run", "analyze", "design", "bench", "equations", "check", "models", "elements", "completions"];
+const COMMANDS: [&str; 10] =
+    ["run", "analyze", "design", "bench", "equations", "check", "models", "elements", "schema", "completions"];
 
 fn kardan(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
@@ -77,7 +79,7 @@ fn bad_inputs_are_explained_by_every_command_that_reads_a_model() {
         for command in ["run", "analyze", "design", "bench"] {
             let got = output(&at, &[command, model, "--json"]);
             assert_eq!(got.status.code(), Some(2));
-            let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+            let object = printed(&got.stdout);
             let only = &object["error"]["diagnostics"][0];
             assert_eq!(only["code"], code);
             assert_eq!(only["line"], Value::Null);
@@ -106,7 +108,7 @@ fn an_output_folder_that_cannot_be_used_is_named_before_anything_is_computed() {
     for (out, part) in [("taken", "is a file"), ("taken/below", "cannot create")] {
         let got = output(&at, &["run", BUILTIN, "--json", "--out", out]);
         assert_eq!(got.status.code(), Some(2));
-        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+        let object = printed(&got.stdout);
         let message = object["error"]["message"].as_str().unwrap();
         assert!(message.contains(part) && message.contains(out), "{message}");
         assert_eq!(object["error"]["diagnostics"][0]["code"], "output::folder");
@@ -146,7 +148,7 @@ fn wrong_usage_exits_with_2_and_keeps_to_json() {
     }
     let got = output(&at, &["run", "--json", "--format", "xml"]);
     assert_eq!(got.status.code(), Some(2));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert!(object["error"]["message"].as_str().unwrap().contains("xml"));
 }
 
@@ -224,7 +226,7 @@ fn mistakes_are_shown_with_their_line_and_counted() {
         assert!(!said.contains('\u{1b}'), "colour without a terminal");
     }
     let got = output(&at, &["run", "bad.toml", "--json"]);
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["error"]["diagnostics"][0]["line"], 2);
     assert!(!at.join("kardan-out").exists());
 }
@@ -257,7 +259,7 @@ fn an_analysis_is_text_json_and_a_page() {
     let got = output(&at, &["analyze", "two-bodies", "--json", "--report", "new/page.html"]);
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
     assert!(text(&got.stderr).contains("wrote new/page.html"));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["name"], "two-bodies");
     assert_eq!(object["coordinates"], serde_json::json!(["body_1", "body_2"]));
     for key in ["states", "min_inputs", "min_outputs", "controllable_rank", "observable_rank"] {
@@ -281,7 +283,7 @@ fn a_page_that_cannot_be_written_is_named_before_anything_is_computed() {
         for (command, flag) in [("analyze", "--report"), ("design", "--report"), ("design", "--controller")] {
             let got = output(&at, &[command, "two-bodies", "--json", flag, path]);
             assert_eq!(got.status.code(), Some(2), "{command} {flag} {path}");
-            let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+            let object = printed(&got.stdout);
             assert_eq!(object["error"]["diagnostics"][0]["code"], code);
         }
     }
@@ -304,7 +306,7 @@ fn matrices_are_read_or_refused_kindly() {
     for (path, code) in cases {
         let got = output(&at, &["analyze", "--state-space", path, "--json"]);
         assert_eq!(got.status.code(), Some(2), "{path}");
-        let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+        let object = printed(&got.stdout);
         assert_eq!(object["error"]["diagnostics"][0]["code"], code, "{path}");
         assert!(words(&got.stderr).contains(code) && !words(&got.stderr).contains("built-in model"), "{path}");
     }
@@ -322,14 +324,14 @@ fn massless_models_are_refused_with_a_way_out_and_analysed_with_it() {
     fs::write(at.join("light.toml"), model).unwrap();
     let refused = output(&at, &["analyze", "light.toml", "--json"]);
     assert_eq!(refused.status.code(), Some(2));
-    let object: Value = serde_json::from_slice(&refused.stdout).unwrap();
+    let object = printed(&refused.stdout);
     assert_eq!(object["error"]["diagnostics"][0]["code"], "model::massless");
     assert!(words(&refused.stderr).contains("`b` can move while no mass does"));
     assert!(words(&refused.stderr).contains("--eliminate-massless"));
 
     let got = output(&at, &["analyze", "light.toml", "--eliminate-massless", "--json"]);
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!(object["elimination"]["removed"], serde_json::json!(["b.w"]));
     assert_eq!(object["state_names"], serde_json::json!(["a.phi", "b.phi", "a.w"]));
     let shown = text(&output(&at, &["analyze", "light.toml", "--eliminate-massless"]).stdout);
@@ -375,7 +377,7 @@ fn a_run_says_what_its_inputs_reach() {
     let at = folder("run_structure");
     let got = output(&at, &["run", "two-bodies", "--json"]);
     assert_eq!(got.status.code(), Some(0), "{}", text(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!((&object["analysis"]["controllable"], &object["analysis"]["states"]), (&true.into(), &4.into()));
     let shown = text(&output(&at, &["run", "two-bodies"]).stdout);
     assert!(shown.contains("structure: controllable by motor_1"), "{shown}");

@@ -6,6 +6,8 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use super::schemas::printed;
+
 fn design(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
     command.current_dir(folder).arg("design").args(arguments).stdin(Stdio::null()).output().unwrap()
@@ -18,10 +20,6 @@ fn text(bytes: &[u8]) -> String {
 /// Miette's frame and line breaks taken out.
 fn words(bytes: &[u8]) -> String {
     text(bytes).replace(['│', '×', '╰', '─', '▶'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn object(bytes: &[u8]) -> Value {
-    serde_json::from_slice(bytes).unwrap_or_else(|why| panic!("{why}: {}", text(bytes)))
 }
 
 /// A fresh folder of the test's own.
@@ -106,7 +104,7 @@ fn json_is_one_object_whatever_is_asked() {
     for case in cases {
         let got = design(&at, &[case, &["--json"][..]].concat());
         assert_eq!(got.status.code(), Some(0), "{case:?}: {}", words(&got.stderr));
-        let found = object(&got.stdout);
+        let found = printed(&got.stdout);
         for key in required {
             assert!(!found[key].is_null(), "{case:?}: no {key}");
         }
@@ -115,7 +113,7 @@ fn json_is_one_object_whatever_is_asked() {
         let coupling = found["cross_coupling"].as_array().unwrap();
         assert!(!coupling.is_empty() && coupling.iter().all(|entry| entry["peak"].is_f64()), "{case:?}");
         let quick = design(&at, &[case, &["--json", "--no-simulation"][..]].concat());
-        let mut without = object(&quick.stdout);
+        let mut without = printed(&quick.stdout);
         assert_eq!(without["cross_coupling"], Value::Array(Vec::new()));
         without["cross_coupling"] = found["cross_coupling"].clone();
         // Torques that steps ask for are simulated, and told in the verdict.
@@ -139,7 +137,7 @@ fn controller_and_report_are_written() {
         assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
         let said = words(&got.stderr);
         assert!(said.contains("wrote new/c.json") && said.contains("wrote r.html"), "{said}");
-        let controller = object(&fs::read(at.join("new/c.json")).unwrap());
+        let controller: Value = serde_json::from_slice(&fs::read(at.join("new/c.json")).unwrap()).unwrap();
         assert_eq!(controller["format"], "kardan-controller");
         assert_eq!((controller["block"].as_str(), controller["sample_time_s"].is_null()), (Some("StateSpace"), true));
         // u = D [phi; w; r]: the last columns are L of the source.
@@ -181,7 +179,7 @@ fn refused(at: &Path, arguments: &[&str], code: &str, parts: &[&str]) {
     }
     let got = design(at, &[arguments, &["--json"]].concat());
     assert_eq!(got.status.code(), Some(2));
-    let diagnostics = object(&got.stdout)["error"]["diagnostics"].clone();
+    let diagnostics = printed(&got.stdout)["error"]["diagnostics"].clone();
     let codes: Vec<&str> = diagnostics.as_array().unwrap().iter().filter_map(|one| one["code"].as_str()).collect();
     assert!(codes.contains(&code), "{arguments:?}: {codes:?}");
 }
@@ -278,5 +276,5 @@ fn a_model_comes_from_standard_input_as_well() {
     let got = child.wait_with_output().unwrap();
     assert_eq!(got.status.code(), Some(0), "{}", words(&got.stderr));
     let direct = design(&folder("standard_input"), &["harmonic-drive-spring", "--json", "--no-simulation"]);
-    assert_eq!(object(&got.stdout), object(&direct.stdout));
+    assert_eq!(printed(&got.stdout), printed(&direct.stdout));
 }

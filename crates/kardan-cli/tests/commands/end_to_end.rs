@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use serde_json::Value;
+use super::schemas::printed;
 
 const ANGLES: [&str; 4] = ["beta-0deg", "beta-10deg", "beta-20deg", "beta-30deg"];
 
@@ -23,7 +23,7 @@ fn the_command_of_the_readme() {
     let folder = folder("run");
     let done = kardan(&folder, &["run", "--json"]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
-    let json: Value = serde_json::from_slice(&done.stdout).expect("one JSON object and nothing else");
+    let json = printed(&done.stdout);
     assert_eq!(json["model"], "sia-steering");
     let variants = json["variants"].as_array().expect("a list");
     let names: Vec<&str> = variants.iter().filter_map(|v| v["name"].as_str()).collect();
@@ -102,7 +102,7 @@ reference = \"ref\"\n[scenario]\nduration = \"2 s\"\n[[scenario.event]]\nat = \"
     std::fs::write(folder.join("diverging.toml"), model).expect("a model file");
     let done = kardan(&folder, &["run", "diverging.toml", "--json"]);
     assert_eq!(done.status.code(), Some(2), "{}", String::from_utf8_lossy(&done.stderr));
-    let json: Value = serde_json::from_slice(&done.stdout).expect("one JSON object and nothing else");
+    let json = printed(&done.stdout);
     let variant = &json["variants"][0];
     let text = variant["outcome"].to_string();
     assert!(text.contains("diverge") && text.contains("at t = "), "{text}");

@@ -7,6 +7,8 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use super::schemas::printed;
+
 fn kardan(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap()
@@ -72,7 +74,7 @@ fn text_json_page_and_file() {
     assert!(words(&analyzed.stdout).contains("axle.damping"), "the intervals are tolerances there");
 
     let got = kardan(&at, &["identify", "axle.toml", "bench.csv", "--json", "--confidence", "99%", "-q"]);
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert_eq!((&object["method"], &object["confidence"]), (&Value::from("steady"), &Value::from(0.99)));
     for (number, name, truth) in [(0, "axle.damping", 0.02), (1, "axle.friction", 0.3)] {
         let one = &object["parameters"][number];
@@ -95,7 +97,7 @@ fn text_json_page_and_file() {
         "--parameters",
         "axle.damping, axle.friction",
     ];
-    let object: Value = serde_json::from_slice(&kardan(&at, &line).stdout).unwrap();
+    let object = printed(&kardan(&at, &line).stdout);
     assert_eq!((object["window_s"].as_f64(), object["parameters"].as_array().unwrap().len()), (Some(0.04), 2));
 }
 
@@ -155,7 +157,7 @@ fn what_cannot_be_is_told() {
         parts.iter().for_each(|part| assert!(said.contains(part), "{line:?}: {part}: {said}"));
     }
     let got = kardan(&at, &["identify", "axle.toml", "empty.csv", "--json"]);
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert!(object["error"]["message"].as_str().is_some_and(|why| why.contains("empty")), "{object}");
     // A log that breaks off in a row: the rows before it count.
     let log = fs::read_to_string(at.join("bench.csv")).unwrap();
@@ -172,7 +174,7 @@ fn damage_stands_in_the_headline() {
     let line = ["identify", "axle.toml", "bench.csv", "--strict"];
     let sound = kardan(&at, &["identify", "axle.toml", "bench.csv", "--strict", "--json", "-q"]);
     assert_eq!(sound.status.code(), Some(0), "{}", words(&sound.stderr));
-    let object: Value = serde_json::from_slice(&sound.stdout).unwrap();
+    let object = printed(&sound.stdout);
     assert_eq!((&object["sound"], &object["logs"][0]["damage"]), (&Value::from(true), &Value::Null));
     let log = fs::read(at.join("bench.csv")).unwrap();
     fs::write(at.join("bench.csv"), &log[..log.len() - 7]).unwrap();
@@ -184,7 +186,7 @@ fn damage_stands_in_the_headline() {
     let line = ["identify", "axle.toml", "bench.csv", "--json", "-q", "--report", "fit.html"];
     let got = kardan(&at, &line);
     assert_eq!(got.status.code(), Some(0), "without --strict: {}", words(&got.stderr));
-    let object: Value = serde_json::from_slice(&got.stdout).unwrap();
+    let object = printed(&got.stdout);
     assert!(object["verdict"].as_str().unwrap().contains(headline) && object["sound"] == false, "{object}");
     assert!(fs::read_to_string(at.join("fit.html")).unwrap().contains(headline));
 }

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use super::schemas::printed;
+
 /// 1e15 1/s: no computer gets through a second of it.
 const ENDLESS: &str = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1e-9 kg m^2\"\n[spring_damper.d]\nshaft_1 = \"a\"\n\
     shaft_2 = \"b\"\ndamping = \"1e6 N m s/rad\"\n[disturbance.T]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
@@ -53,7 +55,7 @@ fn signal(child: &Child, name: &str) {
 /// The tables and the report of a run that ended early are whole, and say that it did.
 fn is_marked(folder: &Path, out: &Output, cause: &str) {
     assert_eq!(out.status.code(), Some(2), "{out:?}");
-    let json: Value = serde_json::from_slice(&out.stdout).unwrap_or_else(|_| panic!("{out:?}"));
+    let json = printed(&out.stdout);
     let outcome = &json["variants"][0]["outcome"];
     assert_eq!(outcome["completed"], false, "{outcome}");
     assert!(outcome["cause"].as_str().unwrap().contains(cause), "{outcome}");
@@ -180,7 +182,7 @@ fn signalled(at: &Path, arguments: &[&str], wanted: &dyn Fn(&Value) -> bool) -> 
         for file in files {
             assert!(file.unwrap().path().extension().is_none_or(|e| e != "part"));
         }
-        let json: Value = serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}{told}"));
+        let json = printed(out.as_bytes());
         if wanted(&json) {
             assert_eq!(status.code(), Some(2), "{arguments:?} after {wait} s: {told}");
             return (json, told);
@@ -333,7 +335,7 @@ fn a_signal_ends_what_has_nothing_to_keep() {
         assert_eq!(out.status.code(), Some(2), "{out:?}");
         assert!(String::from_utf8_lossy(&out.stderr).contains("no partial results"), "{out:?}");
         if arguments.contains(&"--json") {
-            let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+            let json = printed(&out.stdout);
             assert!(json["error"].to_string().contains("stopped by a signal"), "{json}");
         }
     }

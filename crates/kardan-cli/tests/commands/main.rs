@@ -8,3 +8,4 @@ mod files;
 mod identify;
 #[cfg(unix)]
 mod limits;
+mod schemas;

@@ -1,379 +1,325 @@
 //! The structure analysis of a model as one JSON object.
 
-use serde_json::{Value, json as object};
+use std::f64::consts::TAU;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::printed::printed;
+use crate::results::serial::Ending;
 use crate::results::{
-    Analysis, Basis, BoxVerdict, Breach, Certificate, Class, Complex, ConstraintForces, Construction, Count,
-    Elimination, EnergyKind, Entry, Factor, FailingMode, FrictionState, Invariant, LossSearch, Minor, Mode,
-    NamedMatrix, NamedShare, ParameterPoint, ParameterRange, PlacedSet, Placement, PlacementSearch, Pole, Sensitivity,
-    ShaftAngle, ShapePart, StoredShare, Structure,
+    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, ElementShare, Elimination,
+    FailingMode, Mode, Placement, Sensitivity, ShapePart, StoredShare, Structure, Zeros,
 };
+
+/// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Analysis")]
+pub(super) struct AnalysisView<'a> {
+    /// Name of the model.
+    name: &'a str,
+    /// From the file.
+    description: &'a str,
+    /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
+    class: Option<&'a Class>,
+    /// Names of the reduced coordinates.
+    coordinates: &'a [String],
+    /// Motions without inertia that were eliminated; `null` if there was none.
+    elimination: Option<&'a Elimination>,
+    /// The modes, by size of their eigenvalue.
+    modes: Vec<ModeView<'a>>,
+    /// Whether every state can be reached; `null` where a proof was asked for and not found.
+    controllable: Option<bool>,
+    /// Whether every state can be told from the outputs; `null` where a proof was asked for and not found.
+    observable: Option<bool>,
+    /// Both; `null` where that is not decided.
+    minimal: Option<bool>,
+    /// Modes that the inputs do not reach.
+    uncontrollable: &'a [FailingMode],
+    /// Modes that the outputs do not show.
+    unobservable: &'a [FailingMode],
+    /// Rank of the controllability matrix.
+    controllable_rank: Option<usize>,
+    /// Rank of the observability matrix.
+    observable_rank: Option<usize>,
+    /// Number of the states.
+    states: usize,
+    /// Names of the states.
+    state_names: &'a [String],
+    /// Names of the inputs.
+    inputs: &'a [String],
+    /// Names of the outputs.
+    outputs: &'a [String],
+    /// Relative degrees.
+    relative_degrees: Degrees<'a>,
+    /// Invariant zeros.
+    zeros: &'a Zeros,
+    /// The case of the theorems on least numbers: `general`, `pure damping`, `no damping`, `state space`.
+    kind: &'a str,
+    /// Least number of inputs for controllability.
+    min_inputs: usize,
+    /// Least number of outputs for observability.
+    min_outputs: usize,
+    /// Coprime square-free factors of the characteristic polynomial.
+    factors: Vec<FactorView<'a>>,
+    /// Non-trivial invariant factors of sI − A, each dividing the next.
+    invariant_factors: &'a [String],
+    /// Inputs of the least number, built factor by factor.
+    construction: Option<&'a Construction>,
+    /// Sets of places, best first, motors before sensors.
+    placements: Vec<PlacedView<'a>>,
+    /// How the places were searched for.
+    placement_search: &'a Placement,
+    /// How far away the next change of structure is.
+    sensitivity: Option<&'a Sensitivity>,
+    /// Reduced matrices for three bases of the constraint kernel.
+    bases: &'a [Basis],
+    /// The projector of the constraint forces.
+    constraint_forces: Option<&'a ConstraintForces>,
+    /// The proof of the numbers above. Its whole numbers may exceed 2⁵³.
+    certificate: &'a Certificate,
+    /// What the reader must know.
+    notes: &'a [String],
+    #[serde(flatten)]
+    ending: Ending<'a>,
+}
+
+/// One mode; a conjugate pair counts once.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Mode")]
+struct ModeView<'a> {
+    /// λ, 1/s; the one with imaginary part ≥ 0.
+    eigenvalue_per_s: Complex,
+    /// |λ|/(2π), Hz.
+    #[serde(rename = "frequency_Hz")]
+    frequency: f64,
+    /// |λ|, rad/s.
+    natural_frequency_rad_per_s: f64,
+    /// −Re λ/|λ|; 1 for λ = 0.
+    damping_ratio: f64,
+    /// What moves in it.
+    shape: &'a [ShapePart],
+    /// Shares of the energy stored during the motion.
+    stored: &'a [StoredShare],
+    /// Shares of the loss.
+    dissipated: &'a [ElementShare],
+    /// The exact factor of the characteristic polynomial that it is a root of.
+    factor: &'a str,
+    /// Whether the inputs reach it; `null` where that is not decided.
+    controllable: Option<bool>,
+    /// Whether the outputs show it; `null` where that is not decided.
+    observable: Option<bool>,
+}
+
+/// How often an output is differentiated until an input appears.
+#[derive(Serialize, JsonSchema)]
+struct Degrees<'a> {
+    /// Names of the outputs.
+    outputs: &'a [String],
+    /// Names of the inputs.
+    inputs: &'a [String],
+    /// A row for each output; `null` where the input never reaches it.
+    table: &'a [Vec<Option<usize>>],
+    /// The least of each row.
+    per_output: Vec<Option<usize>>,
+}
+
+/// A square-free factor of the characteristic polynomial.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Factor")]
+struct FactorView<'a> {
+    /// Its coefficients are exact.
+    polynomial: &'a str,
+    /// Its roots, 1/s.
+    roots_per_s: &'a [Complex],
+    /// How often each root is an eigenvalue.
+    algebraic: usize,
+    /// Independent eigenvectors of each root.
+    geometric: usize,
+    /// Rank defect of `[λI − A, B]`; `null` where that is not decided.
+    input_defect: Option<usize>,
+    /// Rank defect of `[λI − A; C]`; `null` where that is not decided.
+    output_defect: Option<usize>,
+}
+
+/// A set of places that keeps the model controllable (observable).
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "PlacedSet")]
+struct PlacedView<'a> {
+    /// The places of motors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inputs: Option<&'a [String]>,
+    /// The places of sensors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outputs: Option<&'a [String]>,
+    /// The physical measure.
+    score: f64,
+    /// Its unit.
+    unit: &'a str,
+    /// Sum of the user's costs.
+    cost: f64,
+    /// Whether every better set costs more.
+    efficient: bool,
+}
+
+/// What a run says of the structure of its model.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Short<'a> {
+    /// Names of the inputs.
+    inputs: &'a [String],
+    /// Names of the outputs.
+    outputs: &'a [String],
+    /// Number of the states.
+    states: usize,
+    /// Whether every state can be reached.
+    controllable: bool,
+    /// Whether every state can be told from the outputs.
+    observable: bool,
+    /// Rank of the controllability matrix.
+    controllable_rank: usize,
+    /// Rank of the observability matrix.
+    observable_rank: usize,
+    /// Least number of inputs for controllability.
+    min_inputs: usize,
+    /// Least number of outputs for observability.
+    min_outputs: usize,
+    /// Eigenvalues of the modes, 1/s.
+    eigenvalues_per_s: Vec<Complex>,
+    /// Invariant zeros, 1/s.
+    zeros: &'a [Complex],
+    /// What the reader must know.
+    notes: &'a [String],
+}
 
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
 /// `[re, im]`, an exact one a text (`"-3/2"`), an index counts from 0, and a part that does not apply is `null` or empty.
 ///
-/// Keys, always in this order:
-///
-/// | key | what it is |
-/// |---|---|
-/// | `name`, `description` | the model |
-/// | `class` | `constant_linear`; `assumptions`: `statement`, `holds`, `breaches` (`element`, `why`); `constraints`: `element`, `equation`, `equality`, `holonomic`, `scleronomic`, `linear`; `operating_point`: `angles` (`shaft`, `angle_rad`), `friction` (`element`, `coulomb_torque_N_m`, `stuck`) |
-/// | `coordinates` | names of the reduced coordinates |
-/// | `elimination` | motions without inertia, `null` if there was none to eliminate: `motions`, `direction`, `removed` (states that are none any more), `definitions` (`state`, `is`) |
-/// | `modes` | `eigenvalue_per_s`, `frequency_Hz`, `natural_frequency_rad_per_s`, `damping_ratio`, `shape` (`name`, `value`: complex, relative to the largest), `stored` (`element`, `energy`: `kinetic` or `potential`, `share`), `dissipated` (`element`, `share`), `factor`, `controllable`, `observable` |
-/// | `controllable`, `observable`, `minimal` | booleans; `null` where a proof was asked for and not found: then all that rests on it is `null` too |
-/// | `uncontrollable`, `unobservable` | modes: `eigenvalue_per_s`, `factor`, `defect`, `shafts` (`name`, `share` of the largest), `elements` (`name`, `share` of the stored energy) |
-/// | `controllable_rank`, `observable_rank` | whole numbers |
-/// | `states`, `state_names`, `inputs`, `outputs` | the number of states; names |
-/// | `relative_degrees` | `outputs`, `inputs`; `table`, a row for each output, `null` where the input never reaches it; `per_output`, the least of each row |
-/// | `zeros` | `polynomial`, `values` in 1/s, `in_right_half_plane` (how many, exact; `null`: not decided), `normal_rank` |
-/// | `kind` | the case of the theorems on least numbers: `general`, `pure damping`, `no damping`, `state space` |
-/// | `min_inputs`, `min_outputs` | whole numbers |
-/// | `factors` | of the characteristic polynomial: `polynomial`, `roots_per_s`, `algebraic`, `geometric`, `input_defect`, `output_defect` |
-/// | `invariant_factors` | of sI − A, each dividing the next |
-/// | `construction` | inputs of the least number, built factor by factor: `rows` (coordinates that forces act on, or states), `input` (texts), `steps`: `factor`, `defect` (rank defect before), `column`, `direction` and `multiplier` of what was added |
-/// | `placements` | sets of places, best first, motors before sensors: `inputs` or `outputs` (the places), `score`, `unit` (of the score), `cost`, `efficient` (whether every better set costs more) |
-/// | `placement_search` | `inputs`, `outputs`, each `method`, `exhaustive`, `gap`, `tried`, `candidates` (`place`, `cost`), `measure`, `unit`, `larger_is_better`, `none_because` |
-/// | `sensitivity` | `parameters`: `name`, `nominal`, `lower`, `upper`, `unit`; `controllability`, `observability`: `nearest` (`distance_tolerances`, `at`: `parameter`, `value`, `unit`; `eigenvalue_per_s`, `residual`, `shafts`), `starts` of the search, `proven_distance_tolerances`, `box` (`certified`, `lost` or `not certified`), `method`, `sampling` (`samples`, `seed`, `threshold`, `unit`, `probability`, `interval_95`, `smallest`, `median`, `largest`) |
-/// | `bases` | `name`, `basis`, `inertia`, `damping`, `stiffness`, `input` (matrices: `title`, `unit`, `rows`, `columns`, `values`), `orthogonality`, `bounds` (`matrix`, `unit`, `eigenvalues`, `centres`, `radii`) |
-/// | `constraint_forces` | `projector`, `rank`, `idempotence_residual`, `input_to_torque`, `input_to_multiplier` |
-/// | `certificate` | `proven`, `failure_probability`, `primes` (those of the minors and proofs; what is not proven was decided modulo others, drawn anew each time), `statements`; `pencil`: E, A, B, C, D of `E x' = A x + B u`, `y = C x + D u`, each a list of `[row, column, "value"]`; `inputs`, `outputs`: `number`, `witness`, `minor`, `common_factor` (coefficients of 1, s, s², …), `rows`; `unreached`, `unseen`: `rows` Y and `action` M with `Y A = M Y E`, `Y B = 0`; `reached`, `seen`: `prime`, `columns` (`[input, power]`), `rows`, `value`. Those for outputs are about the transposed pencil. Whole numbers may exceed 2⁵³. |
-/// | `notes` | sentences |
-/// | `complete`, `unfinished` | whether nothing ended early; else why it did and what is missing (such parts are empty), `null` if nothing is |
+/// What its keys are says [`schema`](super::schema) of `analyze`.
 pub fn analysis_json(analysis: &Analysis) -> String {
-    let structure = &analysis.structure;
-    object!({
-        "name": analysis.name,
-        "description": analysis.description,
-        "class": analysis.class.as_ref().map(class),
-        "coordinates": analysis.coordinates,
-        "elimination": analysis.elimination.as_ref().map(elimination),
-        "modes": list(&analysis.modes, |found| mode(found, structure)),
-        "controllable": structure.controllability(),
-        "observable": structure.observability(),
-        "minimal": structure.minimality(),
-        "uncontrollable": list(&structure.uncontrollable, failing),
-        "unobservable": list(&structure.unobservable, failing),
-        "controllable_rank": structure.controllability().map(|_| structure.controllable_rank),
-        "observable_rank": structure.observability().map(|_| structure.observable_rank),
-        "states": structure.states.len(),
-        "state_names": structure.states,
-        "inputs": structure.inputs,
-        "outputs": structure.outputs,
-        "relative_degrees": relative_degrees(structure),
-        "zeros": {
-            "polynomial": structure.zeros.polynomial,
-            "values": list(&structure.zeros.values, pole),
-            "in_right_half_plane": structure.zeros.growing,
-            "normal_rank": structure.zeros.normal_rank,
-        },
-        "kind": structure.kind,
-        "min_inputs": structure.min_inputs,
-        "min_outputs": structure.min_outputs,
-        "factors": list(&structure.factors, |found| factor(found, structure)),
-        "invariant_factors": structure.invariant_factors,
-        "construction": structure.construction.as_ref().map(construction),
-        "placements": placements(&analysis.placement),
-        "placement_search": {
-            "inputs": analysis.placement.inputs.as_ref().map(search),
-            "outputs": analysis.placement.outputs.as_ref().map(search),
-        },
-        "sensitivity": analysis.sensitivity.as_ref().map(sensitivity),
-        "bases": list(&analysis.bases, basis),
-        "constraint_forces": analysis.constraint_forces.as_ref().map(constraint_forces),
-        "certificate": certificate(&structure.certificate),
-        "notes": analysis.notes,
-        "complete": analysis.unfinished.is_none(),
-        "unfinished": analysis.unfinished,
+    printed(AnalysisView::of(analysis))
+}
+
+impl<'a> AnalysisView<'a> {
+    fn of(analysis: &'a Analysis) -> Self {
+        let structure = &analysis.structure;
+        let (controllable, observable) = (structure.controllability(), structure.observability());
+        Self {
+            name: &analysis.name,
+            description: &analysis.description,
+            class: analysis.class.as_ref(),
+            coordinates: &analysis.coordinates,
+            elimination: analysis.elimination.as_ref(),
+            modes: analysis.modes.iter().map(|found| mode(found, structure)).collect(),
+            controllable,
+            observable,
+            minimal: structure.minimality(),
+            uncontrollable: &structure.uncontrollable,
+            unobservable: &structure.unobservable,
+            controllable_rank: controllable.map(|_| structure.controllable_rank),
+            observable_rank: observable.map(|_| structure.observable_rank),
+            states: structure.states.len(),
+            state_names: &structure.states,
+            inputs: &structure.inputs,
+            outputs: &structure.outputs,
+            relative_degrees: Degrees {
+                outputs: &structure.outputs,
+                inputs: &structure.inputs,
+                table: &structure.relative_degrees,
+                per_output: structure.relative_degrees.iter().map(|row| row.iter().flatten().min().copied()).collect(),
+            },
+            zeros: &structure.zeros,
+            kind: &structure.kind,
+            min_inputs: structure.min_inputs,
+            min_outputs: structure.min_outputs,
+            factors: factors(structure),
+            invariant_factors: &structure.invariant_factors,
+            construction: structure.construction.as_ref(),
+            placements: placements(&analysis.placement),
+            placement_search: &analysis.placement,
+            sensitivity: analysis.sensitivity.as_ref(),
+            bases: &analysis.bases,
+            constraint_forces: analysis.constraint_forces.as_ref(),
+            certificate: &structure.certificate,
+            notes: &analysis.notes,
+            ending: Ending::of(&analysis.unfinished),
+        }
+    }
+}
+
+impl<'a> Short<'a> {
+    pub(super) fn of(analysis: &'a Analysis) -> Self {
+        let structure = &analysis.structure;
+        Self {
+            inputs: &structure.inputs,
+            outputs: &structure.outputs,
+            states: structure.states.len(),
+            controllable: structure.controllable(),
+            observable: structure.observable(),
+            controllable_rank: structure.controllable_rank,
+            observable_rank: structure.observable_rank,
+            min_inputs: structure.min_inputs,
+            min_outputs: structure.min_outputs,
+            eigenvalues_per_s: analysis.modes.iter().map(|mode| mode.eigenvalue).collect(),
+            zeros: &structure.zeros.values,
+            notes: &analysis.notes,
+        }
+    }
+}
+
+fn mode<'a>(mode: &'a Mode, structure: &Structure) -> ModeView<'a> {
+    ModeView {
+        eigenvalue_per_s: mode.eigenvalue,
+        frequency: mode.natural_frequency / TAU,
+        natural_frequency_rad_per_s: mode.natural_frequency,
+        damping_ratio: mode.damping_ratio,
+        shape: &mode.shape,
+        stored: &mode.stored,
+        dissipated: &mode.dissipated,
+        factor: &mode.factor,
+        controllable: structure.controllability().map(|_| mode.controllable),
+        observable: structure.observability().map(|_| mode.observable),
+    }
+}
+
+fn factors(structure: &Structure) -> Vec<FactorView<'_>> {
+    structure
+        .factors
+        .iter()
+        .map(|factor| FactorView {
+            polynomial: &factor.polynomial,
+            roots_per_s: &factor.roots,
+            algebraic: factor.algebraic,
+            geometric: factor.geometric,
+            input_defect: structure.controllability().map(|_| factor.input_defect),
+            output_defect: structure.observability().map(|_| factor.output_defect),
+        })
+        .collect()
+}
+
+fn placements(placement: &Placement) -> Vec<PlacedView<'_>> {
+    let all = [(&placement.inputs, true), (&placement.outputs, false)];
+    let searches = all.into_iter().filter_map(|(search, motors)| Some((search.as_ref()?, motors)));
+    let sets = searches.flat_map(|(search, motors)| search.sets.iter().map(move |set| (set, search, motors)));
+    sets.map(|(set, search, motors)| PlacedView {
+        inputs: motors.then_some(set.places.as_slice()),
+        outputs: (!motors).then_some(set.places.as_slice()),
+        score: set.score,
+        unit: &search.unit,
+        cost: set.cost,
+        efficient: set.efficient,
     })
-    .to_string()
-}
-
-/// What a run says of the structure of its model; keys and values are those of [`analysis_json`].
-pub(super) fn analysis_in_short(analysis: &Analysis) -> Value {
-    let structure = &analysis.structure;
-    let poles = |mode: &Mode| pole(&mode.eigenvalue);
-    object!({
-        "inputs": structure.inputs,
-        "outputs": structure.outputs,
-        "states": structure.states.len(),
-        "controllable": structure.controllable(),
-        "observable": structure.observable(),
-        "controllable_rank": structure.controllable_rank,
-        "observable_rank": structure.observable_rank,
-        "min_inputs": structure.min_inputs,
-        "min_outputs": structure.min_outputs,
-        "eigenvalues_per_s": list(&analysis.modes, poles),
-        "zeros": list(&structure.zeros.values, pole),
-        "notes": analysis.notes,
-    })
-}
-
-fn list<T>(items: &[T], one: impl Fn(&T) -> Value) -> Vec<Value> {
-    items.iter().map(one).collect()
-}
-
-fn pole(pole: &Pole) -> Value {
-    object!([pole.re, pole.im])
-}
-
-fn shares(shares: &[NamedShare]) -> Vec<Value> {
-    list(shares, |one| object!({ "name": one.name, "share": one.share }))
-}
-
-fn class(class: &Class) -> Value {
-    let point = &class.operating_point;
-    object!({
-        "constant_linear": class.constant_linear,
-        "assumptions": list(&class.assumptions, |assumption| object!({
-            "statement": assumption.statement,
-            "holds": assumption.holds,
-            "breaches": list(&assumption.breaches, |Breach { element, why }| object!({ "element": element, "why": why })),
-        })),
-        "constraints": list(&class.constraints, |constraint| object!({
-            "element": constraint.element,
-            "equation": constraint.equation,
-            "equality": constraint.equality,
-            "holonomic": constraint.holonomic,
-            "scleronomic": constraint.scleronomic,
-            "linear": constraint.linear,
-        })),
-        "operating_point": {
-            "angles": list(&point.angles, |ShaftAngle { shaft, angle }| object!({ "shaft": shaft, "angle_rad": angle })),
-            "friction": list(&point.friction, |FrictionState { element, coulomb_torque: torque, stuck }| object!({
-                "element": element, "coulomb_torque_N_m": torque, "stuck": stuck,
-            })),
-        },
-    })
-}
-
-fn elimination(elimination: &Elimination) -> Value {
-    object!({
-        "motions": elimination.motions,
-        "direction": elimination.direction,
-        "removed": elimination.removed,
-        "definitions": list(&elimination.definitions, |one| object!({ "state": one.state, "is": one.is })),
-    })
-}
-
-fn mode(mode: &Mode, structure: &Structure) -> Value {
-    let kind = |kind: &EnergyKind| match kind {
-        EnergyKind::Kinetic => "kinetic",
-        EnergyKind::Potential => "potential",
-    };
-    object!({
-        "eigenvalue_per_s": pole(&mode.eigenvalue),
-        "frequency_Hz": mode.natural_frequency / std::f64::consts::TAU,
-        "natural_frequency_rad_per_s": mode.natural_frequency,
-        "damping_ratio": mode.damping_ratio,
-        "shape": list(&mode.shape, |ShapePart { name, value: Complex { re, im } }| object!({ "name": name, "value": [re, im] })),
-        "stored": list(&mode.stored, |StoredShare { element, energy: stored, share }| object!({
-            "element": element, "energy": kind(stored), "share": share,
-        })),
-        "dissipated": list(&mode.dissipated, |one| object!({ "element": one.element, "share": one.share })),
-        "factor": mode.factor,
-        "controllable": structure.controllability().map(|_| mode.controllable),
-        "observable": structure.observability().map(|_| mode.observable),
-    })
-}
-
-fn failing(mode: &FailingMode) -> Value {
-    object!({
-        "eigenvalue_per_s": pole(&mode.eigenvalue),
-        "factor": mode.factor,
-        "defect": mode.defect,
-        "shafts": shares(&mode.shafts),
-        "elements": shares(&mode.elements),
-    })
-}
-
-fn relative_degrees(structure: &Structure) -> Value {
-    let least = |row: &Vec<Option<usize>>| object!(row.iter().flatten().min());
-    object!({
-        "outputs": structure.outputs,
-        "inputs": structure.inputs,
-        "table": structure.relative_degrees,
-        "per_output": list(&structure.relative_degrees, least),
-    })
-}
-
-fn factor(factor: &Factor, structure: &Structure) -> Value {
-    object!({
-        "polynomial": factor.polynomial,
-        "roots_per_s": list(&factor.roots, pole),
-        "algebraic": factor.algebraic,
-        "geometric": factor.geometric,
-        "input_defect": structure.controllability().map(|_| factor.input_defect),
-        "output_defect": structure.observability().map(|_| factor.output_defect),
-    })
-}
-
-fn construction(construction: &Construction) -> Value {
-    object!({
-        "rows": construction.rows,
-        "input": construction.input,
-        "steps": list(&construction.steps, |step| object!({
-            "factor": step.factor,
-            "defect": step.defect,
-            "column": step.column,
-            "direction": step.direction,
-            "multiplier": step.multiplier,
-        })),
-    })
-}
-
-fn placements(placement: &Placement) -> Vec<Value> {
-    let sets = |search: &Option<PlacementSearch>, key: &str| {
-        let search = search.iter();
-        let sets = search.flat_map(|search| search.sets.iter().map(move |set| (set, &search.unit)));
-        let one = |(set, unit)| {
-            let set: &PlacedSet = set;
-            object!({ key: set.places, "score": set.score, "unit": unit, "cost": set.cost, "efficient": set.efficient })
-        };
-        sets.map(one).collect::<Vec<Value>>()
-    };
-    [sets(&placement.inputs, "inputs"), sets(&placement.outputs, "outputs")].concat()
-}
-
-fn search(search: &PlacementSearch) -> Value {
-    object!({
-        "method": search.method,
-        "exhaustive": search.exhaustive,
-        "gap": search.gap,
-        "tried": search.tried,
-        "candidates": list(&search.candidates, |one| object!({ "place": one.place, "cost": one.cost })),
-        "measure": search.measure,
-        "unit": search.unit,
-        "larger_is_better": search.larger_is_better,
-        "none_because": search.none_because,
-    })
-}
-
-fn sensitivity(sensitivity: &Sensitivity) -> Value {
-    object!({
-        "parameters": list(&sensitivity.parameters, |ParameterRange { name, nominal, lower, upper, unit }| object!({
-            "name": name, "nominal": nominal, "lower": lower, "upper": upper, "unit": unit,
-        })),
-        "controllability": sensitivity.controllability.as_ref().map(loss_search),
-        "observability": sensitivity.observability.as_ref().map(loss_search),
-    })
-}
-
-fn loss_search(search: &LossSearch) -> Value {
-    object!({
-        "nearest": search.nearest.as_ref().map(|loss| object!({
-            "distance_tolerances": loss.distance,
-            "at": list(&loss.at, |ParameterPoint { parameter, value, unit }| object!({
-                "parameter": parameter, "value": value, "unit": unit,
-            })),
-            "eigenvalue_per_s": pole(&loss.eigenvalue),
-            "residual": loss.residual,
-            "shafts": shares(&loss.shafts),
-        })),
-        "starts": search.starts,
-        "proven_distance_tolerances": search.proven_distance,
-        "box": match search.box_verdict {
-            BoxVerdict::Certified => "certified",
-            BoxVerdict::Lost => "lost",
-            BoxVerdict::NotCertified => "not certified",
-        },
-        "method": search.method,
-        "sampling": search.sampling.as_ref().map(|sampling| object!({
-            "samples": sampling.samples,
-            "seed": sampling.seed,
-            "threshold": sampling.threshold,
-            "unit": sampling.unit,
-            "probability": sampling.probability,
-            "interval_95": [sampling.interval.lower, sampling.interval.upper],
-            "smallest": sampling.smallest,
-            "median": sampling.median,
-            "largest": sampling.largest,
-        })),
-    })
-}
-
-fn matrix(matrix: &NamedMatrix) -> Value {
-    object!({
-        "title": matrix.title,
-        "unit": matrix.unit,
-        "rows": matrix.rows,
-        "columns": matrix.columns,
-        "values": matrix.values,
-    })
-}
-
-fn basis(basis: &Basis) -> Value {
-    object!({
-        "name": basis.name,
-        "basis": matrix(&basis.basis),
-        "inertia": matrix(&basis.inertia),
-        "damping": matrix(&basis.damping),
-        "stiffness": matrix(&basis.stiffness),
-        "input": matrix(&basis.input),
-        "orthogonality": basis.orthogonality,
-        "bounds": list(&basis.bounds, |bounds| object!({
-            "matrix": bounds.matrix,
-            "unit": bounds.unit,
-            "eigenvalues": bounds.eigenvalues,
-            "centres": bounds.centres,
-            "radii": bounds.radii,
-        })),
-    })
-}
-
-fn constraint_forces(forces: &ConstraintForces) -> Value {
-    object!({
-        "projector": matrix(&forces.projector),
-        "rank": forces.rank,
-        "idempotence_residual": forces.idempotence_residual,
-        "input_to_torque": matrix(&forces.input_to_torque),
-        "input_to_multiplier": matrix(&forces.input_to_multiplier),
-    })
-}
-
-fn certificate(certificate: &Certificate) -> Value {
-    let entries = |entries: &Vec<Entry>| list(entries, |entry| object!([entry.row, entry.column, entry.value]));
-    let pencil = certificate.pencil.iter().map(|one| (one.name.clone(), Value::from(entries(&one.entries))));
-    object!({
-        "proven": certificate.proven,
-        "failure_probability": certificate.failure_probability,
-        "primes": certificate.primes,
-        "statements": certificate.statements,
-        "pencil": pencil.collect::<serde_json::Map<_, _>>(),
-        "inputs": certificate.inputs.as_ref().map(count),
-        "outputs": certificate.outputs.as_ref().map(count),
-        "unreached": certificate.unreached.as_ref().map(invariant),
-        "unseen": certificate.unseen.as_ref().map(invariant),
-        "reached": certificate.reached.as_ref().map(minor),
-        "seen": certificate.seen.as_ref().map(minor),
-    })
-}
-
-fn count(count: &Count) -> Value {
-    object!({
-        "number": count.number,
-        "witness": count.witness,
-        "minor": minor(&count.minor),
-        "common_factor": count.common_factor,
-        "rows": count.rows,
-    })
-}
-
-fn minor(minor: &Minor) -> Value {
-    let columns = list(&minor.columns, |one| object!([one.input, one.power]));
-    object!({ "prime": minor.prime, "columns": columns, "rows": minor.rows, "value": minor.value })
-}
-
-fn invariant(invariant: &Invariant) -> Value {
-    object!({ "rows": invariant.rows, "action": invariant.action })
+    .collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json as object};
+
     use super::*;
     use crate::results::example;
 
-    const KEYS: [&str; 34] = [
+    const KEYS: [&str; 35] = [
+        "schema",
         "name",
         "description",
         "class",

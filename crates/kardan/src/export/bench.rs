@@ -1,9 +1,14 @@
 //! A virtual bench as JSON.
 
-use serde_json::{Value, json as object};
+use std::collections::BTreeMap;
 
-use super::identification::value as identified;
-use crate::results::{BenchPlan, BenchStudy, Compared, Difference, Outcome, Response, TrueValue};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+use super::identification::IdentificationView;
+use super::printed::printed;
+use crate::results::serial::by_name;
+use crate::results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
 
 /// A log as it is told in JSON: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,11 +21,160 @@ pub struct WrittenLog {
     pub files: Vec<String>,
 }
 
+/// What a virtual bench gives: the excitation, the true values, the logs.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Bench")]
+pub(super) struct BenchView<'a> {
+    /// Name of the model.
+    model: &'a str,
+    /// The excitation; `null` where the file's own controllers and scenario ran.
+    plan: Option<PlanView<'a>>,
+    /// What the plant has and the model does not know.
+    truth: &'a [TrueValue],
+    /// One log for each repetition.
+    logs: Vec<LogView<'a>>,
+    /// What the reader must know.
+    notes: &'a [String],
+}
+
+/// The whole way on a virtual bench: excited, logged, identified, designed, controlled.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "BenchStudy")]
+pub(super) struct StudyView<'a> {
+    /// Name of the model.
+    model: &'a str,
+    /// The excitation.
+    plan: PlanView<'a>,
+    /// What the plant has and the model does not know.
+    truth: &'a [TrueValue],
+    /// One log for each repetition.
+    logs: Vec<LogView<'a>>,
+    /// Paths of the files that were written.
+    files: &'a [String],
+    /// What was found in its logs.
+    identification: IdentificationView<'a>,
+    /// The controller that was designed on the values found.
+    controller: &'a str,
+    /// How long after an event a transient lasts, s.
+    transient_s: f64,
+    /// Each variant in which it runs.
+    experiments: Vec<ExperimentView<'a>>,
+    /// What the reader must know.
+    notes: Vec<&'a str>,
+}
+
+/// An excitation that is designed to tell parameters.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "BenchPlan")]
+struct PlanView<'a> {
+    /// `constant_speeds`, `multisine` or `random_steps`.
+    kind: &'a str,
+    /// What it is to tell.
+    parameters: &'a [PlannedParameter],
+    /// Coefficients that this kind of motion, or the choice of the file, leaves to the model.
+    known: &'a [String],
+    /// The parts chosen, in the order of the log.
+    points: Vec<PointView<'a>>,
+    /// Candidates that keep the limits.
+    candidates: usize,
+    /// `ln det(XᵀX)` of the parts chosen.
+    log_det: f64,
+    /// The same of all candidates, for as many parts as were chosen.
+    undesigned_log_det: f64,
+    /// How many parts of the plan tell as much as one of the undesigned plan.
+    gain: f64,
+    /// Length, s.
+    duration: f64,
+}
+
+/// A part of a plan.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "BenchPoint")]
+struct PointView<'a> {
+    /// When its measurement begins, s.
+    from: f64,
+    /// When it ends, s.
+    until: f64,
+    /// Speed of each shaft by its name, rad/s; the largest sizes in a section of sines or steps.
+    #[schemars(with = "BTreeMap<String, f64>")]
+    speeds: ByName<'a>,
+    /// Torque of each motor by its name that the model expects, N m; the largest sizes in a section.
+    #[schemars(with = "BTreeMap<String, f64>")]
+    torques: ByName<'a>,
+}
+
+/// Numbers by name.
+struct ByName<'a> {
+    names: &'a [String],
+    values: &'a [f64],
+}
+
+impl Serialize for ByName<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        by_name(self.names.iter().map(String::as_str).zip(self.values), to)
+    }
+}
+
+/// A log.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "WrittenLog")]
+struct LogView<'a> {
+    /// Its name.
+    name: &'a str,
+    /// How it ended.
+    outcome: OutcomeView<'a>,
+    /// Paths of its files.
+    files: &'a [String],
+}
+
+/// How a run ended.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Outcome")]
+#[serde(untagged)]
+enum OutcomeView<'a> {
+    /// At its end.
+    Completed(Completed),
+    /// Before.
+    Failed {
+        /// Time reached, s.
+        failed_at: f64,
+        /// What went wrong, why, and what to try.
+        cause: &'a str,
+    },
+}
+
+/// It reached its end.
+#[derive(Serialize, JsonSchema)]
+enum Completed {
+    /// It did.
+    #[serde(rename = "completed")]
+    Yes,
+}
+
+/// A scenario under a controller.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Experiment")]
+struct ExperimentView<'a> {
+    /// Name of the variant.
+    name: &'a str,
+    /// How its runs ended.
+    outcomes: Outcomes<'a>,
+    /// Each output of the controller.
+    responses: &'a [Response],
+}
+
+/// How a scenario ended.
+#[derive(Serialize, JsonSchema)]
+struct Outcomes<'a> {
+    /// In the simulation.
+    simulation: OutcomeView<'a>,
+    /// On the bench.
+    bench: OutcomeView<'a>,
+}
+
 /// Gives the plan, the true values and the files of the logs as one JSON object on one line, in SI.
 ///
-/// Keys: `model`, `plan` (`kind`, `parameters`, `known`, `points`, `candidates`, `log_det`, `undesigned_log_det`, `gain`,
-/// `duration`; `null` where the file's controllers ran), `truth` (`name`, `value`, `unit`, `nominal`), `logs` (`name`, `outcome`,
-/// `files`), `notes`.
+/// What its keys are says [`schema`](super::schema) of `bench`.
 ///
 /// ```
 /// use kardan::export::bench_json;
@@ -34,114 +188,63 @@ pub fn bench_json(
     logs: &[WrittenLog],
     notes: &[String],
 ) -> String {
-    let (truth, logs) = (true_values(truth), written(logs));
-    object!({ "model": model, "plan": plan.map(planned), "truth": truth, "logs": logs, "notes": notes }).to_string()
+    printed(BenchView { model, plan: plan.map(planned), truth, logs: logs.iter().map(written).collect(), notes })
 }
 
 /// Gives a study on the bench as one JSON object on one line, in SI.
 ///
-/// Keys: those of [`bench_json`], `files`, `identification` (as [`identification_json`](super::identification_json)), `controller`,
-/// and `experiments` (`name`, `outcomes`, `responses`: `output`, `signal`, `reference`, `unit`, and for simulation and bench
-/// `settled`, `farthest`; `distance`, `at_s`, `differences`: `what`, `alone`, `without`), `transient_s`.
+/// What its keys are says [`schema`](super::schema) of `bench-study`.
 pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String]) -> String {
-    let both = |of: Compared| object!({ "simulation": of.simulation, "bench": of.bench });
-    let response = |one: &Response| {
-        let difference = |one: &Difference| object!({ "what": one.what, "alone": one.alone, "without": one.without });
-        object!({
-            "output": one.output,
-            "signal": one.signal,
-            "reference": one.reference,
-            "unit": one.physical.unit(),
-            "settled": both(one.settled),
-            "farthest": both(one.farthest),
-            "distance": one.distance,
-            "at_s": one.distance_at,
-            "differences": one.differences.iter().map(difference).collect::<Vec<_>>(),
-        })
-    };
-    let experiments: Vec<Value> = study
-        .closed_loop
-        .experiments
-        .iter()
-        .map(|one| {
-            object!({
-                "name": one.name,
-                "outcomes": { "simulation": outcome(&one.simulated.outcome), "bench": outcome(&one.measured.outcome) },
-                "responses": one.responses.iter().map(response).collect::<Vec<_>>(),
-            })
-        })
-        .collect();
-    let notes: Vec<&String> = study.notes.iter().chain(&study.closed_loop.notes).collect();
-    object!({
-        "model": study.model,
-        "plan": planned(&study.plan),
-        "truth": true_values(&study.truth),
-        "logs": written(logs),
-        "files": files,
-        "identification": identified(&study.identification),
-        "controller": study.closed_loop.design.controller,
-        "transient_s": study.closed_loop.transient,
-        "experiments": experiments,
-        "notes": notes,
+    let found = &study.closed_loop;
+    printed(StudyView {
+        model: &study.model,
+        plan: planned(&study.plan),
+        truth: &study.truth,
+        logs: logs.iter().map(written).collect(),
+        files,
+        identification: IdentificationView::of(&study.identification),
+        controller: &found.design.controller,
+        transient_s: found.transient,
+        experiments: found.experiments.iter().map(experiment).collect(),
+        notes: study.notes.iter().chain(&found.notes).map(String::as_str).collect(),
     })
-    .to_string()
 }
 
-fn true_values(truth: &[TrueValue]) -> Vec<Value> {
-    truth
-        .iter()
-        .map(|one| object!({ "name": one.name, "value": one.value, "unit": one.unit, "nominal": one.nominal }))
-        .collect()
-}
-
-fn outcome(outcome: &Outcome) -> Value {
-    match outcome {
-        Outcome::Completed => object!("completed"),
-        Outcome::Failed { time, cause } => object!({ "failed_at": time, "cause": cause }),
+fn experiment(one: &Experiment) -> ExperimentView<'_> {
+    ExperimentView {
+        name: &one.name,
+        outcomes: Outcomes { simulation: outcome(&one.simulated.outcome), bench: outcome(&one.measured.outcome) },
+        responses: &one.responses,
     }
 }
 
-fn written(logs: &[WrittenLog]) -> Vec<Value> {
-    logs.iter().map(|log| object!({ "name": log.name, "outcome": outcome(&log.outcome), "files": log.files })).collect()
+fn outcome(outcome: &Outcome) -> OutcomeView<'_> {
+    match outcome {
+        Outcome::Completed => OutcomeView::Completed(Completed::Yes),
+        Outcome::Failed { time, cause } => OutcomeView::Failed { failed_at: *time, cause },
+    }
 }
 
-fn planned(plan: &BenchPlan) -> Value {
-    let parameters: Vec<Value> = plan
-        .parameters
-        .iter()
-        .map(|one| {
-            object!({
-                "name": one.name,
-                "nominal": one.nominal,
-                "unit": one.unit,
-                "standard_error": one.standard_error,
-            })
-        })
-        .collect();
-    let named = |names: &[String], values: &[f64]| -> Value {
-        names.iter().cloned().zip(values.iter().map(|x| object!(x))).collect::<serde_json::Map<_, _>>().into()
-    };
-    let points: Vec<Value> = plan
-        .points
-        .iter()
-        .map(|point| {
-            object!({
-                "from": point.from,
-                "until": point.until,
-                "speeds": named(&plan.shafts, &point.speeds),
-                "torques": named(&plan.motors, &point.torques),
-            })
-        })
-        .collect();
-    object!({
-        "kind": plan.kind,
-        "parameters": parameters,
-        "known": plan.known,
-        "points": points,
-        "candidates": plan.candidates,
-        "log_det": plan.log_det,
-        "undesigned_log_det": plan.undesigned_log_det,
-        "gain": plan.gain,
-        "duration": plan.duration,
-    })
+fn written(log: &WrittenLog) -> LogView<'_> {
+    LogView { name: &log.name, outcome: outcome(&log.outcome), files: &log.files }
+}
+
+fn planned(plan: &BenchPlan) -> PlanView<'_> {
+    let points = plan.points.iter().map(|point| PointView {
+        from: point.from,
+        until: point.until,
+        speeds: ByName { names: &plan.shafts, values: &point.speeds },
+        torques: ByName { names: &plan.motors, values: &point.torques },
+    });
+    PlanView {
+        kind: &plan.kind,
+        parameters: &plan.parameters,
+        known: &plan.known,
+        points: points.collect(),
+        candidates: plan.candidates,
+        log_det: plan.log_det,
+        undesigned_log_det: plan.undesigned_log_det,
+        gain: plan.gain,
+        duration: plan.duration,
+    }
 }

@@ -1,11 +1,17 @@
-//! The outcome of a study as one JSON object.
+//! The outcome of a study as one JSON object, and why there is none.
 
-use serde_json::{Map, Value, json as object};
+use std::collections::BTreeMap;
 
-use super::analysis::analysis_in_short;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+use super::analysis::Short;
 use super::extremes::extremes;
+use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
-use crate::results::{MotorStrain, Outcome, Run, Study};
+use crate::results::StrainView;
+use crate::results::serial::by_name;
+use crate::results::{Effort, Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, Study};
 
 /// The files that were written for a study.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -20,123 +26,223 @@ pub struct Files {
     pub unwritten: Vec<String>,
 }
 
+/// The outcome of a study.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Study")]
+pub(super) struct StudyView<'a> {
+    /// Name of the model.
+    model: &'a str,
+    /// One run for each variant, in the order of the file.
+    variants: Vec<RunView<'a>>,
+    /// Path of the report; `null` if none was written.
+    report: Option<&'a str>,
+    /// Paths of the plots.
+    plots: &'a [String],
+    /// Warnings of the model file.
+    warnings: &'a [String],
+    /// Key results of the structure of the first variant, under the names of `analyze`; `null` where it was not analysed.
+    analysis: Option<Short<'a>>,
+    /// What could not be written, if so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Problem<'a>>,
+}
+
+/// The run of one variant.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Run")]
+struct RunView<'a> {
+    /// The model's name if there are no variants.
+    name: &'a str,
+    /// Whether it reached its end.
+    outcome: OutcomeView<'a>,
+    /// The values that make this variant by name, SI.
+    #[serde(serialize_with = "values")]
+    #[schemars(with = "BTreeMap<String, f64>")]
+    parameters: &'a [ParameterValue],
+    /// Every signal by name, in a few numbers.
+    #[serde(serialize_with = "signals")]
+    #[schemars(with = "BTreeMap<String, SignalView>")]
+    signals: &'a Run,
+    /// The energy balance up to the end (or the failure).
+    energy: Energy,
+    /// The model file's requirements.
+    requirements: &'a [RequirementResult],
+    /// Events in order of time.
+    events: &'a [Event],
+    /// What the reader must know.
+    notes: &'a [String],
+    /// What the run asked of each motor that has limits.
+    motors: Vec<StrainView<'a>>,
+    /// What the integrator did.
+    effort: Effort,
+    /// Paths of its files.
+    files: &'a [String],
+}
+
+/// Whether a run reached its end.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Outcome")]
+struct OutcomeView<'a> {
+    /// Whether it did.
+    completed: bool,
+    /// Time reached otherwise, s; everything up to it is kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<f64>,
+    /// What went wrong, why, and what to try.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<&'a str>,
+}
+
+/// A time series in a few numbers.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Signal")]
+struct SignalView {
+    /// Least value.
+    min: Option<f64>,
+    /// Greatest value.
+    max: Option<f64>,
+    /// Last value.
+    #[serde(rename = "final")]
+    last: Option<f64>,
+    /// First time of `min`, s.
+    t_min: Option<f64>,
+    /// First time of `max`, s.
+    t_max: Option<f64>,
+    /// SI unit.
+    unit: Physical,
+}
+
+/// Why there is no outcome.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Error")]
+pub(super) struct ErrorView<'a> {
+    /// What went wrong.
+    error: Problem<'a>,
+}
+
+/// What went wrong.
+#[derive(Serialize, JsonSchema)]
+struct Problem<'a> {
+    /// In one sentence.
+    message: String,
+    /// Each mistake with its place.
+    diagnostics: Vec<Place<'a>>,
+}
+
+/// A mistake with its place.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Diagnostic")]
+struct Place<'a> {
+    /// How bad it is.
+    severity: Word,
+    /// Its kind: `unit::unknown`.
+    code: &'a str,
+    /// In words.
+    message: &'a str,
+    /// Line, from 1; `null` without a place.
+    line: Option<usize>,
+    /// Column, from 1; `null` without a place.
+    column: Option<usize>,
+    /// What to do.
+    help: Option<&'a str>,
+}
+
+/// How bad a mistake is.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+#[schemars(rename = "Severity")]
+enum Word {
+    Error,
+    Warning,
+}
+
 /// Gives the study and its files as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// Keys: `model`, `variants` (`name`, `outcome`, `parameters`, `signals`, `energy`, `requirements`, `events`, `notes`, `motors`
-/// (those with limits: what was asked, and how long they were at their limits), `effort`, `files`), `report`, `plots`, `warnings`, `analysis`; and `error` as in [`json_error`] if a file could not be
-/// written. `analysis` has the key results of the structure of the first variant, under the names of
-/// [`analysis_json`](super::analysis_json), or is `null`. `signals` is an object from the signal's name to `min`, `max`, `final`, `t_min`, `t_max`, `unit`.
+/// What its keys are says [`schema`](super::schema) of `run`.
 pub fn json(study: &Study, files: &Files) -> String {
-    let none = Vec::new();
-    let variants: Vec<Value> =
-        study.runs.iter().enumerate().map(|(i, run)| variant(run, files.runs.get(i).unwrap_or(&none))).collect();
-    let mut root = object!({
-        "model": study.model.name,
-        "variants": variants,
-        "report": files.report,
-        "plots": files.plots,
-        "warnings": study.warnings,
-        "analysis": study.analysis.as_ref().map(analysis_in_short),
-    });
-    if !files.unwritten.is_empty() {
-        root["error"] = object!({ "message": files.unwritten.join("; "), "diagnostics": [] });
-    }
-    root.to_string()
+    let problem = || Problem { message: files.unwritten.join("; "), diagnostics: Vec::new() };
+    printed(StudyView {
+        model: &study.model.name,
+        variants: study
+            .runs
+            .iter()
+            .enumerate()
+            .map(|(i, run)| variant(run, files.runs.get(i).map_or(&[], Vec::as_slice)))
+            .collect(),
+        report: files.report.as_deref(),
+        plots: &files.plots,
+        warnings: &study.warnings,
+        analysis: study.analysis.as_ref().map(Short::of),
+        error: (!files.unwritten.is_empty()).then(problem),
+    })
 }
 
-/// Gives what went wrong as one JSON object on one line, for a reader who asked for JSON:
-/// `{"error": {"message", "diagnostics": [{"severity", "code", "message", "line", "column", "help"}]}}`.
+/// Gives what went wrong as one JSON object on one line, for a reader who asked for JSON.
 ///
-/// Line and column count from 1 in `source` and are `null` for a diagnostic without a place.
+/// Line and column count from 1 in `source` and are `null` for a diagnostic without a place. What its keys are says
+/// [`schema`](super::schema) of `error`.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     let lines = Lines::new(source);
-    let diagnostics: Vec<Value> = diagnostics
-        .iter()
-        .map(|d| {
-            let place = d.labels.first().map(|label| lines.line_column(source, label.place.span().start));
-            object!({
-                "severity": match d.severity { Severity::Error => "error", Severity::Warning => "warning" },
-                "code": d.code,
-                "message": d.message,
-                "line": place.map(|(line, _)| line),
-                "column": place.map(|(_, column)| column),
-                "help": d.help,
-            })
-        })
-        .collect();
-    object!({ "error": { "message": message, "diagnostics": diagnostics } }).to_string()
+    let told = diagnostics.iter().map(|d| {
+        let place = d.labels.first().map(|label| lines.line_column(source, label.place.span().start));
+        Place {
+            severity: match d.severity {
+                Severity::Error => Word::Error,
+                Severity::Warning => Word::Warning,
+            },
+            code: d.code,
+            message: &d.message,
+            line: place.map(|(line, _)| line),
+            column: place.map(|(_, column)| column),
+            help: d.help.as_deref(),
+        }
+    });
+    printed(ErrorView { error: Problem { message: message.into(), diagnostics: told.collect() } })
 }
 
-fn variant(run: &Run, files: &[String]) -> Value {
-    let signals: Map<String, Value> = run
-        .series
-        .signals
-        .iter()
-        .map(|signal| {
-            let e = extremes(&run.series.time, &signal.values);
-            let unit = signal.physical.unit();
-            let numbers = object!({
-                "min": e.min, "max": e.max, "final": e.last, "t_min": e.t_min, "t_max": e.t_max, "unit": unit,
-            });
-            (signal.name.clone(), numbers)
-        })
-        .collect();
-    let requirements: Vec<Value> = run
-        .requirements
-        .iter()
-        .map(|r| object!({ "text": r.text, "measured": r.measured, "unit": r.unit, "passed": r.passed }))
-        .collect();
-    let events: Vec<Value> =
-        run.events.iter().map(|event| object!({ "time": event.time, "what": event.what })).collect();
-    let energy = &run.energy;
-    object!({
-        "name": run.name,
-        "outcome": outcome(&run.outcome),
-        "parameters": run.parameters.iter().map(|p| (p.name.clone(), object!(p.value))).collect::<Map<_, _>>(),
-        "signals": signals,
-        "energy": {
-            "input": energy.input,
-            "stored": energy.stored,
-            "dissipated": energy.dissipated,
-            "residual": energy.residual,
+fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
+    RunView {
+        name: &run.name,
+        outcome: match &run.outcome {
+            Outcome::Completed => OutcomeView { completed: true, time: None, cause: None },
+            Outcome::Failed { time, cause } => OutcomeView { completed: false, time: Some(*time), cause: Some(cause) },
         },
-        "requirements": requirements,
-        "events": events,
-        "notes": run.notes,
-        "motors": run.strains.iter().map(|strain| motor_strain(strain, run.length())).collect::<Vec<_>>(),
-        "effort": {
-            "steps": run.effort.steps,
-            "rejected": run.effort.rejected,
-            "evaluations": run.effort.evaluations,
-            "events": run.effort.events,
-        },
-        "files": files,
-    })
-}
-
-/// What was asked of a motor with limits in a run of this length (s).
-pub(super) fn motor_strain(strain: &MotorStrain, length: f64) -> Value {
-    object!({
-        "name": strain.motor,
-        "controller": strain.controller,
-        "torque_limit_n_m": strain.torque_limit,
-        "rate_limit_n_m_per_s": strain.rate_limit,
-        "asked_n_m": strain.asked,
-        "time_at_torque_limit_s": strain.seconds_at_limit(0.0, length),
-        "time_at_rate_limit_s": strain.seconds_at_rate_limit(0.0, length),
-        "first_at_torque_limit_s": strain.at_torque_limit.first().map(|span| span.from),
-    })
-}
-
-fn outcome(outcome: &Outcome) -> Value {
-    match outcome {
-        Outcome::Completed => object!({ "completed": true }),
-        Outcome::Failed { time, cause } => object!({ "completed": false, "time": time, "cause": cause }),
+        parameters: &run.parameters,
+        signals: run,
+        energy: run.energy,
+        requirements: &run.requirements,
+        events: &run.events,
+        notes: &run.notes,
+        motors: run.strains.iter().map(|strain| StrainView::of(strain, run.length())).collect(),
+        effort: run.effort,
+        files,
     }
+}
+
+fn values<S: Serializer>(all: &&[ParameterValue], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), one.value)), to)
+}
+
+fn signals<S: Serializer>(run: &&Run, to: S) -> Result<S::Ok, S::Error> {
+    let view = |signal: &Signal| {
+        let found = extremes(&run.series.time, &signal.values);
+        let (min, max) = (found.min, found.max);
+        SignalView {
+            min: min.map(|at| at.value),
+            max: max.map(|at| at.value),
+            last: found.last,
+            t_min: min.map(|at| at.time),
+            t_max: max.map(|at| at.time),
+            unit: signal.physical,
+        }
+    };
+    by_name(run.series.signals.iter().map(|signal| (signal.name.as_str(), view(signal))), to)
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json as object};
+
     use super::super::example::{run, study};
     use super::*;
 
@@ -188,7 +294,7 @@ mod tests {
             Diagnostic::warning("file::odd", "odd"),
         ];
         let all = read(&json_error("2 mistakes", "a = 1\nb = kq\n", &list));
-        let expected = object!({ "error": { "message": "2 mistakes", "diagnostics": [
+        let expected = object!({ "schema": "kardan/1", "error": { "message": "2 mistakes", "diagnostics": [
             { "severity": "error", "code": "unit::unknown", "message": "unknown unit", "line": 2, "column": 4, "help": "use kg" },
             { "severity": "warning", "code": "file::odd", "message": "odd", "line": null, "column": null, "help": null },
         ] } });

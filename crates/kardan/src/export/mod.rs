@@ -15,6 +15,7 @@
 //! | [`bench_study_json`] | a study on a virtual bench | scripts |
 //! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
+//! | [`schema()`] | the JSON schema of one of these | validators |
 
 mod analysis;
 mod bench;
@@ -22,15 +23,18 @@ mod design;
 mod extremes;
 mod identification;
 mod json;
+mod printed;
+mod schema;
 mod tables;
 mod truth;
 
 pub use analysis::analysis_json;
 pub use bench::{WrittenLog, bench_json, bench_study_json};
 pub use design::{controller_json, design_json};
-pub use extremes::{Extremes, extremes};
+pub use extremes::{Extreme, Extremes, extremes};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
+pub use schema::{SCHEMAS, schema};
 pub use tables::{csv, mat, mdf, parquet};
 pub use truth::truth_toml;
 

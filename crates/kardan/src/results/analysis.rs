@@ -1,6 +1,11 @@
 //! What an analysis of structure gives: chapters 4 and 5 of the source for one model at one operating point.
 
-use super::{Complex, Definition, Interval, NamedMatrix, Pole};
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+use super::{Complex, Definition, Interval, NamedMatrix, Pole, serial::by_name};
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
@@ -35,7 +40,7 @@ pub struct Analysis {
 }
 
 /// Motions without inertia, eliminated: the states that remain are those of [`Structure::states`].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Elimination {
     /// Number of independent motions without inertia.
     pub motions: usize,
@@ -48,7 +53,7 @@ pub struct Elimination {
 }
 
 /// Definition 4.4, judged.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Class {
     /// Whether all five assumptions hold without linearisation.
     pub constant_linear: bool,
@@ -61,7 +66,7 @@ pub struct Class {
 }
 
 /// One of the five assumptions (4.27)-(4.31).
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Assumption {
     /// `the inertia matrix is constant, symmetric and positive definite (4.27)`.
     pub statement: String,
@@ -72,7 +77,7 @@ pub struct Assumption {
 }
 
 /// What breaks an assumption.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Breach {
     /// The element.
     pub element: String,
@@ -81,7 +86,7 @@ pub struct Breach {
 }
 
 /// One of the eight classes of Tables 4.1 and 4.2, with the constraint that belongs to it.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ConstraintClass {
     /// The element.
     pub element: String,
@@ -98,7 +103,7 @@ pub struct ConstraintClass {
 }
 
 /// Where a model was linearised.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct OperatingPoint {
     /// The angle of every shaft.
     pub angles: Vec<ShaftAngle>,
@@ -107,27 +112,29 @@ pub struct OperatingPoint {
 }
 
 /// Where a shaft is.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ShaftAngle {
     /// The shaft.
     pub shaft: String,
     /// Its angle, rad.
+    #[serde(rename = "angle_rad")]
     pub angle: f64,
 }
 
 /// What a friction direction does at an operating point.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct FrictionState {
     /// The element.
     pub element: String,
     /// Its Coulomb torque, N m.
+    #[serde(rename = "coulomb_torque_N_m")]
     pub coulomb_torque: f64,
     /// Whether it is stuck; then it is a constraint.
     pub stuck: bool,
 }
 
 /// The model in one basis of the constraint kernel \[diss. Theorems 4.1-4.4\].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Basis {
     /// `chosen coordinates`, `elliptical orthogonal` or `elliptical orthonormal`.
     pub name: String,
@@ -151,7 +158,7 @@ pub struct Basis {
 ///
 /// Every eigenvalue lies in at least one disc; a disc need not hold an eigenvalue of its own number (erratum to (4.43)).
 /// In ascending order `|λ_k − centre_k| ≤ max radius` (Weyl).
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct EigenvalueBounds {
     /// `inertia`, `damping` or `stiffness`.
     pub matrix: String,
@@ -166,7 +173,7 @@ pub struct EigenvalueBounds {
 }
 
 /// Theorem 4.5: `τ_c = −P (Fτ − Dq̇ − Sq)` with `P = Cᵀ(CH⁻¹Cᵀ)⁻¹CH⁻¹`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ConstraintForces {
     /// P, shaft by shaft.
     pub projector: NamedMatrix,
@@ -204,7 +211,7 @@ pub struct Mode {
 }
 
 /// What moves in a mode.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ShapePart {
     /// The shaft or state.
     pub name: String,
@@ -221,7 +228,7 @@ impl ShapePart {
 }
 
 /// What an element has of the energy stored during a motion.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct StoredShare {
     /// The element.
     pub element: String,
@@ -232,7 +239,7 @@ pub struct StoredShare {
 }
 
 /// What an element has of a whole: of the energy stored, of the loss.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ElementShare {
     /// The element.
     pub element: String,
@@ -241,7 +248,7 @@ pub struct ElementShare {
 }
 
 /// What has a part in a mode that fails.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NamedShare {
     /// The shaft, state or element.
     pub name: String,
@@ -250,12 +257,14 @@ pub struct NamedShare {
 }
 
 /// Where energy is stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum EnergyKind {
     /// In an inertia.
     #[default]
+    #[serde(rename = "kinetic")]
     Kinetic,
     /// In a spring.
+    #[serde(rename = "potential")]
     Potential,
 }
 
@@ -361,12 +370,13 @@ pub struct Factor {
 }
 
 /// A mode that inputs do not reach or outputs do not show.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct FailingMode {
+    /// λ, 1/s, imaginary part ≥ 0.
+    #[serde(rename = "eigenvalue_per_s")]
+    pub eigenvalue: Pole,
     /// The exact factor that its eigenvalue is a root of.
     pub factor: String,
-    /// λ, 1/s, imaginary part ≥ 0.
-    pub eigenvalue: Pole,
     /// Number of independent motions at this eigenvalue that fail.
     pub defect: usize,
     /// Shafts (or states) that move in it, largest first; shares relative to the largest.
@@ -376,20 +386,22 @@ pub struct FailingMode {
 }
 
 /// Invariant zeros of `[sI − A, −B; C, D]`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Zeros {
     /// The zero polynomial, exact; `1` if there are no zeros.
     pub polynomial: String,
     /// Its roots, 1/s, with multiplicity.
     pub values: Vec<Pole>,
     /// How many of them lie in the open right half-plane, exact; `None`: not decided, for the polynomial is not written out.
+    #[serde(rename = "in_right_half_plane")]
     pub growing: Option<usize>,
     /// Normal rank of the transfer matrix; below the smaller of inputs and outputs, some combination of them is empty.
     pub normal_rank: usize,
 }
 
 /// An entry of a sparse matrix.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "(usize, usize, String)")]
 pub struct Entry {
     /// Its row, from 0.
     pub row: usize,
@@ -409,7 +421,7 @@ pub struct SparseMatrix {
 }
 
 /// An input matrix with the least number of columns, built by the procedure of Theorem 5.2 \[diss. (5.7)\] as corrected.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Construction {
     /// Names of the rows: coordinates (forces act on them), or states of a plain state space.
     pub rows: Vec<String>,
@@ -420,7 +432,7 @@ pub struct Construction {
 }
 
 /// One step: the eigenvalues of one factor are reached by adding a multiple of a direction to a column.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ConstructionStep {
     /// The factor whose roots were not all reached.
     pub factor: String,
@@ -435,7 +447,7 @@ pub struct ConstructionStep {
 }
 
 /// What a short independent check needs to confirm the answers.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Certificate {
     /// Every answer is proven over the rationals; otherwise see `failure_probability`.
     pub proven: bool,
@@ -446,6 +458,8 @@ pub struct Certificate {
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`.
+    #[serde(serialize_with = "pencil")]
+    #[schemars(with = "BTreeMap<String, Vec<Entry>>")]
     pub pencil: Vec<SparseMatrix>,
     /// Proof of `min_inputs`.
     pub inputs: Option<Count>,
@@ -462,7 +476,7 @@ pub struct Certificate {
 }
 
 /// Proof of a least number of inputs.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Count {
     /// The number m.
     pub number: usize,
@@ -477,7 +491,7 @@ pub struct Count {
 }
 
 /// Columns of `[B, (E⁻¹A)B, (E⁻¹A)²B, …]` (after E⁻¹) that are independent modulo a prime, hence independent.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Minor {
     /// The prime.
     pub prime: u64,
@@ -490,7 +504,8 @@ pub struct Minor {
 }
 
 /// The column `(E⁻¹A)^power b` of an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(into = "[usize; 2]")]
 pub struct MinorColumn {
     /// The input, from 0.
     pub input: usize,
@@ -499,7 +514,7 @@ pub struct MinorColumn {
 }
 
 /// Independent rows Y with `Y A = M Y E` and `Y B = 0`: what no input reaches.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Invariant {
     /// Y, fractions.
     pub rows: Vec<Vec<String>>,
@@ -508,7 +523,7 @@ pub struct Invariant {
 }
 
 /// Where motors and sensors may sit.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Placement {
     /// Smallest sets of motors, best first.
     pub inputs: Option<PlacementSearch>,
@@ -517,10 +532,8 @@ pub struct Placement {
 }
 
 /// The outcome of one search.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PlacementSearch {
-    /// The candidates.
-    pub candidates: Vec<Place>,
     /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
@@ -529,7 +542,10 @@ pub struct PlacementSearch {
     pub gap: f64,
     /// Sets tried.
     pub tried: usize,
+    /// The candidates.
+    pub candidates: Vec<Place>,
     /// The sets, best first.
+    #[serde(skip)]
     pub sets: Vec<PlacedSet>,
     /// What `score` is: `smallest eigenvalue of the Gramian over 1 s`.
     pub measure: String,
@@ -542,7 +558,7 @@ pub struct PlacementSearch {
 }
 
 /// Where a motor or a sensor may sit.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Place {
     /// The place.
     pub place: String,
@@ -564,7 +580,7 @@ pub struct PlacedSet {
 }
 
 /// How far away the next change of structure is.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// The box of parameters.
     pub parameters: Vec<ParameterRange>,
@@ -575,7 +591,7 @@ pub struct Sensitivity {
 }
 
 /// A parameter with its tolerance.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ParameterRange {
     /// The parameter.
     pub name: String,
@@ -590,15 +606,17 @@ pub struct ParameterRange {
 }
 
 /// The search for the nearest loss of controllability or observability.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LossSearch {
     /// The nearest loss found; `None` if there was none within ten tolerances, or none was looked for (`method` is empty).
     pub nearest: Option<Loss>,
     /// Number of points that the search for it started from; 0 if there was no search.
     pub starts: usize,
     /// Number of tolerances within which it is proven that there is no loss; 0 if nothing is proven.
+    #[serde(rename = "proven_distance_tolerances")]
     pub proven_distance: f64,
     /// Verdict over the whole box of parameters.
+    #[serde(rename = "box")]
     pub box_verdict: BoxVerdict,
     /// How the verdict was reached; empty: nothing was searched.
     pub method: String,
@@ -607,13 +625,15 @@ pub struct LossSearch {
 }
 
 /// Parameters at which controllability or observability is lost.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Loss {
     /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
+    #[serde(rename = "distance_tolerances")]
     pub distance: f64,
     /// The parameters that differ from their nominal values; at distance 0 all of them.
     pub at: Vec<ParameterPoint>,
     /// Eigenvalue that is lost there, 1/s.
+    #[serde(rename = "eigenvalue_per_s")]
     pub eigenvalue: Pole,
     /// Residual of the defining equations there, relative; 0 if the loss was decided exactly.
     pub residual: f64,
@@ -622,7 +642,7 @@ pub struct Loss {
 }
 
 /// A value of a parameter.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ParameterPoint {
     /// The parameter.
     pub parameter: String,
@@ -633,19 +653,22 @@ pub struct ParameterPoint {
 }
 
 /// What is known over a whole box of parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum BoxVerdict {
     /// No loss anywhere in the box, proven.
+    #[serde(rename = "certified")]
     Certified,
     /// A loss was found in the box.
+    #[serde(rename = "lost")]
     Lost,
     /// Neither.
     #[default]
+    #[serde(rename = "not certified")]
     NotCertified,
 }
 
 /// Sampling of a box of parameters.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Sampling {
     /// Number of samples.
     pub samples: usize,
@@ -658,6 +681,7 @@ pub struct Sampling {
     /// Fraction of samples below the threshold.
     pub probability: f64,
     /// 95 % confidence interval of that probability (Wilson).
+    #[serde(rename = "interval_95")]
     pub interval: Interval,
     /// Smallest measure found.
     pub smallest: f64,
@@ -665,4 +689,20 @@ pub struct Sampling {
     pub median: f64,
     /// Largest measure found.
     pub largest: f64,
+}
+
+impl From<MinorColumn> for [usize; 2] {
+    fn from(column: MinorColumn) -> Self {
+        [column.input, column.power]
+    }
+}
+
+impl From<Entry> for (usize, usize, String) {
+    fn from(entry: Entry) -> Self {
+        (entry.row, entry.column, entry.value)
+    }
+}
+
+fn pencil<S: Serializer>(all: &[SparseMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), &one.entries)), to)
 }

@@ -1,7 +1,10 @@
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::{Design, Identification, Physical, Run};
 
 /// A value of the plant on a virtual bench.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct TrueValue {
     /// `wg.damping`, or the name of a parameter.
     pub name: String,
@@ -27,7 +30,7 @@ pub struct BenchPoint {
 }
 
 /// What a plan promises for one parameter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PlannedParameter {
     /// `wg.damping`
     pub name: String,
@@ -83,7 +86,7 @@ pub struct Bench {
 
 /// One of the things in which the bench differs from the simulation, and how far an output gets from the simulation by it: largest
 /// distances in the transient, in the unit of the output; `None` where such a plant cannot be, or its run failed.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Difference {
     /// `compliance of hd`, `sampling, delay and sensors`.
     pub what: String,
@@ -94,7 +97,7 @@ pub struct Difference {
 }
 
 /// A number in the simulation and on the bench.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Compared {
     /// In the simulation.
     pub simulation: f64,
@@ -103,7 +106,7 @@ pub struct Compared {
 }
 
 /// An output of a controller in the simulation and on the bench.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Response {
     /// The output as the file names it.
     pub output: String,
@@ -112,6 +115,7 @@ pub struct Response {
     /// Its reference.
     pub reference: String,
     /// What it is.
+    #[serde(rename = "unit")]
     pub physical: Physical,
     /// Mean over the last tenth of the run.
     pub settled: Compared,
@@ -120,6 +124,7 @@ pub struct Response {
     /// Largest distance between simulation and bench in the transient.
     pub distance: f64,
     /// When that is, s.
+    #[serde(rename = "at_s")]
     pub distance_at: f64,
     /// What makes them differ.
     pub differences: Vec<Difference>,

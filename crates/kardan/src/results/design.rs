@@ -1,14 +1,21 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+use super::serial::{self, by_name};
 use super::{
-    Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness, ScenarioStrain,
-    ShapePart,
+    Complex, Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness,
+    ScenarioStrain, ShapePart, StrainView,
 };
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ExactMatrix {
     /// Short name, a key of the JSON object: `K`, `L`, `Kx`, `observer_gain`.
+    #[serde(skip)]
     pub name: String,
     /// What it is, for a reader: `state gain, u = -K x + L r`.
     pub title: String,
@@ -25,7 +32,7 @@ pub struct ExactMatrix {
 }
 
 /// Everything that `kardan design` finds for one controller. Parts that do not apply to its law are empty or `None`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Design {
     /// Name of the model.
     pub model: String,
@@ -38,6 +45,7 @@ pub struct Design {
     /// Keyword of its law.
     pub law: String,
     /// Names of the other controllers of the file, which are in the loop too.
+    #[serde(rename = "other_controllers")]
     pub others: Vec<String>,
     /// The model it is designed on, in words: `linear, at the initial position, beta = 0 deg`.
     pub design_model: String,
@@ -51,6 +59,7 @@ pub struct Design {
     /// enough to be a name itself is not listed.
     pub definitions: Vec<Definition>,
     /// What of the model the outputs do not show: eigenvalues that the reduction took away.
+    #[serde(rename = "hidden_poles")]
     pub hidden: Vec<Pole>,
     /// Relative degree of each output: derivatives until an input appears (6.64). `None`: no input ever reaches it.
     pub relative_degrees: Vec<Option<usize>>,
@@ -61,6 +70,8 @@ pub struct Design {
     /// How this law decouples, which need not be the best that can be done; `None`: it does not, or does not say.
     pub feedback: Option<Feedback>,
     /// The gains by name.
+    #[serde(serialize_with = "gains")]
+    #[schemars(with = "BTreeMap<String, ExactMatrix>")]
     pub gains: Vec<ExactMatrix>,
     /// The canonically decoupled form (6.73)-(6.81).
     pub canonical: Option<Canonical>,
@@ -69,14 +80,19 @@ pub struct Design {
     /// Poles of the linear loop with all controllers of the file, at the design point, 1/s, by size.
     pub closed_loop_poles: Vec<Pole>,
     /// Whether these are roots of an exact polynomial with proven signs; else they are eigenvalues in floating point.
+    #[serde(rename = "closed_loop_poles_exact")]
     pub exact_poles: bool,
     /// What the outputs do not show of the decoupled loop.
+    #[serde(serialize_with = "zero_dynamics")]
+    #[schemars(with = "ZerosView")]
     pub zero_dynamics: ZeroDynamics,
     /// Whether the law inverts the plant, so that its zeros become poles behind the outputs.
     pub cancels_zeros: bool,
     /// The observer.
     pub observer: Option<ObserverResult>,
     /// The transfer matrix of the designed linear loop, exact: one entry per output and reference.
+    #[serde(serialize_with = "transfer")]
+    #[schemars(with = "Vec<TransferView>")]
     pub transfer: Vec<TransferEntry>,
     /// Whether every entry of `transfer` that belongs to another channel is exactly zero; `None` where no such claim is made.
     pub decoupled: Option<bool>,
@@ -87,6 +103,8 @@ pub struct Design {
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
     /// What the scenario of the file asks of its motors, where it was run.
+    #[serde(serialize_with = "strains")]
+    #[schemars(with = "Vec<ScenarioView>")]
     pub strains: Vec<ScenarioStrain>,
     /// The loop with the parameters of the variant, where its joints stand; `None` where it is the linear loop of the design.
     pub passage: Option<Passage>,
@@ -105,6 +123,8 @@ pub struct Design {
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
     /// Of a design that ended early: why, and which parts are missing. They are empty then, which says nothing of the loop.
+    #[serde(flatten, serialize_with = "serial::ending")]
+    #[schemars(with = "serial::Ending")]
     pub unfinished: Option<String>,
 }
 
@@ -129,21 +149,25 @@ impl Design {
 }
 
 /// How outputs can be decoupled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub enum Feedback {
     /// By static state feedback: every output its own channel.
     #[default]
+    #[serde(rename = "static")]
     Static,
     /// By static state feedback, in blocks of outputs only.
+    #[serde(rename = "block")]
     Block,
     /// By dynamic state feedback: integrators before some inputs.
+    #[serde(rename = "dynamic")]
     Dynamic,
     /// Not at all: the outputs depend on each other, or no input reaches one of them.
+    #[serde(rename = "impossible")]
     Impossible,
 }
 
 /// The verdict on decoupling, decided exactly.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Decouplability {
     /// Exact rank of G.
     pub rank: usize,
@@ -151,8 +175,8 @@ pub struct Decouplability {
     pub normal_rank: usize,
     /// The best that can be done.
     pub possible: Feedback,
-    /// Finest blocks of outputs that static feedback can decouple, as numbers of outputs; empty if there are none.
-    pub blocks: Vec<Vec<usize>>,
+    /// Names of the finest blocks of outputs that static feedback can decouple; empty if there are none.
+    pub blocks: Vec<Vec<String>>,
     /// Integrators that a dynamic extension puts before inputs.
     pub integrators: Vec<Integrators>,
     /// The proof of impossibility or the reason why static feedback fails, in terms of shafts; one sentence each.
@@ -160,7 +184,7 @@ pub struct Decouplability {
 }
 
 /// Integrators before an input.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Integrators {
     /// The input, or a combination of inputs in words.
     pub input: String,
@@ -169,24 +193,28 @@ pub struct Integrators {
 }
 
 /// The canonically decoupled form of the integrator-decoupled system \[diss. (6.73)-(6.81)\].
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Canonical {
     /// p_1 … p_m, p_{m+1} (no channel's own), p_{m+2} (not controllable).
     pub sizes: Vec<usize>,
     /// Rank of the controllability matrix L_i of all inputs but the i-th (6.82).
     pub ranks: Vec<usize>,
     /// Q (6.79).
+    #[serde(rename = "Q")]
     pub transformation: ExactMatrix,
     /// A in the new coordinates.
+    #[serde(rename = "A")]
     pub a: ExactMatrix,
     /// B in the new coordinates.
+    #[serde(rename = "B")]
     pub b: ExactMatrix,
     /// C in the new coordinates.
+    #[serde(rename = "C")]
     pub c: ExactMatrix,
 }
 
 /// One channel of a decoupled loop.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ChannelResult {
     /// The output.
     pub output: String,
@@ -212,27 +240,30 @@ pub struct ZeroDynamics {
 }
 
 /// A pole of the zero dynamics: an invariant zero of the plant, which the law cancels.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ZeroMode {
     /// 1/s; the one with imaginary part ≥ 0 of a pair.
     pub pole: Pole,
     /// |λ|, rad/s.
+    #[serde(rename = "natural_frequency_rad_per_s")]
     pub natural_frequency: f64,
     /// −Re λ/|λ|; 1 for λ = 0.
     pub damping_ratio: f64,
+    /// What moves in it, and how: `cj 1, wg -51`.
+    pub shape: Vec<ShapePart>,
     /// Share of the energy stored during the motion, by element; adds up to one.
     pub stored: Vec<ElementShare>,
     /// Shares of the loss by element.
     pub dissipated: Vec<ElementShare>,
-    /// What moves in it, and how: `cj 1, wg -51`.
-    pub shape: Vec<ShapePart>,
     /// Set if the cancellation is dangerous: unstable, on the axis, or lightly damped.
     pub warning: Option<String>,
 }
 
 /// A designed observer.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ObserverResult {
+    /// `poles` or `kalman`.
+    pub method: String,
     /// Signals that it measures.
     pub sensors: Vec<String>,
     /// Its states: those of the plant, then the disturbance torques.
@@ -241,8 +272,6 @@ pub struct ObserverResult {
     pub disturbances: Vec<String>,
     /// Poles of its error, 1/s.
     pub poles: Vec<Pole>,
-    /// `poles` or `kalman`.
-    pub method: String,
     /// Its gain L, states × sensors.
     pub gain: ExactMatrix,
     /// What can be told apart with these sensors: one sentence each.
@@ -263,7 +292,7 @@ pub struct TransferEntry {
 }
 
 /// What a step of one reference does to another output, or to its own.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct CrossCoupling {
     /// The reference that steps.
     pub reference: String,
@@ -282,13 +311,14 @@ pub struct CrossCoupling {
     /// Root mean square of the deviation over the window, SI; `None` if the output has no signal.
     pub rms: Option<f64>,
     /// Length of the window, s.
+    #[serde(rename = "window_s")]
     pub window: f64,
     /// Why there is no number (the run failed), if so.
     pub failure: Option<String>,
 }
 
 /// Whether outputs are flat, and how states and inputs follow from them.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Flatness {
     /// Names of the outputs.
     pub outputs: Vec<String>,
@@ -305,7 +335,7 @@ pub struct Flatness {
 }
 
 /// A designed controller as data: what a `kardan-rt` block needs to run.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ControllerData {
     /// The block: `StateSpace`, `Noninteracting`, …
     pub block: String,
@@ -314,17 +344,25 @@ pub struct ControllerData {
     /// Inputs that it writes.
     pub writes: Vec<String>,
     /// Sample time, s; `None`: continuous time.
+    #[serde(rename = "sample_time_s")]
     pub sample_time: Option<f64>,
     /// Whether it computes in single precision.
+    #[serde(rename = "precision")]
+    #[serde(serialize_with = "precision")]
+    #[schemars(with = "Precision")]
     pub single: bool,
     /// Its matrices.
+    #[serde(serialize_with = "matrices")]
+    #[schemars(with = "BTreeMap<String, Vec<Vec<f64>>>")]
     pub matrices: Vec<DataMatrix>,
     /// Its numbers.
+    #[serde(serialize_with = "numbers")]
+    #[schemars(with = "BTreeMap<String, f64>")]
     pub numbers: Vec<DataNumber>,
 }
 
 /// A signal that a controller reads.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ReadSignal {
     /// Its name.
     pub signal: String,
@@ -369,4 +407,104 @@ impl DataNumber {
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self { name: name.into(), value }
     }
+}
+
+fn gains<S: Serializer>(all: &[ExactMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), one)), to)
+}
+
+fn matrices<S: Serializer>(all: &[DataMatrix], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), &one.values)), to)
+}
+
+fn numbers<S: Serializer>(all: &[DataNumber], to: S) -> Result<S::Ok, S::Error> {
+    by_name(all.iter().map(|one| (one.name.as_str(), one.value)), to)
+}
+
+/// Precision of a block.
+#[derive(Serialize, JsonSchema)]
+enum Precision {
+    #[serde(rename = "f64")]
+    Double,
+    #[serde(rename = "f32")]
+    Single,
+}
+
+fn precision<S: Serializer>(single: &bool, to: S) -> Result<S::Ok, S::Error> {
+    if *single { Precision::Single } else { Precision::Double }.serialize(to)
+}
+
+/// What the scenario of a file asks of a motor.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "ScenarioStrain")]
+struct ScenarioView<'a> {
+    /// Name of the variant.
+    variant: &'a str,
+    /// Length of its run, s.
+    duration_s: f64,
+    /// What it asked.
+    motor: StrainView<'a>,
+}
+
+fn strains<S: Serializer>(all: &[ScenarioStrain], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(all.iter().map(|one| ScenarioView {
+        variant: &one.variant,
+        duration_s: one.duration,
+        motor: StrainView::of(&one.strain, one.duration),
+    }))
+}
+
+/// What goes on while the outputs are held still.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "ZeroDynamics")]
+struct ZerosView<'a> {
+    /// The exact polynomial; `1` if there is none.
+    polynomial: &'a str,
+    /// Its roots, both of a conjugate pair, 1/s.
+    poles: Vec<Complex>,
+    /// Whether all of them are in the open left half-plane, decided exactly; `null` if it was not asked.
+    stable: Option<bool>,
+    /// Its modes, by size; of a pair the upper one.
+    modes: &'a [ZeroMode],
+}
+
+fn zero_dynamics<S: Serializer>(found: &ZeroDynamics, to: S) -> Result<S::Ok, S::Error> {
+    let both = |mode: &ZeroMode| {
+        let mirrored = Complex { im: -mode.pole.im, ..mode.pole };
+        std::iter::once(mode.pole).chain((mode.pole.im != 0.0).then_some(mirrored))
+    };
+    let asked = !(found.polynomial.is_empty() && found.modes.is_empty());
+    let view = ZerosView {
+        polynomial: &found.polynomial,
+        poles: found.modes.iter().flat_map(both).collect(),
+        stable: asked.then_some(found.stable),
+        modes: &found.modes,
+    };
+    view.serialize(to)
+}
+
+/// One entry of an exact transfer matrix.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "TransferEntry")]
+struct TransferView<'a> {
+    /// The output.
+    output: &'a str,
+    /// The reference.
+    reference: &'a str,
+    /// Whether it is exactly zero.
+    zero: bool,
+    /// Coefficients of 1, s, s², …
+    numerator: &'a [String],
+    /// Coefficients of 1, s, s², …
+    denominator: &'a [String],
+}
+
+fn transfer<S: Serializer>(all: &[TransferEntry], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(all.iter().map(|one| TransferView {
+        output: &one.output,
+        reference: &one.reference,
+        zero: one.numerator.is_empty(),
+        numerator: &one.numerator,
+        denominator: &one.denominator,
+    }))
 }

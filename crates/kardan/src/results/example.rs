@@ -828,7 +828,7 @@ pub fn observed_train() -> Design {
             rank: 1,
             normal_rank: 2,
             possible: Feedback::Dynamic,
-            blocks: vec![vec![0, 1], vec![2]],
+            blocks: vec![texts(&outputs[..2]), texts(&outputs[2..])],
             integrators: vec![Integrators { input: "motor - 2 wheel_motor".into(), count: 2 }],
             reasons: texts(&[
                 "the rows of rack.phi and driver.tau in G are parallel: both feel motor only through the joint",
@@ -969,7 +969,7 @@ pub fn hostile_design(bad: &str) -> Design {
     design.definitions[0] = Definition { state: bad(), is: bad() };
     design.hidden = vec![Complex { re: f64::NAN, im: f64::INFINITY }];
     design.decoupling_matrix = matrix(&bad());
-    design.decouplability.blocks = vec![vec![0, 99], vec![]];
+    design.decouplability.blocks = vec![vec![bad()], vec![]];
     design.decouplability.integrators = vec![Integrators { input: bad(), count: 1 }];
     design.decouplability.reasons = vec![bad()];
     design.gains = vec![matrix(&bad()), matrix(&bad()), matrix("")];

@@ -1,7 +1,10 @@
 //! The trade-off of a design: interaction against torque, rate, bandwidth and sensors.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// Designs beside the one of the file.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Exploration {
     /// What the ordinate of the picture is: `driver.tau after a step of ref_rk by 0.4 rad`.
     pub interaction: String,
@@ -9,12 +12,12 @@ pub struct Exploration {
     pub unit: String,
     /// Whether torques and noise are parts of the motors' limits; false: N m, because no motor has one.
     pub limited: bool,
-    /// All designs that were found; that of the file first.
-    pub designs: Vec<Alternative>,
     /// Combinations for which there is no stable design.
     pub failed: usize,
     /// Combinations that are not judged: their sample times have no short common period.
     pub not_judged: usize,
+    /// All designs that were found; that of the file first.
+    pub designs: Vec<Alternative>,
     /// What more sensors would bring, the best first.
     pub sensors: Vec<WithSensor>,
     /// What to take from it, one sentence each.
@@ -37,7 +40,7 @@ impl Exploration {
 }
 
 /// A design with one more sensor.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct WithSensor {
     /// The sensor.
     pub name: String,
@@ -46,11 +49,13 @@ pub struct WithSensor {
 }
 
 /// One design.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Alternative {
     /// s
+    #[serde(rename = "sample_time_s")]
     pub sample_time: f64,
     /// s
+    #[serde(rename = "delay_s")]
     pub delay: f64,
     /// Factor of the bandwidths of the file.
     pub bandwidth: f64,

@@ -1,5 +1,8 @@
 //! What an identification gives.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::{Interval, NamedMatrix, Span};
 
 /// Parameters found in measured logs.
@@ -201,7 +204,7 @@ pub struct LogRead {
 }
 
 /// A channel as it was read.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ChannelRead {
     /// Its name in the log.
     pub name: String,
@@ -212,15 +215,17 @@ pub struct ChannelRead {
     /// SI unit of the signal.
     pub si: &'static str,
     /// Mean time between samples, s.
+    #[serde(rename = "sample_time_s")]
     pub sample_time: f64,
     /// Standard deviation of a sample, SI: stated in the model file or seen in the log.
     pub noise: f64,
     /// Whether the model file states it.
+    #[serde(rename = "noise_stated")]
     pub stated: bool,
 }
 
 /// What became of the windows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct WindowCount {
     /// All in which something was logged.
     pub all: usize,
@@ -235,7 +240,7 @@ pub struct WindowCount {
 }
 
 /// A parameter found.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Found {
     /// `fs.damping`
     pub name: String,
@@ -258,7 +263,7 @@ pub struct Found {
 }
 
 /// A test of what is left over.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ResidualTest {
     /// What should hold: `mean zero (row cs)`.
     pub what: String,
@@ -269,15 +274,18 @@ pub struct ResidualTest {
 }
 
 /// How well unseen segments are predicted.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Validation {
     /// Row of the balance: a coordinate, or a combination where torques were eliminated.
     pub row: String,
     /// Root mean square of the torque that the parameters explain, N m.
+    #[serde(rename = "torque_rms_N_m")]
     pub torque: f64,
     /// Root mean square of the residual on the samples of the fit, N m.
+    #[serde(rename = "residual_seen_N_m")]
     pub seen: f64,
     /// The same on samples left out of the fit, each once; `None` if there are too few.
+    #[serde(rename = "residual_unseen_N_m")]
     pub unseen: Option<f64>,
 }
 

@@ -1,11 +1,16 @@
 //! What sampling, delay, lag and limits leave of a loop.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// How far a controller's loop is from instability, and what it asks of the motors.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Margins {
     /// Sample time, s; `None`: the controller is designed for continuous time.
+    #[serde(rename = "sample_time_s")]
     pub sample_time: Option<f64>,
     /// From the reading of the sensors to the change of the torques, s.
+    #[serde(rename = "delay_s")]
     pub delay: f64,
     /// Whether it computes in single precision.
     pub single: bool,
@@ -19,14 +24,13 @@ pub struct Margins {
     /// Slowest stable rates, for delays of no, half a and one sample; empty for a law that is designed for one sample time.
     pub rates: Vec<RateLimit>,
     /// Longest delay that the sampled loop tolerates, s; `None` in continuous time or if it is unstable without.
+    #[serde(rename = "longest_delay_s")]
     pub longest_delay: Option<LoopLimit>,
     /// Longest lag of all its motors that the loop tolerates, s; `None` if it is unstable without.
+    #[serde(rename = "longest_lag_s")]
     pub longest_lag: Option<LoopLimit>,
     /// Smallest and largest factor of its torques that the loop tolerates; `None` if it is unstable.
     pub gain_margin: Option<[LoopLimit; 2]>,
-    /// Whether it was decided over the rationals that a loop in continuous time is stable or not; otherwise from eigenvalues,
-    /// whose rounding is bounded.
-    pub proven: bool,
     /// Shafts that move in motions which nobody holds, which are at zero. They are left out of all limits.
     pub free: Vec<String>,
     /// How many poles at zero (multipliers at one) these motions are.
@@ -35,8 +39,13 @@ pub struct Margins {
     pub free_known: FreeKnown,
     /// Poles that are not at zero, and so close to it that 64 bits do not tell: of a loop that is decided over the rationals,
     /// 1/s, as far as rounding shows them. They are left out of all limits.
+    #[serde(rename = "next_to_zero_1_s")]
     pub next_to_zero: Vec<f64>,
+    /// Whether it was decided over the rationals that a loop in continuous time is stable or not; otherwise from eigenvalues,
+    /// whose rounding is bounded.
+    pub proven: bool,
     /// How fast they grow at the sample time, 1/s; 0 if they stay.
+    #[serde(rename = "drift_per_s")]
     pub drift: f64,
     /// How wrong the torque of each motor, and each reading, may be alone; empty where the loop is unstable. With several clocks
     /// only those of the motors of a sampled controller.
@@ -52,7 +61,8 @@ pub struct Margins {
 }
 
 /// How it is known that poles are at zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "KnownWord")]
 pub enum FreeKnown {
     /// Exactly, with the gains of the design, before they are rounded.
     Design,
@@ -69,18 +79,20 @@ impl Default for FreeKnown {
 }
 
 /// The slowest rate at which a sampled controller keeps the loop stable.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct RateLimit {
     /// Delay as a part of the sample time.
+    #[serde(rename = "delay_samples")]
     pub delay: f64,
     /// Hz; zero: any up to one sample a second; `None`: not even a million samples a second suffice.
+    #[serde(rename = "rate_hz")]
     pub rate: Option<f64>,
     /// The motion that grows at slower rates.
     pub motion: String,
 }
 
 /// Where a loop becomes unstable.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LoopLimit {
     /// The value that it just tolerates; infinite (or 0, downwards) if all that was looked at is tolerated.
     pub value: f64,
@@ -90,7 +102,7 @@ pub struct LoopLimit {
 
 /// How wrong one channel of a loop may be before the loop is unstable, the others as designed. Frequencies in rad/s; `None`
 /// where nothing limits.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ChannelMargin {
     /// The motor whose torque is wrong, or what is read.
     pub name: String,
@@ -99,57 +111,68 @@ pub struct ChannelMargin {
     /// The nearest factors below and above one that are too much; 0 and infinity if none is.
     pub gain: [f64; 2],
     /// Of the motions that begin there.
+    #[serde(rename = "gain_rad_s")]
     pub gain_frequency: [Option<f64>; 2],
     /// The least turn of the phase that is too much, rad; infinite if none is.
+    #[serde(rename = "phase_rad")]
     pub phase: f64,
     /// Where.
+    #[serde(rename = "phase_rad_s")]
     pub phase_frequency: Option<f64>,
     /// The least delay that is too much, s, beside the one that is there; infinite if none is (of a sampled loop: none up to ten
     /// samples, looked at every tenth of one). `None` where it is not known: of what a sampled controller reads.
+    #[serde(rename = "delay_s")]
     pub delay: Option<f64>,
     /// Where.
+    #[serde(rename = "delay_rad_s")]
     pub delay_frequency: Option<f64>,
     /// The balanced disk margin α: errors of gain and phase at once, `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
     pub disk: f64,
     /// Where a larger disk is too large; `None` where that is not known.
+    #[serde(rename = "disk_rad_s")]
     pub disk_frequency: Option<f64>,
-    /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
-    pub own_time: Option<f64>,
-    /// Whether the controller of that motor is sampled.
-    pub sampled: bool,
-    /// Whether phase and disk were searched over the common period of several clocks, for errors that are the same at each
-    /// sample; otherwise they come from the frequency response.
-    pub searched: bool,
     /// The factors that this disk holds.
     pub disk_gain: [f64; 2],
     /// The turns of the phase, either way, that it holds, rad.
+    #[serde(rename = "disk_phase_rad")]
     pub disk_phase: f64,
+    /// Whether phase and disk were searched over the common period of several clocks, for errors that are the same at each
+    /// sample; otherwise they come from the frequency response.
+    pub searched: bool,
+    /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
+    #[serde(skip)]
+    pub own_time: Option<f64>,
+    /// Whether the controller of that motor is sampled.
+    #[serde(skip)]
+    pub sampled: bool,
 }
 
 /// How wrong the torques of all motors may be at once.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TogetherMargin {
     /// Disk margins between which the true one lies: the first is proven, with the second a set of errors is known.
     pub disk: [f64; 2],
     /// Of that set, rad/s.
+    #[serde(rename = "rad_s")]
     pub frequency: f64,
     /// That set, which makes the loop unstable.
     pub worst: Vec<WrongTorque>,
 }
 
 /// How wrong the torque of a motor is.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct WrongTorque {
     /// The motor.
     pub motor: String,
     /// Factor of its size.
     pub factor: f64,
     /// Turn of its phase, rad.
+    #[serde(rename = "turn_rad")]
     pub turn: f64,
 }
 
 /// What a step of a reference asks of a motor.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TorquePeak {
     /// The reference.
     pub reference: String,
@@ -160,7 +183,33 @@ pub struct TorquePeak {
     /// The motor.
     pub input: String,
     /// Largest torque asked of it, N m.
+    #[serde(rename = "peak_n_m")]
     pub peak: f64,
     /// Its torque limit, N m.
+    #[serde(rename = "limit_n_m")]
     pub limit: Option<f64>,
+}
+
+/// How it is known that poles are at zero.
+#[derive(Serialize, JsonSchema)]
+enum KnownWord {
+    /// With the gains of the design, before they are rounded.
+    #[serde(rename = "exactly, gains of the design")]
+    Design,
+    /// With gains that are the fractions which their doubles are.
+    #[serde(rename = "exactly, gains as rounded")]
+    Rounded,
+    /// Numbers of the size of rounding count as zero.
+    #[serde(rename = "to rounding")]
+    Within,
+}
+
+impl From<FreeKnown> for KnownWord {
+    fn from(known: FreeKnown) -> Self {
+        match known {
+            FreeKnown::Design => Self::Design,
+            FreeKnown::Rounded => Self::Rounded,
+            FreeKnown::Within(_) => Self::Within,
+        }
+    }
 }

@@ -10,6 +10,10 @@ mod identification;
 mod margins;
 mod passage;
 mod robustness;
+pub(crate) mod serial;
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 pub use analysis::*;
 pub use bench::*;
@@ -21,21 +25,28 @@ pub use passage::*;
 pub use robustness::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
 pub enum Physical {
     /// Angle, rad.
+    #[serde(rename = "rad")]
     Angle,
     /// Angular velocity, rad/s.
+    #[serde(rename = "rad/s")]
     Speed,
     /// Torque, N m.
+    #[serde(rename = "N m")]
     Torque,
     /// Energy, J.
+    #[serde(rename = "J")]
     Energy,
     /// Electric charge, C.
+    #[serde(rename = "C")]
     Charge,
     /// Electric current, A.
+    #[serde(rename = "A")]
     Current,
     /// Voltage, or potential against ground, V.
+    #[serde(rename = "V")]
     Voltage,
 }
 
@@ -103,7 +114,7 @@ impl Series {
 }
 
 /// The energy balance of a run, J: `input = stored + dissipated + residual`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Energy {
     /// Work done by all inputs and disturbances.
     pub input: f64,
@@ -116,7 +127,7 @@ pub struct Energy {
 }
 
 /// Something that happened at a located instant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Event {
     /// Time in s.
     pub time: f64,
@@ -152,7 +163,7 @@ pub struct ParameterValue {
 }
 
 /// A requirement of the model file, judged.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RequirementResult {
     /// In words: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
     pub text: String,
@@ -258,7 +269,7 @@ fn length(spans: &[Span], from: f64, until: f64) -> f64 {
 }
 
 /// What the integrator did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct Effort {
     /// Accepted steps.
     pub steps: usize,
@@ -306,7 +317,7 @@ impl Run {
 }
 
 /// A matrix with named rows and columns, for display.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct NamedMatrix {
     /// What it is: `reduced inertia`.
     pub title: String,
@@ -334,7 +345,8 @@ pub struct LawSummary {
 }
 
 /// A complex number.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Complex {
     /// Real part.
     pub re: f64,
@@ -369,7 +381,8 @@ impl From<(f64, f64)> for Complex {
 pub type Pole = Complex;
 
 /// From one value to another, in order: of a time, of an angle.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Span {
     /// Where it begins.
     pub from: f64,
@@ -378,7 +391,8 @@ pub struct Span {
 }
 
 /// The ends of a range in which a number lies.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "[f64; 2]")]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -387,7 +401,7 @@ pub struct Interval {
 }
 
 /// A state that stands for a combination of others.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Definition {
     /// Its name: `z1`.
     pub state: String,
@@ -457,4 +471,60 @@ pub struct Study {
     pub analysis: Option<Analysis>,
     /// The designs of the controllers, each as in the first variant that uses it.
     pub designs: Vec<Design>,
+}
+
+impl From<Complex> for [f64; 2] {
+    fn from(number: Complex) -> Self {
+        [number.re, number.im]
+    }
+}
+
+impl From<Span> for [f64; 2] {
+    fn from(span: Span) -> Self {
+        [span.from, span.until]
+    }
+}
+
+impl From<Interval> for [f64; 2] {
+    fn from(interval: Interval) -> Self {
+        [interval.lower, interval.upper]
+    }
+}
+
+/// What was asked of a motor with limits.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "MotorStrain")]
+pub(crate) struct StrainView<'a> {
+    /// Name of the motor.
+    name: &'a str,
+    /// The controller that commands it, if one does.
+    controller: Option<&'a str>,
+    /// Its torque limit, N m.
+    torque_limit_n_m: Option<f64>,
+    /// Its rate limit, N m/s.
+    rate_limit_n_m_per_s: Option<f64>,
+    /// Largest torque asked of it, N m.
+    asked_n_m: f64,
+    /// How long it was at its torque limit, s.
+    time_at_torque_limit_s: f64,
+    /// How long it moved at its rate limit, s.
+    time_at_rate_limit_s: f64,
+    /// When it was at its torque limit first, s.
+    first_at_torque_limit_s: Option<f64>,
+}
+
+impl<'a> StrainView<'a> {
+    /// In a run of this length, s.
+    pub(crate) fn of(strain: &'a MotorStrain, length: f64) -> Self {
+        Self {
+            name: &strain.motor,
+            controller: strain.controller.as_deref(),
+            torque_limit_n_m: strain.torque_limit,
+            rate_limit_n_m_per_s: strain.rate_limit,
+            asked_n_m: strain.asked,
+            time_at_torque_limit_s: strain.seconds_at_limit(0.0, length),
+            time_at_rate_limit_s: strain.seconds_at_rate_limit(0.0, length),
+            first_at_torque_limit_s: strain.at_torque_limit.first().map(|span| span.from),
+        }
+    }
 }

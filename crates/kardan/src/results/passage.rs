@@ -1,27 +1,33 @@
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::Span;
 
 /// The loop of a controller with the parameters of its variant, linear at positions that its joints pass: in floating point,
 /// without Coulomb friction and limits.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Passage {
     /// What turns, in words: `rk and cj`; empty if no joint is bent, and only parameters differ from those of the design.
     pub turned: String,
     /// Positions that are looked at.
     pub positions: usize,
     /// The angles of what turns, from and to, rad.
+    #[serde(rename = "range_rad")]
     pub range: Span,
     /// Whether nothing grows at any of them.
     pub stable: bool,
     /// Growth of the motion that grows most, or decays least, 1/s; negative if it decays.
+    #[serde(rename = "growth_per_s")]
     pub growth: f64,
     /// Where that is, rad.
+    #[serde(rename = "growth_at_rad")]
     pub growth_at: f64,
     /// What steps of references do to the outputs of other channels.
     pub interactions: Vec<PassedInteraction>,
 }
 
 /// What a step of one reference does to the output of another channel, where that is most.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PassedInteraction {
     /// The reference that steps.
     pub reference: String,
@@ -36,6 +42,7 @@ pub struct PassedInteraction {
     /// Its largest deviation, SI; infinite where the loop is unstable.
     pub largest: f64,
     /// Where that is, rad.
+    #[serde(rename = "at_rad")]
     pub at: f64,
     /// What is acceptable of it, SI.
     pub acceptable: f64,

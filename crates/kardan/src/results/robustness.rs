@@ -1,9 +1,12 @@
 //! What deviations of the plant do to a designed loop.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::Interval;
 
 /// The linear loop of a design over a box of plants: sampled with a seed, and its worst corners searched for.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Robustness {
     /// What varies, in words: `20 % of every inertia, damping and stiffness`.
     pub range: String,
@@ -26,7 +29,7 @@ pub struct Robustness {
 }
 
 /// A coefficient that varies.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct VariedParameter {
     /// Its name.
     pub name: String,
@@ -35,7 +38,7 @@ pub struct VariedParameter {
 }
 
 /// What a step does to a signal, over the box.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Interaction {
     /// The reference that steps.
     pub reference: String,
@@ -52,7 +55,7 @@ pub struct Interaction {
 }
 
 /// How a number spreads over a box of plants.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Spread {
     /// Of the nominal plant.
     pub nominal: f64,

@@ -25,7 +25,7 @@ const LONG: usize = 12;
 /// Fills in what follows exactly from the loop: decouplability, canonical form, zero dynamics, transfer matrix, channels,
 /// flatness.
 pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
-    design.decouplability = decouplability(&exact.plant);
+    design.decouplability = decouplability(&exact.plant, &design.outputs);
     if design.relative_degrees.is_empty() {
         design.relative_degrees = relative_degrees(&exact.plant).degrees;
     }
@@ -38,7 +38,9 @@ pub(super) fn prove(exact: &ExactLoop, plant: &Plant, design: &mut Design) {
     let transfer = transfer_matrix(closed);
     let square = exact.channels.iter().copied().eq(0..closed.outputs.len());
     let blocks = &design.decouplability.blocks;
-    let together = |(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(i) && block.contains(j));
+    let names = &design.outputs;
+    let together =
+        |&(i, j): &(usize, usize)| blocks.iter().any(|block| block.contains(&names[i]) && block.contains(&names[j]));
     let coupled = coupled_entries(closed);
     // One output has nothing to be decoupled from.
     let claims = square && (exact.inverts || closed.outputs.len() > 1);
@@ -128,12 +130,13 @@ pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     poles
 }
 
-fn decouplability(system: &LinearSystem) -> Decouplability {
+fn decouplability(system: &LinearSystem, names: &[String]) -> Decouplability {
     let degrees = relative_degrees(system);
     let outputs = system.outputs.len();
     let rank = rank(&degrees.matrix);
     let normal_rank = structure_algorithm(system).rank();
-    let blocks = finest_blocks(system).unwrap_or_default();
+    let named = |block: Vec<usize>| block.into_iter().map(|k| names[k].clone()).collect();
+    let blocks = finest_blocks(system).unwrap_or_default().into_iter().map(named).collect();
     let extension = dynamic_extension(system).ok();
     let possible = match (rank == outputs, normal_rank == outputs) {
         (true, _) => Feedback::Static,

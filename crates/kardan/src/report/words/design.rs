@@ -386,11 +386,7 @@ pub fn decouplability(design: &Design) -> Vec<String> {
 
 /// Blocks of outputs by name: `{rk.phi, fs.phi}`.
 fn blocks(design: &Design) -> Vec<String> {
-    let names = |block: &Vec<usize>| {
-        let names: Vec<&str> = block.iter().filter_map(|&k| design.outputs.get(k)).map(String::as_str).collect();
-        format!("{{{}}}", names.join(", "))
-    };
-    design.decouplability.blocks.iter().map(names).collect()
+    design.decouplability.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect()
 }
 
 fn sentence(text: &str) -> String {

@@ -1,0 +1,25 @@
+//! `kardan schema`: the JSON schemas of what the commands print.
+
+use kardan::diagnostics::Diagnostic;
+use kardan::export::{SCHEMAS, schema as text_of};
+
+use super::DONE;
+use crate::args::SchemaArgs;
+use crate::output::print;
+use crate::render::Failure;
+
+pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
+    let Some(name) = &args.name else {
+        let width = SCHEMAS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        let lines = SCHEMAS.iter().map(|(name, what)| format!("{name:width$}  {what}\n"));
+        print(&lines.collect::<String>())?;
+        return Ok(DONE);
+    };
+    let text = text_of(name).ok_or_else(|| {
+        let names: Vec<String> = SCHEMAS.iter().map(|(name, _)| format!("`{name}`")).collect();
+        Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
+            .help(format!("there are {}", names.join(", ")))
+    })?;
+    print(&(text + "\n"))?;
+    Ok(DONE)
+}

@@ -1,0 +1,88 @@
+//! What commands print as JSON against the schemas that `kardan schema` prints.
+
+use std::process::Command;
+use std::sync::OnceLock;
+
+use jsonschema::Validator;
+use kardan::export::SCHEMAS;
+use serde_json::{Value, json};
+
+/// The schema that `kardan schema` prints.
+fn schema(name: &str) -> Value {
+    let got = Command::new(env!("CARGO_BIN_EXE_kardan")).args(["schema", name]).output().unwrap();
+    assert!(got.status.success(), "{name}");
+    serde_json::from_slice(&got.stdout).unwrap()
+}
+
+/// The schemas in the order of [`SCHEMAS`], made once.
+fn validators() -> &'static [Validator] {
+    static ALL: OnceLock<Vec<Validator>> = OnceLock::new();
+    ALL.get_or_init(|| {
+        SCHEMAS.iter().map(|(name, _)| jsonschema::draft202012::new(&schema(name)).expect("a schema")).collect()
+    })
+}
+
+/// What is wrong with an object under the schema of that name.
+fn wrong(name: &str, object: &Value) -> Vec<String> {
+    let number = SCHEMAS.iter().position(|(other, _)| *other == name).expect("a schema of that name");
+    validators()[number].iter_errors(object).map(|error| format!("{}: {error}", error.instance_path())).collect()
+}
+
+/// Which schema an object is to be valid under, told by a key that no other has.
+fn kind(object: &Value) -> &'static str {
+    let keys = [
+        ("variants", "run"),
+        ("certificate", "analyze"),
+        ("controller_data", "design"),
+        ("experiments", "bench-study"),
+        ("plan", "bench"),
+        ("verdict", "identify"),
+    ];
+    keys.iter().find(|(key, _)| object.get(key).is_some()).map_or("error", |(_, name)| name)
+}
+
+/// The one object that a command has printed, valid under its schema.
+#[track_caller]
+pub fn printed(bytes: &[u8]) -> Value {
+    let object: Value = serde_json::from_slice(bytes)
+        .unwrap_or_else(|why| panic!("not one JSON object: {why}: {}", String::from_utf8_lossy(bytes)));
+    let (name, found) = (kind(&object), wrong(kind(&object), &object));
+    assert!(found.is_empty(), "not valid under `kardan schema {name}`: {}", found.join("; "));
+    object
+}
+
+/// Schemas are valid themselves; what is none of them, a key that is not listed, one that is missing, and a value of another type
+/// are found.
+#[test]
+fn schemas_tell_what_is_wrong() {
+    for (name, _) in SCHEMAS {
+        let schema = schema(name);
+        assert!(jsonschema::meta::is_valid(&schema), "{name}");
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+        assert!(schema["title"].as_str().unwrap().starts_with("kardan/1"), "{name}");
+        assert!(!wrong(name, &json!({})).is_empty(), "{name}");
+    }
+    let good = Command::new(env!("CARGO_BIN_EXE_kardan")).args(["analyze", "two-bodies", "--json"]).output().unwrap();
+    let good = printed(&good.stdout);
+    let modes = good["modes"].as_array().unwrap().len();
+    assert!(modes > 0);
+    type Change = fn(&mut Value);
+    let changes: [Change; 7] = [
+        |all| all["modes"][0]["speed"] = json!(1.0),
+        |all| all["more"] = json!(1.0),
+        |all| drop(all.as_object_mut().unwrap().remove("zeros")),
+        |all| drop(all["modes"][0].as_object_mut().unwrap().remove("factor")),
+        |all| all["states"] = json!("4"),
+        |all| all["modes"][0]["eigenvalue_per_s"] = json!([1.0]),
+        |all| all["schema"] = json!("kardan/2"),
+    ];
+    for (number, change) in changes.iter().enumerate() {
+        let mut bad = good.clone();
+        change(&mut bad);
+        assert!(!wrong("analyze", &bad).is_empty(), "change {number}");
+    }
+    // A number that is not finite is `null`.
+    let mut open = good.clone();
+    open["modes"][0]["damping_ratio"] = Value::Null;
+    assert_eq!(wrong("analyze", &open), Vec::<String>::new());
+}

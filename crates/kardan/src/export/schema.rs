@@ -1,0 +1,94 @@
+//! The schemas of what is written as JSON.
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use schemars::transform::{Transform, transform_subschemas};
+use serde_json::json;
+
+use super::printed::Printed;
+use super::{analysis, bench, identification, json as study};
+use crate::results::Design;
+
+/// What there are schemas of, and which command prints it.
+pub const SCHEMAS: [(&str, &str); 7] = [
+    ("run", "`kardan run --json`: the outcome of a study"),
+    ("analyze", "`kardan analyze --json`: the structure of a model"),
+    ("design", "`kardan design --json`: a designed controller with its proofs"),
+    ("identify", "`kardan identify --json`: parameters found in logs"),
+    ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
+    ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
+    ("error", "any of them: why there is no outcome"),
+];
+
+/// The JSON schema (draft 2020-12) of an output by its name in [`SCHEMAS`].
+///
+/// ```
+/// let schema = kardan::export::schema("error").expect("there is one");
+/// assert!(schema.contains("https://json-schema.org/draft/2020-12/schema") && schema.contains("kardan/1"));
+/// assert_eq!(kardan::export::schema("nothing"), None);
+/// ```
+pub fn schema(name: &str) -> Option<String> {
+    let (name, what) = SCHEMAS.iter().find(|(other, _)| *other == name)?;
+    let mut schema = match *name {
+        "run" => of::<study::StudyView>(),
+        "analyze" => of::<analysis::AnalysisView>(),
+        "design" => of::<Design>(),
+        "identify" => of::<identification::IdentificationView>(),
+        "bench" => of::<bench::BenchView>(),
+        "bench-study" => of::<bench::StudyView>(),
+        _ => of::<study::ErrorView>(),
+    };
+    schema.insert("$id".into(), format!("kardan/1/{name}").into());
+    schema.insert("title".into(), format!("kardan/1, {what}").into());
+    serde_json::to_string_pretty(&schema).ok()
+}
+
+fn of<T: JsonSchema>() -> schemars::Schema {
+    let settings = SchemaSettings::draft2020_12().for_serialize().with_transform(Strict);
+    settings.into_generator().into_root_schema_for::<Printed<T>>()
+}
+
+/// No keys but those that are listed; a number that is not finite is `null`.
+#[derive(Clone)]
+struct Strict;
+
+impl Transform for Strict {
+    fn transform(&mut self, schema: &mut schemars::Schema) {
+        transform_subschemas(self, schema);
+        if schema.get("properties").is_some() && schema.get("additionalProperties").is_none() {
+            schema.insert("additionalProperties".into(), false.into());
+        }
+        if schema.get("type").is_some_and(|kind| *kind == "number") {
+            schema.insert("type".into(), json!(["number", "null"]));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    #[test]
+    fn every_key_is_described_and_no_other_is_allowed() {
+        fn look(value: &Value, at: &str) {
+            if let Some(properties) = value.get("properties").and_then(Value::as_object) {
+                assert_eq!(value["additionalProperties"], false, "{at}");
+                for (key, property) in properties {
+                    assert!(property["description"].is_string(), "{at}/{key} is not described");
+                }
+            }
+            let parts: Vec<(String, &Value)> = match value {
+                Value::Object(map) => map.iter().map(|(key, part)| (format!("{at}/{key}"), part)).collect(),
+                Value::Array(list) => list.iter().map(|part| (at.to_string(), part)).collect(),
+                _ => Vec::new(),
+            };
+            parts.iter().for_each(|(at, part)| look(part, at));
+        }
+        for (name, _) in SCHEMAS {
+            let schema: Value = serde_json::from_str(&schema(name).unwrap()).unwrap();
+            look(&schema, name);
+        }
+    }
+}

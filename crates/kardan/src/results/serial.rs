@@ -1,0 +1,40 @@
+//! What results share where they are written in JSON as something else than their fields.
+
+use std::collections::BTreeSet;
+
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
+/// Writes an object with these names as keys; a name that comes again is told apart (`K`, `K_2`), so that nothing is lost.
+pub(crate) fn by_name<'a, S: Serializer, V: Serialize>(
+    pairs: impl Iterator<Item = (&'a str, V)>,
+    to: S,
+) -> Result<S::Ok, S::Error> {
+    let mut taken = BTreeSet::new();
+    to.collect_map(pairs.map(|(name, value)| {
+        let numbered = (2..).map(|k| format!("{name}_{k}"));
+        let key = std::iter::once(name.to_string()).chain(numbered).find(|key| !taken.contains(key));
+        let key = key.unwrap_or_default();
+        taken.insert(key.clone());
+        (key, value)
+    }))
+}
+
+/// Whether nothing ended early.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Ending<'a> {
+    /// Whether nothing ended early.
+    complete: bool,
+    /// Why it ended early, and what is missing: such parts are empty. `null` if nothing is.
+    unfinished: Option<&'a str>,
+}
+
+impl<'a> Ending<'a> {
+    pub(crate) fn of(unfinished: &'a Option<String>) -> Self {
+        Self { complete: unfinished.is_none(), unfinished: unfinished.as_deref() }
+    }
+}
+
+pub(super) fn ending<S: Serializer>(unfinished: &Option<String>, to: S) -> Result<S::Ok, S::Error> {
+    Ending::of(unfinished).serialize(to)
+}
