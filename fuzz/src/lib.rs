@@ -13,7 +13,8 @@ use kardan::results::{Plot, Run, Study};
 use kardan::simulate::{Setup, Tolerance, simulate};
 use kardan::study::{self, EquationsForm, Silent};
 use kardan::tables::read::{Block, Bytes, CsvOptions, LogError, in_memory, open};
-use kardan::{export, model, report, units};
+use kardan::{export, model, units};
+use kardan_report as report;
 
 /// A target: its name and what it does with bytes.
 pub type Target = (&'static str, fn(&[u8]));

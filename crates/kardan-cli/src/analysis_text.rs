@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use kardan::report::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, LossSearch, Mode, Placement, PlacementSearch, Sensitivity, Structure,
 };
+use kardan_report::words;
 
 use crate::layout::{cut, heading, more, sentence, table};
 use crate::render::visible;
@@ -339,7 +339,7 @@ fn certificate(out: &mut String, analysis: &Analysis) {
 #[cfg(test)]
 mod tests {
     use super::text;
-    use crate::results::example;
+    use kardan::results::example;
 
     #[test]
     fn two_bodies_read_as_a_whole() {

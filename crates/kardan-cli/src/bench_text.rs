@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use kardan::report::words::bench as said;
 use kardan::results::{BenchPlan, BenchStudy, TrueValue};
+use kardan_report::words::bench as said;
 
 use crate::layout::{heading, sentence, table};
 use crate::summary::number;

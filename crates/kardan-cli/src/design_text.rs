@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use kardan::report::words::{self, design as said};
 use kardan::results::{
-    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Margins, ObserverResult,
-    Robustness, ScenarioStrain, ZeroMode,
+    Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Margins, Motion,
+    ObserverResult, Robustness, ScenarioStrain, ZeroMode,
 };
+use kardan_report::words::{self, design as said};
 
 use crate::layout::{WIDTH, cut, heading, more, sentence, table};
 use crate::render::visible;
@@ -33,7 +33,7 @@ pub fn text(design: &Design, origin: &str) -> String {
         sentence(&mut out, first);
     }
     out.push('\n');
-    sentence(&mut out, &said::verdict(design).1);
+    sentence(&mut out, &design.verdict().1);
     for warning in &design.warnings {
         sentence(&mut out, &format!("WARNING: {warning}"));
     }
@@ -199,10 +199,10 @@ fn poles(out: &mut String, design: &Design) {
         let size = re.hypot(im);
         let damping = if size > 0.0 { number(-re / size) } else { "-".into() };
         let times = if times > 1 { format!("{times}×") } else { String::new() };
-        let grows = match said::motion((re, im), design) {
-            said::Motion::Decays => String::new(),
-            said::Motion::Grows | said::Motion::Stays => "DOES NOT DECAY".into(),
-            said::Motion::Unknown => "not decided".into(),
+        let grows = match design.motion((re, im)) {
+            Motion::Decays => String::new(),
+            Motion::Grows | Motion::Stays => "DOES NOT DECAY".into(),
+            Motion::Unknown => "not decided".into(),
         };
         vec![words::pair((re, im), number), times, number(size), damping, said::owner((re, im), design), grows]
     };
@@ -392,7 +392,7 @@ fn controller(out: &mut String, design: &Design) {
 #[cfg(test)]
 mod tests {
     use super::text;
-    use crate::results::example;
+    use kardan::results::example;
 
     #[test]
     fn the_steering_reads_as_a_whole() {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use kardan::report::words::identification as said;
 use kardan::results::Identification;
+use kardan_report::words::identification as said;
 
 use crate::layout::{heading, sentence, table};
 use crate::summary::number;
@@ -18,7 +18,7 @@ pub fn text(found: &Identification, origin: &str) -> String {
     let mut out = String::new();
     let name = if found.model.is_empty() { "identification" } else { &found.model };
     let _ = writeln!(out, "{name} ({origin})");
-    sentence(&mut out, &said::verdict(found).1);
+    sentence(&mut out, &found.verdict().1);
     for warning in &found.warnings {
         sentence(&mut out, &format!("WARNING: {warning}"));
     }

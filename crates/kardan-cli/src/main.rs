@@ -21,13 +21,3 @@ mod summary;
 fn main() -> std::process::ExitCode {
     std::process::ExitCode::from(commands::main(std::env::args_os().collect()))
 }
-
-/// The results made by hand that the library's tests display too.
-#[cfg(test)]
-mod results {
-    use kardan::results::*;
-
-    pub mod example {
-        include!("../../kardan/src/results/example.rs");
-    }
-}

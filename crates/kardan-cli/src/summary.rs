@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use kardan::export::{Files, extremes};
-use kardan::report::words;
 use kardan::results::{MotorStrain, Outcome, Run, Signal, Structure, Study};
+use kardan_report::words;
 
 use crate::render::visible;
 

@@ -11,7 +11,6 @@ pub mod model;
 pub mod names;
 pub mod num;
 pub mod reduce;
-pub mod report;
 pub mod results;
 pub mod schema;
 pub mod simulate;

@@ -5,7 +5,8 @@ use std::path::Path;
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
 use kardan::study::{AnalyzeSettings, Part, Project};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, told};
 use crate::analysis_text;

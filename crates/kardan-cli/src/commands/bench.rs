@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, WrittenLog};
-use kardan::report;
 use kardan::results::{BenchStudy, Experiment, Outcome};
 use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench};
+use kardan_report as report;
 
 use super::identify::logs as opened;
 use super::run::table;

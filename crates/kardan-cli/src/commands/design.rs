@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Design;
 use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};

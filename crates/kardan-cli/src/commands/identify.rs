@@ -9,7 +9,8 @@ use kardan::results::Identification;
 use kardan::study::{IdentifySettings, LogFile, Part};
 use kardan::tables::read::{Bytes, ReadSeek};
 use kardan::units::{Dimension, parse_quantity};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::IdentifyArgs;

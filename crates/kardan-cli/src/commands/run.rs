@@ -5,8 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
+use kardan::study;
 use kardan::study::{Part, Project, Settings};
-use kardan::{report, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::{Format, RunArgs};

@@ -3,13 +3,14 @@
 mod analysis;
 mod bench;
 mod design;
-#[cfg(test)]
-pub(crate) mod example;
+#[doc(hidden)]
+pub mod example;
 mod exploration;
 mod identification;
 mod margins;
 mod passage;
 mod robustness;
+mod verdict;
 
 pub use analysis::*;
 pub use bench::*;
@@ -19,6 +20,7 @@ pub use identification::*;
 pub use margins::*;
 pub use passage::*;
 pub use robustness::*;
+pub use verdict::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

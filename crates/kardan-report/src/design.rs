@@ -8,9 +8,9 @@ use super::table::{Cell, section as framed, table};
 use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words::{self, design as said};
-use crate::results::{
+use kardan::results::{
     Alternative, Canonical, ChannelResult, CrossCoupling, Design, ExactMatrix, Exploration, Interaction, Margins,
-    ObserverResult, Pole, Robustness, ScenarioStrain, ZeroMode,
+    Motion, ObserverResult, Pole, Robustness, ScenarioStrain, ZeroMode,
 };
 
 /// A matrix with more rows or columns is not shown.
@@ -64,7 +64,7 @@ pub(super) fn sections(design: &Design) -> Vec<String> {
 
 /// One section of the report on runs; `index` tells the designs of a report apart.
 pub(super) fn section(design: &Design, index: usize) -> String {
-    let (good, verdict) = said::verdict(design);
+    let (good, verdict) = design.verdict();
     let class = if good { "good" } else { "bad" };
     let parts = parts(design);
     let id = format!("design-{}", index + 1);
@@ -259,11 +259,11 @@ fn closed_loop(design: &Design) -> String {
     }
     let row = |&((re, im), times): &(Pole, usize)| {
         let size = re.hypot(im);
-        let word = match said::motion((re, im), design) {
-            said::Motion::Decays => mark(true, "decays"),
-            said::Motion::Grows => mark(false, "grows"),
-            said::Motion::Stays => mark(false, "does not decay"),
-            said::Motion::Unknown => mark(false, "not decided"),
+        let word = match design.motion((re, im)) {
+            Motion::Decays => mark(true, "decays"),
+            Motion::Grows => mark(false, "grows"),
+            Motion::Stays => mark(false, "does not decay"),
+            Motion::Unknown => mark(false, "not decided"),
         };
         vec![
             Cell::Number(words::pair((re, im), number)),

@@ -3,7 +3,7 @@
 use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::text::{escape, figure};
-use crate::results::{Found, Identification};
+use kardan::results::{Found, Identification};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
@@ -50,7 +50,7 @@ pub(super) fn traces(found: &Identification) -> String {
 
 /// Friction over speed.
 pub(super) fn curves(found: &Identification) -> String {
-    let one = |curve: &crate::results::FrictionCurve| {
+    let one = |curve: &kardan::results::FrictionCurve| {
         let all = curve.points.iter().chain(&curve.line).copied();
         let frame = Frame::new(all, WIDTH, HEIGHT);
         let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
@@ -65,7 +65,7 @@ pub(super) fn curves(found: &Identification) -> String {
 
 /// What is left over, over time.
 pub(super) fn residuals(found: &Identification) -> String {
-    let one = |trace: &crate::results::Trace| {
+    let one = |trace: &kardan::results::Trace| {
         let points: Vec<(f64, f64)> = trace.points.iter().map(|point| (point.1, point.2 - point.3)).collect();
         if points.iter().all(|point| !point.1.is_finite()) {
             return String::new();

@@ -9,7 +9,7 @@ use super::text::{escape, unit};
 use super::thin::thin;
 use super::words::bench as said;
 use super::{design, identification};
-use crate::results::{BenchStudy, Experiment, Response, Run};
+use kardan::results::{BenchStudy, Experiment, Response, Run};
 
 const WIDTH: f64 = 272.0;
 const HEIGHT: f64 = 190.0;

@@ -1,12 +1,7 @@
 //! An identification in sentences.
 
 use super::list;
-use crate::results::{Candidate, Found, Identification, LogRead, ResidualTest, Validation};
-
-/// What came of it in one sentence; `true` if nothing stands against it ([`Identification::verdict`]).
-pub fn verdict(found: &Identification) -> (bool, String) {
-    found.verdict()
-}
+use kardan::results::{Candidate, Found, Identification, LogRead, ResidualTest, Validation};
 
 /// How it was found, a sentence each.
 pub fn head(found: &Identification, number: impl Fn(f64) -> String) -> Vec<String> {

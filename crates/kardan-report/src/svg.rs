@@ -16,7 +16,7 @@ use super::curves::{self, Curve, ON_WHITE};
 use super::text::Clock;
 use super::thin::thin;
 use super::ticks::{self, Axis};
-use crate::results::{Plot, Study};
+use kardan::results::{Plot, Study};
 
 const WIDTH: f64 = 760.0;
 /// Height without title and legend.

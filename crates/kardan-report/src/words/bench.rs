@@ -1,6 +1,6 @@
 //! A study on a virtual bench in sentences.
 
-use crate::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Response, TrueValue};
+use kardan::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Response, TrueValue};
 
 /// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
 pub fn verdict(study: &BenchStudy) -> (bool, String) {

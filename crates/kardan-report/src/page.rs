@@ -10,11 +10,11 @@ use super::summary::summary;
 use super::tables;
 use super::text::escape;
 use super::words;
-use crate::results::{Analysis, BenchStudy, Design, Identification, Study};
+use kardan::results::{Analysis, BenchStudy, Design, Identification, Study};
 
-const UPLOT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
-const UPLOT_LICENSE: &str = include_str!("../../assets/uplot/LICENSE");
+const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
+const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
@@ -93,7 +93,7 @@ pub(super) fn design_html(found: &Design) -> String {
     let page = Page {
         name: &name,
         description: &found.description,
-        verdict: (!found.law.is_empty()).then(|| words::design::verdict(found)),
+        verdict: (!found.law.is_empty()).then(|| found.verdict()),
         alerts: design::alerts(found),
         sections: &design::sections(found),
         credits: "",
@@ -111,7 +111,7 @@ pub(super) fn identification_html(found: &Identification) -> String {
     let page = Page {
         name: &name,
         description: &found.description,
-        verdict: (!found.parameters.is_empty()).then(|| words::identification::verdict(found)),
+        verdict: (!found.parameters.is_empty()).then(|| found.verdict()),
         alerts: identification::alerts(found),
         sections: &identification::sections(found),
         credits: "",

@@ -6,7 +6,7 @@ pub mod bench;
 pub mod design;
 pub mod identification;
 
-use crate::results::{
+use kardan::results::{
     Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,
     LossSearch, Mode, PlacementSearch, Pole, Sampling, Structure, Zeros,
 };
@@ -120,7 +120,7 @@ pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
 }
 
 /// What kind of constraint: `holonomic, scleronomic, linear`.
-pub fn constraint_kind(constraint: &crate::results::ConstraintClass) -> String {
+pub fn constraint_kind(constraint: &kardan::results::ConstraintClass) -> String {
     let words = [
         (constraint.equality, "equality", "inequality"),
         (constraint.holonomic, "holonomic", "nonholonomic"),
@@ -463,8 +463,8 @@ fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::text::figure;
-    use crate::results::example;
+    use crate::text::figure;
+    use kardan::results::example;
 
     const FIGURES: Figures = |value| figure(value, 5);
 

@@ -3,7 +3,7 @@
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::text::{escape, figure, unit};
 use super::words::{self, design as said};
-use crate::results::{CrossCoupling, Design, Pole};
+use kardan::results::{CrossCoupling, Design, Pole};
 
 /// Characters of a name beside or above the grid.
 const NAME: usize = 24;

@@ -1,4 +1,4 @@
-//! Report: one self-contained HTML file and SVG plots from [`results`](crate::results).
+//! Report: one self-contained HTML file and SVG plots from [`results`](kardan::results).
 //!
 //! Nothing physical is computed here. What is computed serves the eye only: extremes of plotted signals, thinning of
 //! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
@@ -36,7 +36,7 @@ mod thin;
 mod ticks;
 pub mod words;
 
-use crate::results::{Analysis, BenchStudy, Design, Identification, Study};
+use kardan::results::{Analysis, BenchStudy, Design, Identification, Study};
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub struct PlotFile {
 /// ```
 /// use kardan::results::{Plot, Study};
 /// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
-/// assert_eq!(kardan::report::plots(&study)[0].name, "rack-angle.svg");
+/// assert_eq!(kardan_report::plots(&study)[0].name, "rack-angle.svg");
 /// ```
 pub fn plots(study: &Study) -> Vec<PlotFile> {
     svg::plots(study)
@@ -70,7 +70,7 @@ pub fn plots(study: &Study) -> Vec<PlotFile> {
 /// escaped. Curves are thinned to about 4000 points and keep every extreme.
 ///
 /// ```
-/// let page = kardan::report::html(&kardan::results::Study::default());
+/// let page = kardan_report::html(&kardan::results::Study::default());
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn html(study: &Study) -> String {
@@ -83,7 +83,7 @@ pub fn html(study: &Study) -> String {
 /// [`html`] shows the same as one section where [`Study::analysis`] is there. Every text of the analysis is escaped.
 ///
 /// ```
-/// let page = kardan::report::analysis_html(&kardan::results::Analysis::default());
+/// let page = kardan_report::analysis_html(&kardan::results::Analysis::default());
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn analysis_html(analysis: &Analysis) -> String {
@@ -95,7 +95,7 @@ pub fn analysis_html(analysis: &Analysis) -> String {
 /// what runs in firmware. Warnings stand above everything. Every text of the design is escaped.
 ///
 /// ```
-/// let page = kardan::report::design_html(&kardan::results::Design::default());
+/// let page = kardan_report::design_html(&kardan::results::Design::default());
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn design_html(design: &Design) -> String {
@@ -106,7 +106,7 @@ pub fn design_html(design: &Design) -> String {
 /// torque, friction over speed, what cannot be told, tests of what is left over, validation, models compared, logs.
 ///
 /// ```
-/// let page = kardan::report::identification_html(&kardan::results::Identification::default());
+/// let page = kardan_report::identification_html(&kardan::results::Identification::default());
 /// assert!(page.starts_with("<!doctype html>"));
 /// ```
 pub fn identification_html(found: &Identification) -> String {

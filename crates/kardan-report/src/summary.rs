@@ -2,7 +2,7 @@
 
 use super::table::{Cell, section, table};
 use super::text::{escape, figure, unit};
-use crate::results::{ModelSummary, NamedMatrix, Pole};
+use kardan::results::{ModelSummary, NamedMatrix, Pole};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;

@@ -5,7 +5,7 @@ use super::curves::{self, Curve};
 use super::table::section;
 use super::text::{escape, json_array, json_number, json_string};
 use super::thin::thin;
-use crate::results::{Plot, Study};
+use kardan::results::{Plot, Study};
 
 const POINTS: usize = 4000;
 /// Zoom buttons beyond this number would only be in the way.

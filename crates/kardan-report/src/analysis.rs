@@ -6,7 +6,7 @@ use super::table::{Cell, section as framed, table};
 use super::tables::mark;
 use super::text::{escape, figure, powers, unit};
 use super::words;
-use crate::results::{
+use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, Factor, FailingMode, Loss, Mode, Placement, PlacementSearch, Sensitivity,
     Structure,
 };
@@ -130,7 +130,7 @@ pub(super) fn rows_of(headers: &[impl AsRef<str>], mut rows: Vec<Vec<Cell>>) -> 
 }
 
 fn class(class: &Class) -> String {
-    let assumption = |assumption: &crate::results::Assumption| {
+    let assumption = |assumption: &kardan::results::Assumption| {
         let breach = |(elements, why): &(Vec<&str>, &str)| {
             let elements: Vec<String> =
                 elements.iter().take(ROWS).map(|name| format!("<code>{}</code>", escape(name))).collect();
@@ -379,7 +379,7 @@ fn sets(search: &PlacementSearch, property: &str) -> String {
 }
 
 fn sensitivity(sensitivity: &Sensitivity) -> String {
-    let at = |search: &Option<crate::results::LossSearch>, name: &str, nominal: f64| {
+    let at = |search: &Option<kardan::results::LossSearch>, name: &str, nominal: f64| {
         let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
         let value = |loss: &Loss| loss.at.iter().find(|(other, _, _)| other == name).map_or(nominal, |(_, x, _)| *x);
         Cell::Number(loss.map_or("–".into(), |loss| number(value(loss))))
@@ -441,7 +441,7 @@ fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
             all => Cell::Number(all.join(", ")),
         }
     };
-    let row = |(k, bounds): (usize, &crate::results::EigenvalueBounds)| {
+    let row = |(k, bounds): (usize, &kardan::results::EigenvalueBounds)| {
         let mut row = Vec::new();
         if k == 0 {
             row.push(Cell::Head(basis.name.clone(), basis.bounds.len()));

@@ -1,7 +1,7 @@
 //! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
 
 use super::{html, plots};
-use crate::results::{example, *};
+use kardan::results::{example, *};
 
 const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
 

@@ -6,7 +6,7 @@ use super::summary::matrices;
 use super::table::{Cell, section};
 use super::text::{escape, figure, unit};
 use super::words::identification as said;
-use crate::results::Identification;
+use kardan::results::Identification;
 
 fn number(value: f64) -> String {
     figure(value, 5)
@@ -116,7 +116,7 @@ fn damping(found: &Identification) -> String {
 }
 
 fn logs(found: &Identification) -> String {
-    let one = |log: &crate::results::LogRead| {
+    let one = |log: &kardan::results::LogRead| {
         let rows = said::channels(log, number).into_iter().map(|[name, units, signal, time, noise]| {
             vec![
                 Cell::Head(name, 1),

@@ -4,7 +4,7 @@ use super::curves::{clock, variant_label};
 use super::table::{Cell, section, table};
 use super::text::{Clock, escape, figure, unit};
 use super::words;
-use crate::results::{Energy, Event, MotorStrain, Outcome, Run, Signal, Study};
+use kardan::results::{Energy, Event, MotorStrain, Outcome, Run, Signal, Study};
 
 /// More events of one variant are counted, not listed.
 const EVENTS: usize = 300;

@@ -1,7 +1,7 @@
 //! What a plot shows: which signals of which runs, under which name, in which style.
 
 use super::text::Clock;
-use crate::results::{Physical, Plot, Run, Signal, Study};
+use kardan::results::{Physical, Plot, Run, Signal, Study};
 
 /// The colours of curves on white: Okabe and Ito's, chosen to stay apart for colour-blind readers.
 pub(super) const ON_WHITE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"];

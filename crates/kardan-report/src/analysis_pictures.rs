@@ -4,7 +4,7 @@ use super::curves::ON_WHITE;
 use super::text::{escape, figure};
 use super::ticks;
 use super::words;
-use crate::results::{EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, Zeros};
+use kardan::results::{EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, Zeros};
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;

@@ -1,96 +1,14 @@
 //! A design in sentences.
 
 use super::{Figures, list, pairs, percent, polynomial};
-use crate::results::{
+use kardan::results::{
     Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole, Robustness,
-    Spread, TorquePeak, TransferEntry, ZeroDynamics,
+    Exploration, Feedback, Flatness, HiddenMotion, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole,
+    Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
-
-/// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it), nothing grows, and it is not hardly
-/// stable.
-pub fn verdict(design: &Design) -> (bool, String) {
-    let impossible = design.decouplability.possible == Feedback::Impossible;
-    let in_blocks = design.blocks_decoupled == Some(true) && design.decouplability.blocks.len() > 1;
-    let (decoupled, first) = match (design.decoupled, design.feedback) {
-        (Some(false), _) if in_blocks => (true, "Decoupled in blocks by static state feedback"),
-        (Some(true), Some(Feedback::Static)) => (true, "Decoupled by static state feedback"),
-        (Some(true), Some(Feedback::Block)) => (true, "Decoupled in blocks by static state feedback"),
-        (Some(true), Some(Feedback::Dynamic)) => (true, "Decoupled by dynamic state feedback"),
-        (Some(true), _) => (true, "Decoupled"),
-        (Some(false), _) => (false, "Not decoupled"),
-        (None, _) if impossible => (false, "The outputs cannot be decoupled"),
-        (None, _) => (true, "Designed; it is not claimed to decouple"),
-    };
-    let claimed = first.starts_with("Decoupled");
-    let first = if claimed { format!("{first}, {}", proven(design)) } else { first.to_string() };
-    let own = design.passage.as_ref().map(|found| there(found, claimed)).unwrap_or_default();
-    let decoupled = decoupled && design.passage.as_ref().is_none_or(|found| !claimed || found.acceptable());
-    let grows = design.closed_loop_poles.iter().any(|&pole| motion(pole, design) == Motion::Grows);
-    let hidden = match zeros(&design.zero_dynamics) {
-        _ if !design.cancels_zeros => "",
-        Zeros::Unknown => "",
-        Zeros::None => "; no zero dynamics",
-        Zeros::Some if design.zero_dynamics.stable => "; the zero dynamics are stable",
-        Zeros::Some => "; the zero dynamics are not stable",
-    };
-    // A law that does not invert the plant leaves its zeros alone.
-    let stable = !design.cancels_zeros || design.zero_dynamics.stable || zeros(&design.zero_dynamics) != Zeros::Some;
-    let sampled = design.margins.as_ref().filter(|margins| margins.sample_time.is_some());
-    let loop_ = match sampled {
-        Some(margins) if margins.stable == Some(false) => "; at its sample time the loop is unstable",
-        _ if grows && design.exact_poles => "; the closed loop is unstable",
-        _ if grows => "; the closed loop is unstable, as floating point tells",
-        Some(Margins { stable: None, .. }) => "; whether it is stable at its sample times is not known",
-        Some(Margins { hardly: true, .. }) => "; stable at its sample time, but hardly",
-        Some(_) => "; stable at its sample time",
-        None => match &design.margins {
-            Some(Margins { stable: Some(false), .. }) => "; in continuous time the loop is unstable",
-            Some(Margins { stable: None, .. }) => "; whether it is stable in continuous time is not known",
-            Some(Margins { hardly: true, .. }) => "; stable in continuous time, but hardly",
-            Some(_) => "; stable in continuous time",
-            None => "",
-        },
-    };
-    let grows = grows || design.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
-    let strained = design.strains.iter().any(|found| found.strain.strained());
-    let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
-    let warnings = match design.warnings.len() {
-        0 => String::new(),
-        1 => "; 1 warning".into(),
-        many => format!("; {many} warnings"),
-    };
-    let grows = grows || design.passage.as_ref().is_some_and(|found| !found.stable);
-    let early = design.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
-    let hardly = design.margins.as_ref().is_some_and(|margins| margins.hardly);
-    let good = decoupled && stable && !grows && !hardly && design.unfinished.is_none();
-    (good, format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}."))
-}
-
-/// How far the proof reaches: `proven exactly`, with its conditions.
-fn proven(design: &Design) -> &'static str {
-    match (&design.passage, &design.observer) {
-        (None, None) => "proven exactly",
-        (None, Some(_)) => "proven exactly for the true state",
-        (Some(_), None) => "proven exactly for the linear design model",
-        (Some(_), Some(_)) => "proven exactly for the linear design model and the true state",
-    }
-}
-
-/// What the loop with the parameters of the variant does, as a part of a sentence.
-fn there(found: &Passage, claimed: bool) -> String {
-    let how =
-        if found.turned.is_empty() { "with the parameters of the variant" } else { "where the variant's joints stand" };
-    match found.worst() {
-        _ if !found.stable => format!("; {how} the loop is unstable"),
-        Some(worst) if claimed && worst.largest > worst.acceptable => format!("; {how} it is coupled"),
-        Some(_) if claimed => format!("; {how} the coupling is acceptable"),
-        _ => String::new(),
-    }
-}
 
 /// The loop with the parameters of the variant, one sentence each.
 pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
@@ -419,28 +337,12 @@ pub fn matrix_title(matrix: &ExactMatrix) -> String {
     }
 }
 
-#[derive(PartialEq)]
-enum Zeros {
-    /// It was not asked.
-    Unknown,
-    None,
-    Some,
-}
-
-fn zeros(zeros: &ZeroDynamics) -> Zeros {
-    match zeros.polynomial.as_str() {
-        "" if zeros.modes.is_empty() => Zeros::Unknown,
-        "" | "1" if zeros.modes.is_empty() => Zeros::None,
-        _ => Zeros::Some,
-    }
-}
-
 /// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
 pub fn zero_dynamics(found: &ZeroDynamics) -> Vec<String> {
-    match zeros(found) {
-        Zeros::Unknown => vec![],
-        Zeros::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
-        Zeros::Some => {
+    match found.kind() {
+        HiddenMotion::Unknown => vec![],
+        HiddenMotion::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
+        HiddenMotion::Some => {
             let of =
                 if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
             let verdict = if found.stable {
@@ -450,32 +352,6 @@ pub fn zero_dynamics(found: &ZeroDynamics) -> Vec<String> {
             };
             vec![format!("Motions that go on while the outputs are held still{of}."), verdict.into()]
         }
-    }
-}
-
-/// What becomes of a motion of the closed loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
-    /// It dies out.
-    Decays,
-    /// It stays: exactly on the imaginary axis.
-    Stays,
-    /// It grows.
-    Grows,
-    /// Not decided: as near to the axis as floating point may be off.
-    Unknown,
-}
-
-/// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a
-/// millionth of the fastest one around the axis, where rounding puts multiple poles at zero.
-pub fn motion(pole: Pole, design: &Design) -> Motion {
-    let fastest = design.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
-    let unsure = if design.exact_poles { 0.0 } else { 1e-6 * fastest };
-    match pole.0 {
-        re if re < -unsure => Motion::Decays,
-        re if re > unsure => Motion::Grows,
-        _ if design.exact_poles => Motion::Stays,
-        _ => Motion::Unknown,
     }
 }
 
@@ -673,8 +549,8 @@ pub fn share(value: f64, figures: Figures) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::text::figure;
-    use crate::results::{ZeroMode, example};
+    use crate::text::figure;
+    use kardan::results::{ZeroMode, example};
 
     const FIGURES: Figures = |value| figure(value, 5);
 

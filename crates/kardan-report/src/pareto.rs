@@ -2,7 +2,7 @@
 
 use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::text::{escape, figure, unit};
-use crate::results::{Alternative, Exploration};
+use kardan::results::{Alternative, Exploration};
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 14.0;
