@@ -2,15 +2,10 @@
 //!
 //! All that touches files, terminal and processes is here; the library is pure.
 
-mod analysis_text;
 mod args;
-mod bench_text;
 mod commands;
-mod design_text;
 mod fault;
-mod identify_text;
 mod input;
-mod layout;
 mod output;
 mod panics;
 mod progress;

@@ -18,7 +18,7 @@ fn whole_study_with_report(bencher: Bencher) {
     bencher.bench(|| {
         let study = study::run(steering(), &study::Settings::default(), &study::Silent).expect("the model is right");
         let tables: Vec<Vec<u8>> = study.runs.iter().map(export::csv).collect();
-        (report::html(&study), report::plots(&study), tables)
+        (report::study(&study).html(), report::plots(&study), tables)
     });
 }
 
@@ -26,5 +26,5 @@ fn whole_study_with_report(bencher: Bencher) {
 #[divan::bench]
 fn report_and_plots(bencher: Bencher) {
     let study = study::run(steering(), &study::Settings::default(), &study::Silent).expect("the model is right");
-    bencher.bench(|| (report::html(&study), report::plots(&study)));
+    bencher.bench(|| (report::study(&study).html(), report::plots(&study)));
 }

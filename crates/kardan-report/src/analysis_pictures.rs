@@ -1,6 +1,7 @@
 //! The pictures of an analysis: drawn in the page's own colours, so that they follow it into the dark and onto paper.
 
 use super::curves::ON_WHITE;
+use super::model::Picture;
 use super::text::{escape, figure};
 use super::ticks;
 use super::words;
@@ -51,8 +52,8 @@ pub(super) fn cut(text: &str, length: usize) -> String {
     text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
 }
 
-pub(super) fn figure_of(title: &str, body: &str, caption: &str) -> String {
-    format!("<figure class=\"analysis\">\n<h3>{title}</h3>\n{body}<figcaption>{caption}</figcaption>\n</figure>\n")
+pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
+    Picture { title: title.into(), drawing: drawing.into(), caption: caption.into() }
 }
 
 /// An axis through zero; logarithmic away from zero where the values span more than two powers of ten.
@@ -118,7 +119,7 @@ fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
 }
 
 /// Poles and zeros in the complex plane.
-pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
+pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     let mut poles = Vec::new();
     for mode in modes.iter().filter(|mode| mode.eigenvalue.0.is_finite() && mode.eigenvalue.1.is_finite()) {
         let (re, im) = mode.eigenvalue;
@@ -132,7 +133,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
         gather(&mut circles, (re, im), false, false);
     }
     if poles.is_empty() && circles.is_empty() {
-        return String::new();
+        return None;
     }
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
     let mut body = plane.frame("eigenvalues here grow");
@@ -164,7 +165,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> String {
         at += 50.0 + 6.2 * label.len() as f64;
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
-    figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption()))
+    Some(figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption())))
 }
 
 /// The complex plane with its axes.
@@ -268,7 +269,7 @@ fn heading(k: usize, mode: &Mode) -> String {
 }
 
 /// Mode shapes as bars: a row for each shaft, a column for each mode.
-pub(super) fn shapes(modes: &[Mode]) -> String {
+pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
     let mut names: Vec<&str> = Vec::new();
     for (name, _, _) in modes.iter().flat_map(|mode| &mode.shape) {
         if !names.contains(&name.as_str()) {
@@ -276,7 +277,7 @@ pub(super) fn shapes(modes: &[Mode]) -> String {
         }
     }
     if names.is_empty() {
-        return String::new();
+        return None;
     }
     let rows = &names[..names.len().min(SHAFTS)];
     let longest = rows.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(24);
@@ -319,7 +320,7 @@ pub(super) fn shapes(modes: &[Mode]) -> String {
     if names.len() > SHAFTS || modes.len() > MODES {
         caption += &format!(" At most {SHAFTS} shafts and {MODES} modes are drawn; the exported data have all.");
     }
-    figure_of("Mode shapes", &out, &caption)
+    Some(figure_of("Mode shapes", &out, &caption))
 }
 
 /// The elements that keep energy, in groups by its kind, each from the largest sum of shares.
@@ -353,12 +354,12 @@ fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
 }
 
 /// Where the energy of each mode is stored and lost, as stacked bars.
-pub(super) fn energies(modes: &[Mode]) -> String {
+pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
     let groups = groups(modes);
     let shown: Vec<(usize, &Mode)> =
         modes.iter().enumerate().filter(|(_, mode)| !mode.stored.is_empty()).take(MODES).collect();
     if shown.is_empty() || groups.iter().all(Vec::is_empty) {
-        return String::new();
+        return None;
     }
     let (left, width, row) = (110.0, 640.0, 44.0);
     let mut body = String::new();
@@ -391,7 +392,7 @@ pub(super) fn energies(modes: &[Mode]) -> String {
         legend(0, "Kinetic"),
         legend(1, "Potential")
     );
-    figure_of("Energy", &drawn, &caption)
+    Some(figure_of("Energy", &drawn, &caption))
 }
 
 /// One stacked bar at `(left, top, width, height)`: motion first, then springs, in the same order for every mode.
@@ -424,12 +425,12 @@ fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], 
 }
 
 /// The scores of the best sets of places as bars.
-pub(super) fn ranking(search: &PlacementSearch) -> String {
+pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     let sets = &search.sets[..search.sets.len().min(SETS)];
     let scores = || sets.iter().map(|set| set.score).filter(|score| *score > 0.0 && score.is_finite());
     let largest = scores().fold(0.0, f64::max);
     if largest <= 0.0 {
-        return String::new();
+        return None;
     }
     let smallest = scores().fold(largest, f64::min);
     let logarithmic = largest > 1000.0 * smallest;
@@ -452,19 +453,18 @@ pub(super) fn ranking(search: &PlacementSearch) -> String {
     body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
     let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
     let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
-    let note = if logarithmic { "<p class=\"hint\">The bars are logarithmic.</p>\n" } else { "" };
-    drawn + note
+    Some(figure_of("", &drawn, if logarithmic { "The bars are logarithmic." } else { "" }))
 }
 
 /// How far the next loss of structure is: what is proven, what is open, and where a loss was found.
-pub(super) fn margins(sensitivity: &Sensitivity) -> String {
+pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     let rows: Vec<(&str, &LossSearch)> =
         [("controllability", &sensitivity.controllability), ("observability", &sensitivity.observability)]
             .into_iter()
             .filter_map(|(what, search)| Some((what, search.as_ref().filter(|search| searched(search))?)))
             .collect();
     if rows.is_empty() {
-        return String::new();
+        return None;
     }
     let found = |search: &LossSearch| search.nearest.as_ref().map(|loss| loss.distance).filter(|d| d.is_finite());
     let farthest = rows.iter().map(|(_, s)| found(s).unwrap_or(0.0).max(s.proven_distance)).fold(1.0, f64::max);
@@ -500,13 +500,13 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> String {
     body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
     body += &text(x(1.0), top - 8.0, "middle", "tolerances");
     let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
-    figure_of(
+    Some(figure_of(
         "Distance to the nearest loss",
         &drawn,
         "Largest deviation of a parameter, in tolerances. <span class=\"entry\"><span class=\"swatch safe\"></span>proven: no \
          loss</span><span class=\"entry\"><span class=\"swatch undecided\"></span>undecided</span><span class=\"entry\"><span \
          class=\"swatch loss\"></span>a loss was found</span>",
-    )
+    ))
 }
 
 fn searched(search: &LossSearch) -> bool {

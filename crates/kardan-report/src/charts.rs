@@ -2,8 +2,8 @@
 
 use super::PlotFile;
 use super::curves::{self, Curve};
-use super::table::section;
-use super::text::{escape, json_array, json_number, json_string};
+use super::model::Chart;
+use super::text::{json_array, json_number, json_string};
 use super::thin::thin;
 use kardan::results::{Plot, Study};
 
@@ -11,38 +11,15 @@ const POINTS: usize = 4000;
 /// Zoom buttons beyond this number would only be in the way.
 const MARKS: usize = 12;
 
-/// The section with all plots.
-pub(super) fn charts(study: &Study) -> String {
-    let mut body = String::from(
-        "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; all charts follow. Click a name \
-         in a legend to hide or show its curve.</p>\n",
-    );
-    let pictures = super::plots(study);
-    for (index, (plot, picture)) in study.plots.iter().zip(&pictures).enumerate() {
-        body += &figure(index, plot, picture);
+/// A plot with the picture that stands for it on paper; `index` is its place in the data.
+pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
+    Chart {
+        anchor: picture.name.trim_end_matches(".svg").into(),
+        title: if plot.title.is_empty() { plot.id.clone() } else { plot.title.clone() },
+        index,
+        svg: picture.svg.clone(),
+        caption: plot.caption.clone(),
     }
-    if study.plots.is_empty() {
-        body = "<p>The model file asks for no plots.</p>\n".into();
-    }
-    section("plots", "Plots", &body)
-}
-
-fn figure(index: usize, plot: &Plot, picture: &PlotFile) -> String {
-    let title = if plot.title.is_empty() { &plot.id } else { &plot.title };
-    let caption = if plot.caption.is_empty() {
-        String::new()
-    } else {
-        format!("<figcaption>{}</figcaption>\n", escape(&plot.caption))
-    };
-    format!(
-        "<figure id=\"plot-{anchor}\">\n<h3>{title}</h3>\n<div class=\"tools\" data-plot=\"{index}\"></div>\n\
-         <div class=\"chart\" data-plot=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
-         <div class=\"picture\">{svg}</div>\n{caption}</figure>\n",
-        anchor = escape(picture.name.trim_end_matches(".svg")),
-        title = escape(title),
-        // Inside HTML the namespace goes without saying.
-        svg = picture.svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1),
-    )
 }
 
 /// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",

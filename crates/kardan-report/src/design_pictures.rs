@@ -1,6 +1,7 @@
 //! The pictures of a design: poles of the closed loop, and what steps of one channel do to the others.
 
 use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
+use super::model::Picture;
 use super::text::{escape, figure, unit};
 use super::words::{self, design as said};
 use kardan::results::{CrossCoupling, Design, Pole};
@@ -17,12 +18,12 @@ fn finite(pole: Pole) -> bool {
 }
 
 /// The poles of the closed loop; those of the zero dynamics are ringed.
-pub(super) fn plane(design: &Design) -> String {
+pub(super) fn plane(design: &Design) -> Option<Picture> {
     let poles: Vec<(Pole, usize)> =
         said::joined(&design.closed_loop_poles).into_iter().filter(|(pole, _)| finite(*pole)).collect();
     let zeros: Vec<Pole> = design.zero_dynamics.modes.iter().map(|mode| mode.pole).filter(|&p| finite(p)).collect();
     if poles.is_empty() && zeros.is_empty() {
-        return String::new();
+        return None;
     }
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
@@ -53,7 +54,7 @@ pub(super) fn plane(design: &Design) -> String {
     }
     let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles of the closed loop in the complex plane", &body);
     let caption = format!("{} In the shaded half-plane motions grow; what does not decay is red.", plane.caption());
-    figure_of("Pole map", &drawn, &caption)
+    Some(figure_of("Pole map", &drawn, &caption))
 }
 
 fn cross(at: (f64, f64), decays: bool, times: usize, title: &str) -> String {
@@ -85,10 +86,10 @@ fn names<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
 }
 
 /// What a step of each reference (column) does to each output (row).
-pub(super) fn couplings(design: &Design) -> String {
+pub(super) fn couplings(design: &Design) -> Option<Picture> {
     let found = &design.cross_coupling;
     if found.is_empty() {
-        return String::new();
+        return None;
     }
     let (rows, columns) = (names(found.iter().map(|c| &c.output)), names(found.iter().map(|c| &c.reference)));
     let (outputs, references) = (&rows[..rows.len().min(CELLS)], &columns[..columns.len().min(CELLS)]);
@@ -121,7 +122,7 @@ pub(super) fn couplings(design: &Design) -> String {
     if rows.len() > CELLS || columns.len() > CELLS {
         caption += &format!(" At most {CELLS} rows and columns are drawn; the table has all.");
     }
-    figure_of("Peaks after steps", &drawn, &caption)
+    Some(figure_of("Peaks after steps", &drawn, &caption))
 }
 
 fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (f64, f64, f64, f64)) -> String {

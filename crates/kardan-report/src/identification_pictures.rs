@@ -2,6 +2,7 @@
 
 use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
 use super::frame::{Frame, LEFT, TOP, legend};
+use super::model::Picture;
 use super::text::{escape, figure};
 use kardan::results::{Found, Identification};
 
@@ -13,8 +14,8 @@ const LOGS: usize = 6;
 const CELLS: usize = 24;
 
 /// Torque measured and predicted without having seen it, over time, for each row and the first logs.
-pub(super) fn traces(found: &Identification) -> String {
-    let mut out = String::new();
+pub(super) fn traces(found: &Identification) -> Vec<Picture> {
+    let mut out = Vec::new();
     let several = found.logs.len() > 1;
     for trace in &found.traces {
         let mut logs: Vec<usize> = trace.points.iter().map(|point| point.0).collect();
@@ -34,22 +35,18 @@ pub(super) fn traces(found: &Identification) -> String {
                 trace.row.clone()
             };
             let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &title, &body);
-            out += &figure_of(
-                &escape(&title),
-                &drawn,
-                "The torque that the parameters asked for explain: what is measured less all \
-                                                that is taken from the file.",
-            );
+            let caption = "The torque that the parameters asked for explain: what is measured less all that is taken from the file.";
+            out.push(figure_of(&title, &drawn, caption));
         }
-        if logs.len() > LOGS {
-            out += &format!("<p class=\"hint\">{} more logs are in the fit.</p>\n", logs.len() - LOGS);
+        if let (true, Some(last)) = (logs.len() > LOGS, out.last_mut()) {
+            last.caption += &format!(" {} more logs are in the fit.", logs.len() - LOGS);
         }
     }
     out
 }
 
 /// Friction over speed.
-pub(super) fn curves(found: &Identification) -> String {
+pub(super) fn curves(found: &Identification) -> Vec<Picture> {
     let one = |curve: &kardan::results::FrictionCurve| {
         let all = curve.points.iter().chain(&curve.line).copied();
         let frame = Frame::new(all, WIDTH, HEIGHT);
@@ -58,37 +55,34 @@ pub(super) fn curves(found: &Identification) -> String {
         body += &frame.curve(curve.line.iter().copied(), 1, |before, now| before < 0.0 && now > 0.0);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
-        figure_of(&escape(&curve.element), &drawn, "Damping and friction of this element over its speed.")
+        figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")
     };
     found.curves.iter().filter(|curve| !curve.points.is_empty()).map(one).collect()
 }
 
 /// What is left over, over time.
-pub(super) fn residuals(found: &Identification) -> String {
+pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
     let one = |trace: &kardan::results::Trace| {
         let points: Vec<(f64, f64)> = trace.points.iter().map(|point| (point.1, point.2 - point.3)).collect();
         if points.iter().all(|point| !point.1.is_finite()) {
-            return String::new();
+            return None;
         }
         let frame = Frame::new(points.iter().copied(), WIDTH, 0.6 * HEIGHT);
         let mut body = frame.drawn("time, s", "residual, N m");
         body += &frame.dots(points.iter().copied(), 0, 3.4);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end(), &trace.row, &body);
-        figure_of(
-            &escape(&trace.row),
-            &drawn,
-            "Measured less predicted without having seen it, all logs upon each other.",
-        )
+        let caption = "Measured less predicted without having seen it, all logs upon each other.";
+        Some(figure_of(&trace.row, &drawn, caption))
     };
-    found.traces.iter().map(one).collect()
+    found.traces.iter().filter_map(one).collect()
 }
 
 /// The intervals, each by the value found; marks for the file's and the published value.
-pub(super) fn intervals(found: &Identification) -> String {
+pub(super) fn intervals(found: &Identification) -> Option<Picture> {
     let drawn = |one: &&Found| one.interval.0.is_finite() && one.value != 0.0;
     let rows: Vec<&Found> = found.parameters.iter().filter(drawn).collect();
     if rows.is_empty() {
-        return String::new();
+        return None;
     }
     let part = |one: &Found, x: f64| 100.0 * (x / one.value - 1.0) * one.value.signum().abs();
     let longest = rows.iter().map(|one| one.name.chars().count()).max().unwrap_or(0).min(32);
@@ -150,15 +144,15 @@ pub(super) fn intervals(found: &Identification) -> String {
         "Intervals of {} % confidence. Marks further than 100 % away are in the table only.",
         figure(100.0 * found.confidence, 4)
     );
-    figure_of("Intervals", &drawing, &caption)
+    Some(figure_of("Intervals", &drawing, &caption))
 }
 
 /// The correlations of the errors as cells.
-pub(super) fn correlation(found: &Identification) -> String {
+pub(super) fn correlation(found: &Identification) -> Option<Picture> {
     let names = &found.correlation.rows;
     let n = names.len();
     if !(2..=CELLS).contains(&n) {
-        return String::new();
+        return None;
     }
     let size = 34.0;
     let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(28);
@@ -193,5 +187,5 @@ pub(super) fn correlation(found: &Identification) -> String {
     }
     let width = left + size * n as f64 + CHARACTER * longest as f64 * 0.75 + 16.0;
     let drawn = drawing(width, top + size * n as f64 + 12.0, "correlations of the errors", &body);
-    figure_of("Correlations of the errors", &drawn, "Close to one: hardly told apart by these data.")
+    Some(figure_of("Correlations of the errors", &drawn, "Close to one: hardly told apart by these data."))
 }

@@ -1,34 +1,28 @@
-//! Report: one self-contained HTML file and SVG plots from [`results`](kardan::results).
+//! Presentation: what [`results`](kardan::results) say, as plain [`Page`]s, and those as HTML, as text and as Markdown.
 //!
 //! Nothing physical is computed here. What is computed serves the eye only: extremes of plotted signals, thinning of
 //! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
 //!
 //! ```text
-//! Study ─► curves (what is drawn, in which colour, under which name) ─┬─► svg      one picture for each plot
-//!                                                                    ├─► charts   the same, interactive
-//!                                                                    └─► tables, summary ─► page
-//! Analysis ─► words, analysis_pictures ─► analysis ─► page
-//! Design ─► words::design, design_pictures ─► design ─► page
-//! Identification ─► words::identification, identification_pictures ─► identification ─┬─► page
-//! BenchStudy ─► words::bench ─► bench ────────────────────────────────────────────────┘
+//! Analysis, Design, Identification, BenchStudy, Study ─► present (words, pictures, charts) ─► Page ─┬─► html
+//!                                                                                                  ├─► terminal
+//! Study ─► curves (what is drawn, in which colour, under which name) ─► svg                        └─► markdown
 //! ```
 
-mod analysis;
 mod analysis_pictures;
-mod bench;
+mod bench_pictures;
 mod charts;
 mod curves;
-mod design;
 mod design_pictures;
 mod frame;
-mod identification;
+mod html;
 mod identification_pictures;
-mod page;
+mod markdown;
+pub mod model;
 mod pareto;
-mod summary;
+mod present;
 mod svg;
-mod table;
-mod tables;
+mod terminal;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -36,7 +30,43 @@ mod thin;
 mod ticks;
 pub mod words;
 
-use kardan::results::{Analysis, BenchStudy, Design, Identification, Study};
+use kardan::results::Study;
+
+pub use model::Page;
+pub use present::analysis::page as analysis;
+pub use present::bench::{page as bench, plan};
+pub use present::design::page as design;
+pub use present::identification::page as identification;
+pub use present::study::page as study;
+
+impl Page {
+    /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content
+    /// policy forbids the rest. Every text is escaped. Where there are charts, pictures take their place on paper and without
+    /// JavaScript.
+    ///
+    /// ```
+    /// let page = kardan_report::study(&kardan::results::Study::default());
+    /// assert!(page.html().starts_with("<!doctype html>"));
+    /// ```
+    pub fn html(&self) -> String {
+        html::html(self)
+    }
+
+    /// Text in 100 columns for a terminal, without pictures and details; `origin` tells where it comes from, if it is known.
+    pub fn text(&self, origin: &str) -> String {
+        terminal::text(self, origin)
+    }
+
+    /// Markdown with tables, without pictures. Every text is escaped.
+    ///
+    /// ```
+    /// let page = kardan_report::design(&kardan::results::Design::default());
+    /// assert!(page.markdown().starts_with("# Design\n"));
+    /// ```
+    pub fn markdown(&self) -> String {
+        markdown::markdown(self)
+    }
+}
 
 /// A drawn plot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,61 +90,4 @@ pub struct PlotFile {
 /// ```
 pub fn plots(study: &Study) -> Vec<PlotFile> {
     svg::plots(study)
-}
-
-/// The study as one HTML file that opens offline: interactive charts, key figures, requirements, energy balance,
-/// events, the model with its laws and poles, notes and warnings.
-///
-/// Nothing is fetched: styles, scripts and data are inside, and the page's own content policy forbids the rest. On
-/// paper and without JavaScript the pictures of [`plots`] take the place of the charts. Every text of the study is
-/// escaped. Curves are thinned to about 4000 points and keep every extreme.
-///
-/// ```
-/// let page = kardan_report::html(&kardan::results::Study::default());
-/// assert!(page.starts_with("<!doctype html>"));
-/// ```
-pub fn html(study: &Study) -> String {
-    page::html(study)
-}
-
-/// An analysis of structure as one HTML file that opens offline and fetches nothing: class, reduction, modes with their
-/// shapes and energies, poles and zeros, ranks, least numbers, placement, sensitivity and certificate.
-///
-/// [`html`] shows the same as one section where [`Study::analysis`] is there. Every text of the analysis is escaped.
-///
-/// ```
-/// let page = kardan_report::analysis_html(&kardan::results::Analysis::default());
-/// assert!(page.starts_with("<!doctype html>"));
-/// ```
-pub fn analysis_html(analysis: &Analysis) -> String {
-    page::analysis_html(analysis)
-}
-
-/// A design as one HTML file that opens offline and fetches nothing: what was designed, whether the outputs can be
-/// decoupled, gains, channels, poles, zero dynamics, observer, the exact transfer matrix, cross coupling, flatness and
-/// what runs in firmware. Warnings stand above everything. Every text of the design is escaped.
-///
-/// ```
-/// let page = kardan_report::design_html(&kardan::results::Design::default());
-/// assert!(page.starts_with("<!doctype html>"));
-/// ```
-pub fn design_html(design: &Design) -> String {
-    page::design_html(design)
-}
-
-/// An identification as one HTML file that opens offline and fetches nothing: parameters with intervals, measured and predicted
-/// torque, friction over speed, what cannot be told, tests of what is left over, validation, models compared, logs.
-///
-/// ```
-/// let page = kardan_report::identification_html(&kardan::results::Identification::default());
-/// assert!(page.starts_with("<!doctype html>"));
-/// ```
-pub fn identification_html(found: &Identification) -> String {
-    page::identification_html(found)
-}
-
-/// A study on a virtual bench as one HTML file that opens offline and fetches nothing: each step in the simulation and on the bench side
-/// by side, what makes the two differ, parameters found beside true ones, the excitation, the identification and the design.
-pub fn bench_html(study: &BenchStudy) -> String {
-    page::bench_html(study)
 }

@@ -1,6 +1,7 @@
 //! The trade-off of designs as a picture: interaction over torque, both logarithmic.
 
 use super::analysis_pictures::{drawing, figure_of, line, text};
+use super::model::Picture;
 use super::text::{escape, figure, unit};
 use kardan::results::{Alternative, Exploration};
 
@@ -42,11 +43,11 @@ impl Axis {
 }
 
 /// The picture; empty without designs that can be drawn.
-pub(super) fn pareto(found: &Exploration) -> String {
+pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
     let drawn = |one: &&Alternative| one.interaction > 0.0 && one.torque > 0.0;
     let all: Vec<&Alternative> = found.designs.iter().filter(drawn).collect();
     let axes = (Axis::new(all.iter().map(|one| one.torque)), Axis::new(all.iter().map(|one| one.interaction)));
-    let (Some(across), Some(up)) = axes else { return String::new() };
+    let (Some(across), Some(up)) = axes else { return None };
     let place =
         |one: &Alternative| (LEFT + WIDTH * across.place(one.torque), TOP + HEIGHT * (1.0 - up.place(one.interaction)));
     let mut body = String::new();
@@ -130,7 +131,7 @@ pub(super) fn pareto(found: &Exploration) -> String {
         escape(&found.interaction),
         unit(&found.unit)
     );
-    figure_of("Interaction against torque", &drawn, &caption)
+    Some(figure_of("Interaction against torque", &drawn, &caption))
 }
 
 #[cfg(test)]
@@ -150,7 +151,7 @@ mod tests {
             designs: vec![one(1e-3, 0.7, true), one(2e-2, 0.2, true), one(0.5, 0.9, false)],
             ..Default::default()
         };
-        let page = pareto(&found);
+        let page = pareto(&found).unwrap().drawing;
         assert_eq!(page.matches("<title>").count(), 3);
         assert_eq!(page.matches("class=\"own\"").count(), 1);
         assert_eq!(page.matches("class=\"front\"").count(), 2);
@@ -159,8 +160,8 @@ mod tests {
 
     #[test]
     fn nothing_to_draw_gives_nothing() {
-        assert_eq!(pareto(&Exploration::default()), "");
+        assert_eq!(pareto(&Exploration::default()), None);
         let strange = Alternative { interaction: f64::NAN, torque: 0.0, ..Default::default() };
-        assert_eq!(pareto(&Exploration { designs: vec![strange], ..Default::default() }), "");
+        assert_eq!(pareto(&Exploration { designs: vec![strange], ..Default::default() }), None);
     }
 }

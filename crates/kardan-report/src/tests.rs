@@ -1,6 +1,6 @@
 //! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
 
-use super::{html, plots};
+use super::plots;
 use kardan::results::{example, *};
 
 const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
@@ -89,6 +89,11 @@ fn hostile() -> Study {
         analysis: None,
         designs: Vec::new(),
     }
+}
+
+/// The page of a study.
+fn html(study: &Study) -> String {
+    super::study(study).html()
 }
 
 /// The text between the tags, and a panic where tags do not nest or an attribute is not quoted. Enough XML for what
@@ -245,12 +250,12 @@ fn an_empty_study_gives_a_valid_page() {
 fn the_page_of_an_analysis_is_well_formed_and_fetches_nothing() {
     let analyses = [example::two_bodies(), example::train(), example::hostile(HOSTILE), Analysis::default()];
     for (k, analysis) in analyses.iter().enumerate() {
-        let page = super::analysis_html(analysis);
+        let page = super::analysis(analysis).html();
         texts(&page);
         for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
             assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
         }
-        assert_eq!(page, super::analysis_html(analysis), "the same analysis, the same bytes");
+        assert_eq!(page, super::analysis(analysis).html(), "the same analysis, the same bytes");
         let sections = page.matches("<section id=").count();
         assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
     }
@@ -258,7 +263,7 @@ fn the_page_of_an_analysis_is_well_formed_and_fetches_nothing() {
 
 #[test]
 fn the_page_of_an_analysis_shows_what_was_found() {
-    let bodies = super::analysis_html(&example::two_bodies());
+    let bodies = super::analysis(&example::two_bodies()).html();
     for text in [
         "Neither controllable (rank 3 of 4) nor observable",
         "all assumptions hold",
@@ -272,7 +277,7 @@ fn the_page_of_an_analysis_shows_what_was_found() {
     ] {
         assert!(bodies.contains(text), "{text:?} is missing");
     }
-    let train = super::analysis_html(&example::train());
+    let train = super::analysis(&example::train()).html();
     for text in [
         "Coulomb torque [N m]",
         "not minimum phase",
@@ -322,12 +327,12 @@ fn designs() -> [Design; 4] {
 #[test]
 fn the_page_of_a_design_is_well_formed_and_fetches_nothing() {
     for (k, design) in designs().iter().enumerate() {
-        let page = super::design_html(design);
+        let page = super::design(design).html();
         texts(&page);
         for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
             assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
         }
-        assert_eq!(page, super::design_html(design), "the same design, the same bytes");
+        assert_eq!(page, super::design(design).html(), "the same design, the same bytes");
         let sections = page.matches("<section id=").count();
         assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
     }
@@ -335,7 +340,7 @@ fn the_page_of_a_design_is_well_formed_and_fetches_nothing() {
 
 #[test]
 fn the_page_of_a_design_shows_what_was_designed() {
-    let steering = super::design_html(&example::decoupled_steering());
+    let steering = super::design(&example::decoupled_steering()).html();
     for text in [
         "Decoupled by static state feedback, proven exactly; the zero dynamics are stable; 1 warning.",
         "class=\"failure\"",
@@ -358,7 +363,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         assert!(steering.contains(text), "{text:?} is missing");
     }
     assert_eq!(steering.matches("<figure").count(), 2);
-    let train = super::design_html(&example::observed_train());
+    let train = super::design(&example::observed_train()).html();
     for text in [
         "Not decoupled; the closed loop is unstable; 2 warnings.",
         "✗ never",
@@ -380,9 +385,119 @@ fn the_page_of_a_design_shows_what_was_designed() {
 #[test]
 fn designs_are_sections_of_a_report() {
     let [steering, train, ..] = designs();
-    let sections = super::design::section(&steering, 0) + &super::design::section(&train, 1);
-    texts(&sections);
-    assert!(sections.contains("<section id=\"design-1\">\n<h2>Design of column</h2>"));
-    assert!(sections.contains("<h3 id=\"design-2-observer\">") && sections.contains("<h4>Pole map</h4>"));
-    assert_eq!(sections.matches("href=\"#design-").count(), sections.matches("<h3 id=\"design-").count());
+    let page = super::study(&Study { designs: vec![steering, train], ..hostile() }).html();
+    texts(&page);
+    assert!(page.contains("<section id=\"design-1\">\n<h2>Design of column</h2>"));
+    assert!(page.contains("<h3 id=\"design-2-observer\">") && page.contains("<h4>Pole map</h4>"));
+    assert_eq!(page.matches("href=\"#design-").count() - 2, page.matches("<h3 id=\"design-").count());
+}
+
+#[test]
+fn two_bodies_read_as_a_whole() {
+    let shown = super::analysis(&example::two_bodies()).text("built-in model two-bodies");
+    assert_eq!(shown, include_str!("text_two_bodies.txt"), "\n{shown}");
+}
+
+#[test]
+fn the_steering_reads_as_a_whole() {
+    let shown = super::design(&example::decoupled_steering()).text("built-in model sia-steering");
+    assert_eq!(shown, include_str!("text_steering.txt"), "\n{shown}");
+}
+
+/// Every page that the examples give.
+fn pages() -> Vec<super::Page> {
+    let analyses = [example::two_bodies(), example::train(), example::hostile(HOSTILE), Analysis::default()];
+    let analyses = analyses.iter().map(super::analysis);
+    analyses
+        .chain(designs().iter().map(super::design))
+        .chain([super::study(&hostile()), super::study(&Study::default())])
+        .collect()
+}
+
+#[test]
+fn lines_of_text_fit_and_have_no_control_characters() {
+    for page in pages() {
+        let hostile = page.text("here").contains("alert");
+        for line in page.text("here").lines() {
+            assert!(hostile || line.chars().count() <= 100, "{line}");
+            assert_eq!(line, line.trim_end());
+            assert!(!line.contains(char::is_control) && !line.contains("NaN"), "{line:?}");
+        }
+    }
+}
+
+#[test]
+fn the_text_cuts_long_lists_and_says_what_went_wrong() {
+    let together = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let shown = together(super::analysis(&example::train()).text("here"));
+    for part in [
+        "2 of 3 assumptions do not hold",
+        "by joint: its ratio depends on the angle of driver",
+        "rack_friction",
+        "stuck: a constraint here",
+        "… and 6 more; --json gives all",
+        "No set makes the model observable: no candidate shows driver",
+        "Some zeros lie in the right half-plane",
+        "at most 3.1e-17",
+        "nonlinear",
+        "The motion along joint - 2 rack has no inertia",
+        "z1 = 2 joint.w + rack.w",
+    ] {
+        assert!(shown.contains(part), "{part} missing in\n{shown}");
+    }
+    let shown = together(super::design(&example::observed_train()).text("here"));
+    for part in [
+        "Not decoupled; the closed loop is unstable",
+        "WARNING: The law cancels an unstable mode at 420 1/s.",
+        "wheel.w NEVER",
+        "with 2 integrators before motor - 2 wheel_motor",
+        "DOES NOT DECAY",
+        "NOT stable, decided exactly",
+        "WARNING: 420 1/s: unstable",
+        "0 (exact)",
+        "(-3/2 s)/(s^4 + 21 s^3",
+        "WARNING: Step of ref_torque by 1 rad: the run stopped at 0.3 s",
+        "not controllable: 0",
+    ] {
+        assert!(shown.contains(part), "{part} missing in\n{shown}");
+    }
+}
+
+/// The cells of a row of Markdown: a bar behind a backslash is none.
+fn bars(line: &str) -> usize {
+    line.replace("\\\\", "").replace("\\|", "").matches('|').count()
+}
+
+#[test]
+fn markdown_has_whole_tables_and_says_what_the_page_says() {
+    let mut tables = 0;
+    for page in pages() {
+        let text = page.markdown();
+        let lines: Vec<&str> = text.lines().collect();
+        for (k, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("| ---")) {
+            tables += 1;
+            let rows = lines[k - 1..].iter().take_while(|line| line.starts_with('|'));
+            let counts: Vec<usize> = rows.map(|line| bars(line)).collect();
+            assert!(counts.len() > 2 && counts.iter().all(|count| *count == counts[0]), "{line}: {counts:?}");
+            assert!(lines[k - 2].is_empty(), "a table begins after an empty line");
+        }
+        // What stands between backticks is shown as it is.
+        let loose = text.replace("\\`", "");
+        let loose = loose.lines().flat_map(|line| line.split('`').step_by(2));
+        assert!(loose.clone().all(|part| !part.replace("\\<", "").contains('<')), "markup of a name");
+        assert_eq!(text.matches("\n## ").count(), page.sections.len());
+    }
+    assert!(tables > 40, "{tables} tables");
+    let text = super::design(&example::decoupled_steering()).markdown();
+    for part in [
+        "# sia-steering: column\n",
+        "**Decoupled by static state feedback, proven exactly; the zero dynamics are stable; 1 warning.**",
+        "> **Warning:** The law cancels a mode at -93.636 ± 948.85 j 1/s",
+        "## Closed-loop poles",
+        "States (6): `rk.phi`, `fs.phi`, `cj.phi`, `rk.w`, `fs.w`, `cj.w`",
+        "| rk.phi | ✓ 0 (exact) |",
+        "−30.8100909",
+    ] {
+        assert!(text.contains(part), "{part} missing in\n{text}");
+    }
 }

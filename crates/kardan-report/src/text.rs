@@ -74,9 +74,10 @@ pub(super) fn unit(unit: &str) -> String {
 pub(super) fn powers(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut raised = false;
-    for character in text.chars() {
+    let mut rest = text.chars().peekable();
+    while let Some(character) = rest.next() {
         match character {
-            '^' => raised = true,
+            '^' if rest.peek().is_some_and(char::is_ascii_digit) => raised = true,
             digit if raised && digit.is_ascii_digit() => {
                 out.push(['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize]);
             }
@@ -152,7 +153,7 @@ mod tests {
         assert_eq!(Clock::until(2e-3).time(4.04e-4), "0.404 ms");
         assert_eq!(Clock::until(5e-5).time(1.25e-5), "12.5 µs");
         assert_eq!(Clock::until(0.0).time(f64::NAN), "–");
-        assert_eq!(powers("s^12 + 3 s^2 + 20"), "s¹² + 3 s² + 20");
+        assert_eq!(powers("s^12 + 3 s^2 + 20, e^-3"), "s¹² + 3 s² + 20, e^-3");
     }
 
     #[test]

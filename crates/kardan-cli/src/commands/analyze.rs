@@ -9,7 +9,6 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use super::{DONE, ERROR, told};
-use crate::analysis_text;
 use crate::args::AnalyzeArgs;
 use crate::input::{self, Origin, Source};
 use crate::output::{prepare_file, print, save};
@@ -33,13 +32,14 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was found, all of it or not.
 fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+    let page = report::analysis(analysis);
     if let Some(path) = &args.report {
-        save(path, report::analysis_html(analysis).as_bytes())?;
+        save(path, page.html().as_bytes())?;
     }
     if args.json {
         print(&(export::analysis_json(analysis) + "\n"))?;
     } else {
-        print(&analysis_text::text(analysis, origin))?;
+        print(&page.text(origin))?;
     }
     if let (Some(path), false) = (&args.report, quiet) {
         note(&format!("wrote {}", path.display()));

@@ -1,5 +1,6 @@
 //! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use kardan::diagnostics::{Diagnostic, Severity};
@@ -12,7 +13,6 @@ use super::identify::logs as opened;
 use super::run::table;
 use super::{DONE, ERROR};
 use crate::args::{BenchArgs, Format, Limits};
-use crate::bench_text;
 use crate::input::{self, Source};
 use crate::output::{Folder, print};
 use crate::progress::Bars;
@@ -110,9 +110,17 @@ fn told(
             None => export::bench_json(bench.name(), bench.plan(), bench.truth(), logs, bench.notes()),
         } + "\n";
     }
-    let plan = bench.plan().map(|plan| bench_text::plan(bench.name(), plan)).unwrap_or_default();
-    let told = found.map(bench_text::study).unwrap_or_default();
-    plan + &told + &bench_text::summary(bench.truth(), bench.notes(), files, SHOWN)
+    let page = match found {
+        Some(found) => report::bench(found),
+        None => report::plan(bench.name(), bench.plan(), bench.notes()),
+    };
+    let mut out = page.text("");
+    let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
+    files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
+    if files.len() > SHOWN {
+        let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
+    }
+    out
 }
 
 /// What is written, and what could not be.
@@ -149,8 +157,8 @@ impl Output {
         quiet: bool,
     ) -> Vec<WrittenLog> {
         let mut logs = Vec::new();
-        if let Some(plan) = bench.plan() {
-            self.keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes());
+        if let plan @ Some(_) = bench.plan() {
+            self.keep("plan", "txt", report::plan(bench.name(), plan, &[]).text("").as_bytes());
         }
         self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
         let bars = Bars::within(quiet, limits);
@@ -233,7 +241,7 @@ impl Output {
             closed_loop,
             notes,
         };
-        self.keep("report", "html", report::bench_html(&found).as_bytes());
+        self.keep("report", "html", report::bench(&found).html().as_bytes());
         Ok(Some(found))
     }
 }

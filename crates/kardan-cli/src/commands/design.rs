@@ -10,7 +10,6 @@ use kardan_report as report;
 
 use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};
-use crate::design_text;
 use crate::input;
 use crate::output::{prepare_files, print, save};
 use crate::progress::{Bars, because};
@@ -55,8 +54,9 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was designed, all of it or not.
 fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+    let page = report::design(design);
     if let Some(path) = &args.report {
-        save(path, report::design_html(design).as_bytes())?;
+        save(path, page.html().as_bytes())?;
     }
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;
@@ -64,7 +64,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     if args.json {
         print(&(export::design_json(design) + "\n"))?;
     } else {
-        print(&design_text::text(design, origin))?;
+        print(&page.text(origin))?;
     }
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));

@@ -80,7 +80,7 @@ fn write(study: &Study, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diag
                 Err(problem) => problems.push(problem),
             }
         }
-        match folder.write("report", "html", report::html(study).as_bytes()) {
+        match folder.write("report", "html", report::study(study).html().as_bytes()) {
             Ok(path) => files.report = Some(path),
             Err(problem) => problems.push(problem),
         }

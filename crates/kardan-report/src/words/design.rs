@@ -557,21 +557,21 @@ mod tests {
     #[test]
     fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
         let mut design = example::decoupled_steering();
-        assert!(verdict(&design).0);
+        assert!(design.verdict().0);
         design.feedback = None;
         design.warnings.clear();
-        assert_eq!(verdict(&design), (true, "Decoupled, proven exactly; the zero dynamics are stable.".into()));
+        assert_eq!(design.verdict(), (true, "Decoupled, proven exactly; the zero dynamics are stable.".into()));
         design.zero_dynamics.stable = false;
-        assert!(!verdict(&design).0);
+        assert!(!design.verdict().0);
         design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
         design.feedback = Some(Feedback::Block);
-        assert!(verdict(&design).1.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
+        assert!(design.verdict().1.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
         design.decoupled = None;
         design.decouplability.possible = Feedback::Impossible;
-        assert_eq!(verdict(&design), (false, "The outputs cannot be decoupled; no zero dynamics.".into()));
+        assert_eq!(design.verdict(), (false, "The outputs cannot be decoupled; no zero dynamics.".into()));
         assert_eq!(decouplability(&design)[0], "No state feedback decouples the outputs.");
         let plain = Design { law: "lqr".into(), ..Design::default() };
-        assert_eq!(verdict(&plain), (true, "Designed; it is not claimed to decouple.".into()));
+        assert_eq!(plain.verdict(), (true, "Designed; it is not claimed to decouple.".into()));
         assert!(decouplability(&plain).is_empty() && zero_dynamics(&plain.zero_dynamics).is_empty());
     }
 
