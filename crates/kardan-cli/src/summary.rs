@@ -92,7 +92,7 @@ fn variant(out: &mut String, run: &Run, signals: &[&Signal], files: &[String]) {
         writeln!(out, "  energy: input {input} J = stored {stored} + dissipated {dissipated} + residual {residual}");
     for requirement in &run.requirements {
         let verdict = if requirement.passed { "holds" } else { "FAILED" };
-        let measured = number(requirement.measured);
+        let measured = number(requirement.measured.unwrap_or(f64::NAN));
         let _ = writeln!(out, "  {verdict}: {} (measured {measured} {})", requirement.text, requirement.unit);
     }
     for note in &run.notes {

@@ -5,7 +5,10 @@ use super::model::Picture;
 use super::text::{escape, figure};
 use super::ticks;
 use super::words;
-use kardan::results::{EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, Zeros};
+use kardan::results::{
+    Complex, ElementShare, EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, ShapePart, StoredShare,
+    Zeros,
+};
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;
@@ -107,7 +110,7 @@ struct Point {
 }
 
 fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
-    let near = |point: &&mut Point| (point.at.0 - at.0).hypot(point.at.1 - at.1) <= 1e-9 * at.0.hypot(at.1);
+    let near = |point: &&mut Point| (point.at.re - at.re).hypot(point.at.im - at.im) <= 1e-9 * at.re.hypot(at.im);
     match points.iter_mut().find(near) {
         Some(point) => {
             point.times += 1;
@@ -121,16 +124,16 @@ fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
 /// Poles and zeros in the complex plane.
 pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     let mut poles = Vec::new();
-    for mode in modes.iter().filter(|mode| mode.eigenvalue.0.is_finite() && mode.eigenvalue.1.is_finite()) {
-        let (re, im) = mode.eigenvalue;
-        gather(&mut poles, (re, im), !mode.controllable, !mode.observable);
+    for mode in modes.iter().filter(|mode| mode.eigenvalue.re.is_finite() && mode.eigenvalue.im.is_finite()) {
+        let Complex { re, im } = mode.eigenvalue;
+        gather(&mut poles, Complex { re, im }, !mode.controllable, !mode.observable);
         if im != 0.0 {
-            gather(&mut poles, (re, -im), !mode.controllable, !mode.observable);
+            gather(&mut poles, Complex { re, im: -im }, !mode.controllable, !mode.observable);
         }
     }
     let mut circles = Vec::new();
-    for &(re, im) in zeros.values.iter().filter(|zero| zero.0.is_finite() && zero.1.is_finite()) {
-        gather(&mut circles, (re, im), false, false);
+    for &Complex { re, im } in zeros.values.iter().filter(|zero| zero.re.is_finite() && zero.im.is_finite()) {
+        gather(&mut circles, Complex { re, im }, false, false);
     }
     if poles.is_empty() && circles.is_empty() {
         return None;
@@ -152,7 +155,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
         body += &mark(plane.place(point.at), "pole", &title, point);
     }
     let below = plane.below();
-    let sample = |unreached, unseen| Point { at: (0.0, 0.0), times: 1, unreached, unseen };
+    let sample = |unreached, unseen| Point { at: Complex::default(), times: 1, unreached, unseen };
     let mut at = Plane::LEFT;
     for (kind, sample, label) in [
         ("pole", sample(false, false), "eigenvalue"),
@@ -186,8 +189,8 @@ impl Plane {
 
     /// Large enough for these points and their conjugates.
     pub(super) fn new(points: impl Iterator<Item = Pole> + Clone) -> Plane {
-        let real = Scale::new(&points.clone().map(|point| point.0).collect::<Vec<_>>(), 9);
-        let sizes: Vec<f64> = points.flat_map(|point| [point.1, -point.1]).collect();
+        let real = Scale::new(&points.clone().map(|point| point.re).collect::<Vec<_>>(), 9);
+        let sizes: Vec<f64> = points.flat_map(|point| [point.im, -point.im]).collect();
         let flat = sizes.iter().all(|size| *size == 0.0);
         let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
         Plane { real, imaginary, flat, height: if flat { 110.0 } else { 380.0 } }
@@ -195,7 +198,7 @@ impl Plane {
 
     /// Where a point lies in the picture.
     pub(super) fn place(&self, at: Pole) -> (f64, f64) {
-        (self.x(at.0), self.y(at.1))
+        (self.x(at.re), self.y(at.im))
     }
 
     fn x(&self, real: f64) -> f64 {
@@ -271,7 +274,7 @@ fn heading(k: usize, mode: &Mode) -> String {
 /// Mode shapes as bars: a row for each shaft, a column for each mode.
 pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
     let mut names: Vec<&str> = Vec::new();
-    for (name, _, _) in modes.iter().flat_map(|mode| &mode.shape) {
+    for ShapePart { name, .. } in modes.iter().flat_map(|mode| &mode.shape) {
         if !names.contains(&name.as_str()) {
             names.push(name);
         }
@@ -295,7 +298,7 @@ pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
             let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
             body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
             body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
-            for (name, re, im) in &mode.shape {
+            for ShapePart { name, value: Complex { re, im } } in &mode.shape {
                 let Some(i) = rows.iter().position(|row| row == name) else { continue };
                 let middle = top + row * (i as f64 + 0.5);
                 let title = format!("{name}: {} + {} j", figure(*re, 3), figure(*im, 3));
@@ -339,11 +342,11 @@ fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
         sums[found].2 += kinetic + potential;
     };
     for mode in modes {
-        for (element, kind, share) in &mode.stored {
+        for StoredShare { element, energy: kind, share } in &mode.stored {
             let potential = *kind == EnergyKind::Potential;
             add(element.as_str(), if potential { 0.0 } else { *share }, if potential { *share } else { 0.0 });
         }
-        mode.dissipated.iter().for_each(|(element, share)| add(element.as_str(), 1e-3 * share, 0.0));
+        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element.as_str(), 1e-3 * share, 0.0));
     }
     sums.sort_by(|a, b| b.2.total_cmp(&a.2));
     let of = |potential: bool| {
@@ -367,9 +370,9 @@ pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
         let y = row * line as f64 + 6.0;
         let class = if mode.controllable && mode.observable { "end" } else { "end failing" };
         body += &text(left - 10.0, y + 15.0, class, &heading(*k, mode));
-        let stored = mode.stored.iter().map(|(element, _, share)| (element.as_str(), *share));
+        let stored = mode.stored.iter().map(|StoredShare { element, share, .. }| (element.as_str(), *share));
         body += &stack((left, y, width, 22.0), &stored.collect::<Vec<_>>(), &groups);
-        let lost = mode.dissipated.iter().map(|(element, share)| (element.as_str(), *share));
+        let lost = mode.dissipated.iter().map(|ElementShare { element, share }| (element.as_str(), *share));
         body += &stack((left, y + 25.0, width, 6.0), &lost.collect::<Vec<_>>(), &groups);
     }
     let height = row * shown.len() as f64 + 2.0;

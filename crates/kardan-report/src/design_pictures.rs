@@ -4,7 +4,7 @@ use super::analysis_pictures::{CHARACTER, Plane, cut, drawing, figure_of, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
 use super::words::{self, design as said};
-use kardan::results::{CrossCoupling, Design, Pole};
+use kardan::results::{Complex, CrossCoupling, Design, Pole};
 
 /// Characters of a name beside or above the grid.
 const NAME: usize = 24;
@@ -14,7 +14,7 @@ const CELLS: usize = 10;
 const FAINTEST: f64 = 1e-6;
 
 fn finite(pole: Pole) -> bool {
-    pole.0.is_finite() && pole.1.is_finite()
+    pole.re.is_finite() && pole.im.is_finite()
 }
 
 /// The poles of the closed loop; those of the zero dynamics are ringed.
@@ -28,20 +28,21 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     let all = poles.iter().map(|(pole, _)| *pole).chain(zeros.iter().copied());
     let plane = Plane::new(all);
     let mut body = plane.frame("poles here grow");
-    let both = |pole: Pole| [Some(pole), (pole.1 != 0.0).then_some((pole.0, -pole.1))].into_iter().flatten();
+    let both =
+        |pole: Pole| [Some(pole), (pole.im != 0.0).then_some(Complex::new(pole.re, -pole.im))].into_iter().flatten();
     for &(pole, times) in &poles {
         let owner = said::owner(pole, design);
         let of = if owner.is_empty() { owner } else { format!(" ({owner})") };
         let title = format!("pole {}{of}", words::pair(pole, |value| figure(value, 5)));
         // Of a pair close to the real axis the two counts would lie upon each other.
         for (at, times) in both(pole).zip([times, 1]) {
-            body += &cross(plane.place(at), at.0 < 0.0, times, &title);
+            body += &cross(plane.place(at), at.re < 0.0, times, &title);
         }
     }
     for &pole in &zeros {
         let title = format!("zero dynamics {}", words::pair(pole, |value| figure(value, 5)));
         for at in both(pole) {
-            body += &ring(plane.place(at), at.0 < 0.0, &title);
+            body += &ring(plane.place(at), at.re < 0.0, &title);
         }
     }
     let below = plane.below();
@@ -130,14 +131,15 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
         None => ("empty", 1.0, "–".into(), String::new()),
         Some(CrossCoupling { failure: Some(_), .. }) => ("empty", 1.0, "the run failed".into(), String::new()),
         Some(found) => {
-            let peak = format!("{} {}", figure(found.peak, 3), unit(&found.unit)).trim_end().to_owned();
+            let peak =
+                format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
             let share = said::relative(found, &design.cross_coupling);
             let second = share
                 .map_or(String::new(), |share| format!("{} of its own", said::share(share, |value| figure(value, 2))));
             match (found.own, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),
-                (false, None) => ("coupled", if found.peak == 0.0 { 0.0 } else { 0.25 }, peak, second),
+                (false, None) => ("coupled", if found.peak == Some(0.0) { 0.0 } else { 0.25 }, peak, second),
             }
         }
     };

@@ -39,9 +39,9 @@ pub(super) fn html(page: &Page) -> String {
     let paragraphs = page.description.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty());
     let description: String =
         paragraphs.map(|text| format!("<p class=\"description\">{}</p>\n", escape(text.trim()))).collect();
-    let verdict = page.verdict.as_ref().map_or(String::new(), |(good, verdict)| {
-        let class = if *good { "good" } else { "bad" };
-        format!("<p class=\"verdict {class}\">{}</p>\n", escape(verdict))
+    let verdict = page.verdict.as_ref().map_or(String::new(), |verdict| {
+        let class = if verdict.sound { "good" } else { "bad" };
+        format!("<p class=\"verdict {class}\">{}</p>\n", escape(&verdict.text))
     });
     let alerts = page.alerts.iter().map(|alert| {
         let (kind, text) = (escape(&alert.kind), escape(&alert.text));

@@ -4,7 +4,7 @@ use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::model::Picture;
 use super::text::{escape, figure};
-use kardan::results::{Found, Identification};
+use kardan::results::{Found, FrictionPoint, Identification, Interval};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
@@ -18,15 +18,15 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
     let mut out = Vec::new();
     let several = found.logs.len() > 1;
     for trace in &found.traces {
-        let mut logs: Vec<usize> = trace.points.iter().map(|point| point.0).collect();
+        let mut logs: Vec<usize> = trace.points.iter().map(|point| point.log).collect();
         logs.dedup();
         for &log in logs.iter().take(LOGS) {
-            let own: Vec<_> = trace.points.iter().filter(|point| point.0 == log).collect();
-            let both = own.iter().flat_map(|point| [(point.1, point.2), (point.1, point.3)]);
+            let own: Vec<_> = trace.points.iter().filter(|point| point.log == log).collect();
+            let both = own.iter().flat_map(|point| [(point.time, point.measured), (point.time, point.predicted)]);
             let frame = Frame::new(both, WIDTH, HEIGHT);
             let mut body = frame.drawn("time, s", "torque, N m");
-            body += &frame.dots(own.iter().map(|point| (point.1, point.2)), 0, 4.0);
-            body += &frame.dots(own.iter().map(|point| (point.1, point.3)), 1, 2.0);
+            body += &frame.dots(own.iter().map(|point| (point.time, point.measured)), 0, 4.0);
+            body += &frame.dots(own.iter().map(|point| (point.time, point.predicted)), 1, 2.0);
             body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured"), (1, "predicted, not having seen it")]);
             let title = if several {
                 let name = found.logs.get(log).map_or("", |log| log.name.as_str());
@@ -48,11 +48,13 @@ pub(super) fn traces(found: &Identification) -> Vec<Picture> {
 /// Friction over speed.
 pub(super) fn curves(found: &Identification) -> Vec<Picture> {
     let one = |curve: &kardan::results::FrictionCurve| {
-        let all = curve.points.iter().chain(&curve.line).copied();
-        let frame = Frame::new(all, WIDTH, HEIGHT);
+        let places =
+            |points: &[FrictionPoint]| points.iter().map(|point| (point.speed, point.torque)).collect::<Vec<_>>();
+        let (points, line) = (places(&curve.points), places(&curve.line));
+        let frame = Frame::new(points.iter().chain(&line).copied(), WIDTH, HEIGHT);
         let mut body = frame.drawn("speed, rad/s", "friction torque, N m");
-        body += &frame.dots(curve.points.iter().copied(), 0, 3.4);
-        body += &frame.curve(curve.line.iter().copied(), 1, |before, now| before < 0.0 && now > 0.0);
+        body += &frame.dots(points.into_iter(), 0, 3.4);
+        body += &frame.curve(line.into_iter(), 1, |before, now| before < 0.0 && now > 0.0);
         body += &legend(LEFT, frame.end() + 10.0, &[(0, "measured, less all other terms"), (1, "as found")]);
         let drawn = drawing(LEFT + WIDTH + 16.0, frame.end() + 22.0, &curve.element, &body);
         figure_of(&curve.element, &drawn, "Damping and friction of this element over its speed.")
@@ -63,7 +65,8 @@ pub(super) fn curves(found: &Identification) -> Vec<Picture> {
 /// What is left over, over time.
 pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
     let one = |trace: &kardan::results::Trace| {
-        let points: Vec<(f64, f64)> = trace.points.iter().map(|point| (point.1, point.2 - point.3)).collect();
+        let points: Vec<(f64, f64)> =
+            trace.points.iter().map(|point| (point.time, point.measured - point.predicted)).collect();
         if points.iter().all(|point| !point.1.is_finite()) {
             return None;
         }
@@ -79,17 +82,23 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
 
 /// The intervals, each by the value found; marks for the file's and the published value.
 pub(super) fn intervals(found: &Identification) -> Option<Picture> {
-    let drawn = |one: &&Found| one.interval.0.is_finite() && one.value != 0.0;
-    let rows: Vec<&Found> = found.parameters.iter().filter(drawn).collect();
+    let drawn = |one: &'_ Found| one.value.filter(|value| *value != 0.0).zip(one.interval);
+    let rows: Vec<(&Found, f64, Interval)> =
+        found.parameters.iter().filter_map(|one| drawn(one).map(|(value, interval)| (one, value, interval))).collect();
     if rows.is_empty() {
         return None;
     }
-    let part = |one: &Found, x: f64| 100.0 * (x / one.value - 1.0) * one.value.signum().abs();
-    let longest = rows.iter().map(|one| one.name.chars().count()).max().unwrap_or(0).min(32);
+    let part = |value: f64, x: f64| 100.0 * (x / value - 1.0) * value.signum().abs();
+    let longest = rows.iter().map(|(one, ..)| one.name.chars().count()).max().unwrap_or(0).min(32);
     let left = 20.0 + CHARACTER * longest as f64;
-    let ends = rows.iter().flat_map(|one| {
-        let other = |x: Option<f64>| x.map(|x| part(one, x)).filter(|x| x.abs() < 100.0);
-        [Some(part(one, one.interval.0)), Some(part(one, one.interval.1)), other(one.before), other(one.published)]
+    let ends = rows.iter().flat_map(|(one, value, interval)| {
+        let other = |x: Option<f64>| x.map(|x| part(*value, x)).filter(|x| x.abs() < 100.0);
+        [
+            Some(part(*value, interval.lower)),
+            Some(part(*value, interval.upper)),
+            other(one.before),
+            other(one.published),
+        ]
     });
     let ends: Vec<(f64, f64)> = ends.flatten().map(|x| (x.clamp(-200.0, 200.0), 0.0)).collect();
     let height = 26.0 * rows.len() as f64;
@@ -105,16 +114,16 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
         body += &text(at, bottom + 18.0, "middle", &frame.across.label(tick));
     }
     body += &text(left + frame.width / 2.0, bottom + 38.0, "middle", "difference from the value found, % of it");
-    for (k, one) in rows.iter().enumerate() {
+    for (k, (one, value, interval)) in rows.into_iter().enumerate() {
         let y = TOP + 26.0 * k as f64 + 13.0;
-        let at = |x: f64| frame.place((part(one, x), 0.0)).0;
-        let (a, b) = (at(one.interval.0), at(one.interval.1));
+        let at = |x: f64| frame.place((part(value, x), 0.0)).0;
+        let (a, b) = (at(interval.lower), at(interval.upper));
         let title = format!(
             "{}: {} ({} … {}) {}",
             one.name,
-            figure(one.value, 6),
-            figure(one.interval.0, 6),
-            figure(one.interval.1, 6),
+            figure(value, 6),
+            figure(interval.lower, 6),
+            figure(interval.upper, 6),
             one.unit
         );
         body += &text(left - 10.0, y + 4.0, "end", &cut(&one.name, 32));
@@ -124,9 +133,9 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
             escape(&title),
             y - 5.0,
             y - 5.0,
-            at(one.value)
+            at(value)
         );
-        let mark = |x: Option<f64>, colour: usize, shape: &str| match x.filter(|x| part(one, *x).abs() < 100.0) {
+        let mark = |x: Option<f64>, colour: usize, shape: &str| match x.filter(|x| part(value, *x).abs() < 100.0) {
             Some(x) => format!(
                 "<path transform=\"translate({:.1} {y:.1})\" d=\"{shape}\" fill=\"none\" stroke=\"var(--curve-{colour})\" \
                  stroke-width=\"2\"/>\n",

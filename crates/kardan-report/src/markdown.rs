@@ -15,8 +15,8 @@ pub(super) fn markdown(page: &Page) -> String {
     for paragraph in page.description.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty()) {
         out += &format!("\n{}\n", escape(paragraph));
     }
-    if let Some((_, verdict)) = &page.verdict {
-        out += &format!("\n**{}**\n", escape(verdict));
+    if let Some(verdict) = &page.verdict {
+        out += &format!("\n**{}**\n", escape(&verdict.text));
     }
     for alert in &page.alerts {
         out += &format!("\n> **{}:** {}\n", escape(&alert.kind), escape(&alert.text));

@@ -4,7 +4,7 @@
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
 use super::text::figure;
-use kardan::results::{ExactMatrix, NamedMatrix};
+use kardan::results::{ExactMatrix, NamedMatrix, Verdict};
 
 /// A page.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Page {
     /// Paragraphs below the title, with empty lines between.
     pub description: String,
     /// Whether it is good, and why.
-    pub verdict: Option<(bool, String)>,
+    pub verdict: Option<Verdict>,
     /// What nobody may overlook.
     pub alerts: Vec<Alert>,
     /// What there is to say, in order.
@@ -230,6 +230,12 @@ impl From<f64> for Cell {
     }
 }
 
+impl From<Option<f64>> for Cell {
+    fn from(value: Option<f64>) -> Self {
+        Cell::from(value.unwrap_or(f64::NAN))
+    }
+}
+
 impl From<usize> for Cell {
     fn from(count: usize) -> Self {
         Cell::Text(count.to_string())
@@ -367,8 +373,8 @@ impl Page {
     /// The whole page as a section of another one; `hint` says whose it is.
     pub(super) fn within(self, anchor: &str, title: &str, hint: &str) -> Section {
         let mut body = Body::default();
-        if let Some((good, verdict)) = self.verdict {
-            body = body.judge(good, verdict);
+        if let Some(Verdict { sound, text }) = self.verdict {
+            body = body.judge(sound, text);
         }
         for alert in self.alerts {
             body = body.judge(false, format!("{}: {}", alert.kind, alert.text));

@@ -21,8 +21,8 @@ pub(super) fn text(page: &Page, origin: &str) -> String {
         sentence(&mut out, first);
     }
     out.push('\n');
-    if let Some((_, verdict)) = &page.verdict {
-        sentence(&mut out, verdict);
+    if let Some(verdict) = &page.verdict {
+        sentence(&mut out, &verdict.text);
     }
     for alert in &page.alerts {
         sentence(&mut out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text));

@@ -1,7 +1,7 @@
 //! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
 
 use super::plots;
-use kardan::results::{example, *};
+use kardan::results::{Complex, ElementSummary, Span, example, *};
 
 const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
 
@@ -30,7 +30,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
         outcome: Outcome::Completed,
         requirements: vec![RequirementResult {
             text: HOSTILE.into(),
-            measured: f64::NAN,
+            measured: None,
             unit: "rad".into(),
             passed: false,
         }],
@@ -39,7 +39,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             motor: HOSTILE.into(),
             torque_limit: Some(1.3),
             asked: 24.5,
-            at_torque_limit: vec![(0.25, 0.75)],
+            at_torque_limit: vec![Span { from: 0.25, until: 0.75 }],
             ..MotorStrain::default()
         }],
         effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7 },
@@ -68,7 +68,11 @@ fn hostile() -> Study {
         model: ModelSummary {
             name: HOSTILE.into(),
             description: HOSTILE.into(),
-            elements: vec![("shaft".into(), HOSTILE.into(), "J = 1 kg m^2".into())],
+            elements: vec![ElementSummary {
+                kind: "shaft".into(),
+                name: HOSTILE.into(),
+                values: "J = 1 kg m^2".into(),
+            }],
             coordinates: vec![HOSTILE.into()],
             matrices: vec![matrix.clone()],
             laws: vec![LawSummary {
@@ -77,7 +81,7 @@ fn hostile() -> Study {
                 gains: vec![matrix],
                 notes: vec![HOSTILE.into()],
             }],
-            closed_loop_poles: vec![(-3.0, 4.0), (-3.0, -4.0), (0.0, 0.0)],
+            closed_loop_poles: vec![Complex::new(-3.0, 4.0), Complex::new(-3.0, -4.0), Complex::default()],
         },
         runs: vec![run("beta-0deg", "0 deg", 9.0), run(HOSTILE, "10 deg", 9.0), failed],
         plots: vec![

@@ -7,8 +7,9 @@ pub mod design;
 pub mod identification;
 
 use kardan::results::{
-    Assumption, BoxVerdict, Certificate, Class, Construction, Count, EigenvalueBounds, Elimination, FailingMode,
-    LossSearch, Mode, PlacementSearch, Pole, Sampling, Structure, Zeros,
+    Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition, EigenvalueBounds,
+    ElementShare, Elimination, FailingMode, LossSearch, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole,
+    Sampling, ShapePart, StoredShare, Structure, Zeros,
 };
 
 /// How a number is written.
@@ -32,7 +33,7 @@ pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
 
 /// `-3`, or `-3 ± 4 j` for a conjugate pair of which one is given.
 pub fn pair(value: Pole, figures: Figures) -> String {
-    if value.1 == 0.0 { figures(value.0) } else { format!("{} ± {} j", figures(value.0), figures(value.1.abs())) }
+    if value.im == 0.0 { figures(value.re) } else { format!("{} ± {} j", figures(value.re), figures(value.im.abs())) }
 }
 
 /// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
@@ -40,12 +41,12 @@ pub fn pairs(values: &[Pole], figures: Figures) -> Vec<String> {
     let mut texts: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
         // Of a pair whose both halves are listed, the upper one stands for both.
-        let near = |other: &Pole| (other.0 - value.0).hypot(other.1 + value.1) <= 1e-9 * value.0.hypot(value.1);
-        if value.1 < 0.0 && values.iter().any(near) {
+        let near = |other: &Pole| (other.re - value.re).hypot(other.im + value.im) <= 1e-9 * value.re.hypot(value.im);
+        if value.im < 0.0 && values.iter().any(near) {
             continue;
         }
         // Equal values are counted, not those that look alike.
-        match texts.iter_mut().find(|(known, _)| *known == value || *known == (value.0, -value.1)) {
+        match texts.iter_mut().find(|(known, _)| *known == value || *known == Complex::new(value.re, -value.im)) {
             Some((_, times)) => *times += 1,
             None => texts.push((value, 1)),
         }
@@ -110,7 +111,7 @@ pub fn class(class: &Class) -> String {
 /// What breaks an assumption, elements with the same reason together.
 pub fn breaches(assumption: &Assumption) -> Vec<(Vec<&str>, &str)> {
     let mut out: Vec<(Vec<&str>, &str)> = Vec::new();
-    for (element, why) in &assumption.breaches {
+    for Breach { element, why } in &assumption.breaches {
         match out.iter_mut().find(|(_, known)| known == why) {
             Some((elements, _)) => elements.push(element),
             None => out.push((vec![element], why)),
@@ -147,7 +148,8 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
         let follow = if removed.len() == 1 { "is no state: it follows" } else { "are no states: they follow" };
         sentences.push(format!("{} {follow} from the others and the inputs at once.", list(removed, 12)));
     }
-    let defined: Vec<String> = definitions.iter().map(|(name, what)| format!("{name} = {what}")).collect();
+    let defined: Vec<String> =
+        definitions.iter().map(|Definition { state: name, is: what }| format!("{name} = {what}")).collect();
     if !defined.is_empty() {
         sentences.push(format!("New states: {}.", list(&defined, 12)));
     }
@@ -168,12 +170,12 @@ pub fn shape(mode: &Mode, figures: Figures) -> String {
 }
 
 /// The parts that move most, from their names with real and imaginary part.
-pub fn motion(shape: &[(String, f64, f64)], figures: Figures) -> String {
-    let size = |part: &&(String, f64, f64)| part.1.hypot(part.2);
+pub fn motion(shape: &[ShapePart], figures: Figures) -> String {
+    let size = |part: &&ShapePart| part.value.abs();
     let mut parts: Vec<_> = shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
     parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    let one = |part: &&(String, f64, f64)| {
-        let (name, re, im) = part;
+    let one = |part: &&ShapePart| {
+        let ShapePart { name, value: Complex { re, im } } = part;
         if im.abs() <= 0.05 * re.abs() {
             format!("{name} {}", figures(round(*re)))
         } else {
@@ -186,7 +188,7 @@ pub fn motion(shape: &[(String, f64, f64)], figures: Figures) -> String {
 /// The elements that store most of the energy: `spring 50 %, rack 30 %`.
 pub fn stored(mode: &Mode) -> String {
     let mut shares: Vec<(&str, f64)> = Vec::new();
-    for (element, _, share) in &mode.stored {
+    for StoredShare { element, share, .. } in &mode.stored {
         match shares.iter_mut().find(|(name, _)| name == element) {
             Some((_, sum)) => *sum += share,
             None => shares.push((element, *share)),
@@ -197,12 +199,12 @@ pub fn stored(mode: &Mode) -> String {
 
 /// The elements that lose most of the energy.
 pub fn dissipated(mode: &Mode) -> String {
-    shares(&mode.dissipated)
+    of_elements(&mode.dissipated)
 }
 
 /// The largest shares: `spring 50 %, rack 30 %`.
-pub fn shares(shares: &[(String, f64)]) -> String {
-    percents(shares.iter().map(|(element, share)| (element.as_str(), *share)).collect())
+pub fn of_elements(shares: &[ElementShare]) -> String {
+    percents(shares.iter().map(|one| (one.element.as_str(), one.share)).collect())
 }
 
 fn percents(mut shares: Vec<(&str, f64)>) -> String {
@@ -230,11 +232,11 @@ pub fn failing(mode: &FailingMode, figures: Figures) -> String {
     let count = if mode.defect > 1 { format!(", {} independent motions", mode.defect) } else { String::new() };
     let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue, figures), mode.factor);
     let moving: Vec<String> =
-        mode.shafts.iter().map(|(name, share)| format!("{name} {}", figures(round(*share)))).collect();
+        mode.shafts.iter().map(|NamedShare { name, share }| format!("{name} {}", figures(round(*share)))).collect();
     if !moving.is_empty() {
         text += &format!("; it moves {} (relative to the largest)", list(&moving, 6));
     }
-    let elements = shares(&mode.elements);
+    let elements = percents(mode.elements.iter().map(|one| (one.name.as_str(), one.share)).collect());
     if !elements.is_empty() {
         text += &format!("; energy in {elements}");
     }
@@ -380,9 +382,9 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
         ),
         Some(loss) => {
             let at: Vec<String> =
-                loss.at.iter().map(|(name, value, unit)| format!("{name} = {} {unit}", figures(*value))).collect();
+                loss.at.iter().map(|ParameterPoint { parameter: name, value, unit }| format!("{name} = {} {unit}", figures(*value))).collect();
             let at: Vec<&str> = at.iter().map(|text| text.trim_end()).collect();
-            let moving: Vec<&String> = loss.shafts.iter().map(|(name, _)| name).collect();
+            let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };
             let distance = if loss.distance == 0.0 {
                 "at the nominal parameters".into()
@@ -417,17 +419,17 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
 }
 
 fn sampling(sampling: &Sampling, figures: Figures) -> String {
-    let Sampling { samples, seed, threshold, unit, probability, interval, quantiles } = sampling;
+    let Sampling { samples, seed, threshold, unit, probability, interval, smallest, median, largest } = sampling;
     format!(
         "Of {samples} samples of the box (seed {seed}) a fraction {} (95 % interval {} … {}) falls below {} {unit}; \
          smallest {}, median {}, largest {} {unit}.",
         figures(*probability),
-        figures(interval.0),
-        figures(interval.1),
+        figures(interval.lower),
+        figures(interval.upper),
         figures(*threshold),
-        figures(quantiles.0),
-        figures(quantiles.1),
-        figures(quantiles.2)
+        figures(*smallest),
+        figures(*median),
+        figures(*largest)
     )
 }
 
@@ -479,7 +481,7 @@ mod tests {
 
     #[test]
     fn pairs_are_joined_and_counted() {
-        let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)];
+        let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)].map(Complex::from);
         assert_eq!(pairs(&values, FIGURES), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
         assert_eq!(list(&["a", "b", "c"], 2), "a, b and 1 more");
     }

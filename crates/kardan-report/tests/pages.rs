@@ -17,7 +17,7 @@ fn a_warning_of_a_design() {
     let margins = found.margins.as_ref().expect("margins");
     let factor = margins.channels.iter().find(|one| !one.reading).expect("a motor").gain[1];
     let page = kardan_report::design(&found).html();
-    assert!(!found.verdict().0 && page.contains("class=\"verdict bad\""));
+    assert!(!found.verdict().sound && page.contains("class=\"verdict bad\""));
     for said in [&format!("times {factor:.4} makes the loop unstable"), "but hardly"] {
         assert!(page.contains(said), "{said}");
     }
@@ -36,7 +36,8 @@ fn a_damaged_log() {
     let text = format!("time,a.w,m.tau\ns,rad/s,N m\n{}", rows.concat());
     let log = LogFile { name: "log.csv".into(), bytes: in_memory(text.into_bytes()) };
     let found = identify(source, vec![log], &IdentifySettings::default(), &Silent).expect("an identification");
-    let (sound, verdict) = found.verdict();
+    let verdict = found.verdict().text;
+    let sound = found.verdict().sound;
     let page = kardan_report::identification(&found).html();
     assert!(!sound && page.contains("The parameter is determined"), "{verdict}");
     assert!(page.contains("class=\"verdict bad\"") && page.contains("damaged"), "{verdict}");

@@ -8,6 +8,7 @@ use divan::{Bencher, black_box};
 use kardan::model::builtin;
 use kardan::num::Matrix;
 use kardan::reduce::MechanismData;
+use kardan::results::DataNumber;
 use kardan::study::{self, PreparedVariant};
 use kardan::synthesis::{ChannelDesign, Clock, NoninteractingDesign, Seen, design_noninteracting};
 use kardan_rt::{
@@ -103,13 +104,18 @@ fn sia_law_with_observer_f32(bencher: Bencher) {
 /// up to 24 instants, bounds.
 fn sia_regulator<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, governed: bool) {
     let data = variant("sia-steering-ecu", 0).designed[0].describe().controller_data;
-    let rows = |name: &str| &data.matrices.iter().find(|(other, _)| other == name).expect("a matrix").1;
+    let rows = |name: &str| &data.matrices.iter().find(|matrix| matrix.name == name).expect("a matrix").values;
     let part = |name: &str, columns: std::ops::Range<usize>| -> Vec<T> {
         rows(name).iter().flat_map(|row| row[columns.clone()].iter().map(|x| to(*x))).collect()
     };
     let all = |name: &str| part(name, 0..rows(name)[0].len());
     let (n, k, r, p) = (rows("prediction").len(), rows("model").len(), 2, rows("output").len());
-    let number = |name: &str| data.numbers.iter().find(|(other, _)| other == name).map(|(_, x)| to(*x));
+    let number = |name: &str| {
+        data.numbers
+            .iter()
+            .find(|DataNumber { name: other, .. }| other == name)
+            .map(|DataNumber { value: x, .. }| to(*x))
+    };
     let bounds: Vec<Bounds<T>> = data
         .writes
         .iter()

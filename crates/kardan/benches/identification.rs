@@ -39,11 +39,12 @@ fn coverage(repetitions: u64) {
     let (mut hits, mut all) = (0, 0);
     for (k, one) in found[0].iter().enumerate() {
         let Some((_, value)) = truth.iter().find(|(name, _)| *name == one.name) else { continue };
-        let covers = |of: &Vec<kardan::results::Found>| of[k].interval.0 <= *value && *value <= of[k].interval.1;
+        let covers =
+            |of: &Vec<kardan::results::Found>| of[k].interval.is_some_and(|it| (it.lower..=it.upper).contains(value));
         let covered = found.iter().filter(|of| covers(of)).count();
         let n = found.len() as f64;
-        let mean = found.iter().map(|of| of[k].value).sum::<f64>() / n;
-        let spread = (found.iter().map(|of| (of[k].value - mean).powi(2)).sum::<f64>() / n).sqrt();
+        let mean = found.iter().filter_map(|of| of[k].value).sum::<f64>() / n;
+        let spread = (found.iter().filter_map(|of| of[k].value).map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt();
         println!("{:14} {:>6.1} % {value:>12.4e} {mean:>12.4e} {spread:>12.2e}", one.name, 100.0 * covered as f64 / n);
         hits += covered;
         all += found.len();

@@ -2,7 +2,7 @@
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::model;
-use kardan::results::{Analysis, Pole};
+use kardan::results::{Analysis, Complex, Pole};
 use kardan::study::{self, AnalyzeSettings, Settings, Silent};
 
 /// The harmonic drive with a spring of section 6.2, with the inertia of the flexspline given; empty: none.
@@ -42,7 +42,7 @@ fn only(source: &str, settings: &AnalyzeSettings) -> Diagnostic {
 
 /// Eigenvalues, every pair twice.
 fn roots(analysis: &Analysis) -> Vec<Pole> {
-    let both = |pole: Pole| if pole.1 == 0.0 { vec![pole] } else { vec![pole, (pole.0, -pole.1)] };
+    let both = |pole: Pole| if pole.im == 0.0 { vec![pole] } else { vec![pole, Complex::new(pole.re, -pole.im)] };
     analysis.modes.iter().flat_map(|mode| both(mode.eigenvalue)).collect()
 }
 
@@ -83,9 +83,9 @@ fn the_massless_flexspline_is_the_limit_of_a_light_one() {
         assert_eq!((with.structure.states.len(), &with.elimination), (6, &None));
         let (found, expected) = (roots(&with), roots(&limit));
         assert_eq!((found.len(), expected.len()), (6, 5));
-        assert!(found[5].0 < -1e4, "the sixth runs away: {found:?}");
-        let gap = found.iter().zip(&expected).map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1)).fold(0.0, f64::max);
-        assert!(gap < 0.2 * last && gap < 1e-2 * expected[4].0.hypot(expected[4].1), "{gap}: {found:?} {expected:?}");
+        assert!(found[5].re < -1e4, "the sixth runs away: {found:?}");
+        let gap = found.iter().zip(&expected).map(|(a, b)| (a.re - b.re).hypot(a.im - b.im)).fold(0.0, f64::max);
+        assert!(gap < 0.2 * last && gap < 1e-2 * expected[4].re.hypot(expected[4].im), "{gap}: {found:?} {expected:?}");
         last = gap;
         // Generic answers are those of the limit.
         assert_eq!(with.structure.min_inputs, structure.min_inputs);
@@ -159,7 +159,7 @@ fn a_circuit_without_inductance_keeps_its_charge() {
     let found = analyze(source, &settings).unwrap();
     assert_eq!(found.modes.len(), 1);
     assert_eq!(found.structure.factors[0].polynomial, "s + 2");
-    assert!((found.modes[0].eigenvalue.0 + 2.0).abs() < 1e-12);
+    assert!((found.modes[0].eigenvalue.re + 2.0).abs() < 1e-12);
     assert!(found.structure.states[0].ends_with(".q") && found.elimination.unwrap().removed[0].ends_with(".i"));
     // The charge is an integral of the voltage, the current follows it at once.
     assert_eq!(found.structure.relative_degrees, [[Some(1)], [Some(0)]]);
@@ -258,7 +258,7 @@ fn names_on_the_command_line_are_checked() {
     let found = study::analyze_state_space(matrices, &settings, &Silent).unwrap();
     assert_eq!((found.structure.inputs, found.modes.len()), (list(&["torque"]), 2));
     // A double root at zero is exactly that.
-    assert!(found.modes.iter().all(|mode| mode.eigenvalue == (0.0, 0.0)));
+    assert!(found.modes.iter().all(|mode| mode.eigenvalue == Complex::default()));
 }
 
 #[test]

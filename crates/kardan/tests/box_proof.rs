@@ -3,6 +3,7 @@
 use faer::{Mat, c64};
 use kardan::analysis::{BoxProof, PencilBox, prove_box};
 use kardan::num::{Matrix, Random, Rational, Scalar, rational_to_f64};
+use kardan::results::Pole;
 
 fn ratio(a: i64, b: i64) -> Rational {
     Rational::from_parts_signed(a.into(), b.into())
@@ -21,7 +22,7 @@ fn proven(family: &PencilBox, budget: usize) -> usize {
 }
 
 #[track_caller]
-fn undecided(family: &PencilBox, budget: usize) -> (usize, (f64, f64)) {
+fn undecided(family: &PencilBox, budget: usize) -> (usize, Pole) {
     match prove(family, budget) {
         BoxProof::Undecided { cells, at, .. } => (cells, at),
         proven => panic!("{proven:?} in spite of a loss"),
@@ -155,7 +156,7 @@ fn a_surface_that_touches_a_corner_is_found() {
         let (cells, at) = undecided(&two_bodies(j.clone(), s.clone(), range((a, 3 * b), (a, b))), 100_000);
         // The loss is at λ = −s/d; cells shrink towards it.
         let expected = -a as f64 / b as f64;
-        assert!((at.0 - expected).hypot(at.1) < 1e-5 * expected.abs(), "{at:?} instead of {expected}");
+        assert!((at.re - expected).hypot(at.im) < 1e-5 * expected.abs(), "{at:?} instead of {expected}");
         assert!(cells < 2000, "{cells} cells");
         let (a, b) = (99 * a, 100 * b);
         proven(&two_bodies(j, s, range((a, 3 * b), (a, b))), 10_000);
@@ -183,9 +184,9 @@ fn a_gear_ratio_with_a_tolerance() {
     undecided(&family(one(), range((1, 2), (3, 1))), 10_000);
     // Corners: J = k = 1, γ = 2, s = 5, d = 5/2; J = k = 3/2, γ = 1, s = 3, d = 3.
     let (_, at) = undecided(&family(range((5, 1), (6, 1)), range((1, 1), (5, 2))), 10_000);
-    assert!((at.0 + 2.0).hypot(at.1) < 1e-3, "{at:?}");
+    assert!((at.re + 2.0).hypot(at.im) < 1e-3, "{at:?}");
     let (_, at) = undecided(&family(range((2, 1), (3, 1)), range((3, 1), (4, 1))), 10_000);
-    assert!((at.0 + 1.0).hypot(at.1) < 1e-3, "{at:?}");
+    assert!((at.re + 1.0).hypot(at.im) < 1e-3, "{at:?}");
     proven(&family(range((5, 1), (6, 1)), range((1, 1), (249, 100))), 2000);
     proven(&family(range((2, 1), (3, 1)), range((301, 100), (4, 1))), 2000);
 }
@@ -411,7 +412,7 @@ fn branches_are_told_apart() {
     undecided(&star(&branches, &ratio(11, 100)), 2000);
     // At J₁ = s₂ = 9/10 and J₂ = s₁ = 11/10 exactly, in a corner of the box; undamped, at λ = ±j √(11/9).
     let (_, at) = undecided(&star(&[ratio(1, 1), ratio(121, 81)], &ratio(1, 10)), 100_000);
-    assert!(at.0.hypot(at.1 - (11f64 / 9.0).sqrt()) < 1e-2, "{at:?}");
+    assert!(at.re.hypot(at.im - (11f64 / 9.0).sqrt()) < 1e-2, "{at:?}");
 }
 
 #[test]
@@ -542,7 +543,7 @@ fn dependent_everywhere_or_at_infinity() {
         &[&ones, &ones, &ones, &[0, 0, 0]],
     );
     let (cells, at) = undecided(&singular, 100_000);
-    assert!(cells < 2000 && at.0.hypot(at.1) > 1e6, "{cells} cells, {at:?}");
+    assert!(cells < 2000 && at.re.hypot(at.im) > 1e6, "{cells} cells, {at:?}");
     // Massless motions are fine otherwise: with a damper, and with a spring.
     let massless = |damper: i64| {
         without_parameters(

@@ -14,7 +14,7 @@ use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::design_json;
 use kardan::model;
 use kardan::num::{Keeper, Matrix, rational_from_f64};
-use kardan::results::{ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
+use kardan::results::{Complex, ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
 use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
 use kardan::synthesis::{Continuous, Law, LinearLaw, Reference, Running, Seen};
@@ -85,8 +85,8 @@ fn negated(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 fn are_poles(found: &[Pole], golden: &[Pole], tolerance: f64) {
     let mut left = found.to_vec();
     assert_eq!(left.len(), golden.len(), "{found:?} against {golden:?}");
-    for (re, im) in golden {
-        let distance = |pole: &Pole| (pole.0 - re).hypot(pole.1 - im);
+    for Pole { re, im } in golden {
+        let distance = |pole: &Pole| (pole.re - re).hypot(pole.im - im);
         let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j]))).unwrap();
         let error = distance(&left.swap_remove(nearest));
         assert!(error <= tolerance * re.hypot(*im).max(1.0), "{re} ± {im} j misses by {error:e}: {found:?}");
@@ -94,14 +94,14 @@ fn are_poles(found: &[Pole], golden: &[Pole], tolerance: f64) {
 }
 
 fn poles(value: &Value) -> Vec<Pole> {
-    rows(value).iter().map(|pole| (pole[0], pole[1])).collect()
+    rows(value).iter().map(|pole| Pole::new(pole[0], pole[1])).collect()
 }
 
 /// The poles of a designed loop that are known exactly: those of the channels, behind the outputs, and beside them.
 fn exact_poles(design: &Design) -> Vec<Pole> {
     let behind = design.zero_dynamics.modes.iter().flat_map(|mode| match mode.pole {
-        (re, 0.0) => vec![(re, 0.0)],
-        (re, im) => vec![(re, im), (re, -im)],
+        Pole { im: 0.0, .. } => vec![mode.pole],
+        Pole { re, im } => vec![mode.pole, Pole::new(re, -im)],
     });
     let channels = design.channels.iter().flat_map(|channel| channel.poles.clone());
     channels.chain(behind).chain(design.hidden.clone()).collect()
@@ -134,7 +134,7 @@ fn golden_feedback_of_the_harmonic_drive() {
     let transfers: Vec<&str> = design.channels.iter().map(|channel| channel.transfer.as_str()).collect();
     assert_eq!(transfers, ["400/(s^2 + 40 s + 400)", "1"]);
     // What goes on while circular spline and torque rest: the flexspline with d_fs/J_fs, and where it stopped.
-    are_poles(&exact_poles(&design)[2..], &[(0.0, 0.0), (-100_000_000.0 / 52_516_791.0, 0.0)], 1e-12);
+    are_poles(&exact_poles(&design)[2..], &[Complex::default(), Pole::new(-100_000_000.0 / 52_516_791.0, 0.0)], 1e-12);
 }
 
 /// Section 6.1.5: `hd.observer_L_decoupled` with the poles of 6.1.6.
@@ -145,7 +145,7 @@ fn golden_observer_of_the_harmonic_drive() {
     let observer = design.observer.as_ref().expect("an observer");
     let states = ["wg.w", "cs.w", "wg.phi", "cs.phi", "wg.disturbance", "cs.disturbance"];
     is_golden(&observer.gain, &states, &["wg.phi", "cs.phi"], &rows(&golden["hd"]["observer_L_decoupled"]));
-    are_poles(&observer.poles, &[-50.0, -50.1, -50.2, -50.0, -50.1, -50.2].map(|pole| (pole, 0.0)), 1e-15);
+    are_poles(&observer.poles, &[-50.0, -50.1, -50.2, -50.0, -50.1, -50.2].map(|pole| Pole::new(pole, 0.0)), 1e-15);
     assert_eq!((observer.method.as_str(), &observer.disturbances), ("poles", &names(&["wg", "cs"])));
     // Each disturbance acts where a motor does, which takes it away.
     is_golden(gain(&design, "M"), &["wg_motor", "cs_motor"], &["wg", "cs"], &[vec![1.0, 0.0], vec![0.0, 1.0]]);
@@ -183,9 +183,9 @@ fn observers_have_their_poles_on_the_reference_plants() {
         }
         let closed = Closed { a, b: Vec::new(), outputs: Vec::new() };
         assert_eq!(observer.poles.len(), all);
-        assert!(observer.poles.iter().all(|(re, _)| *re < 0.0));
+        assert!(observer.poles.iter().all(|pole| pole.re < 0.0));
         for s in POINTS {
-            let product: f64 = observer.poles.iter().map(|(re, im)| (s - re).hypot(*im)).product();
+            let product: f64 = observer.poles.iter().map(|pole| (s - pole.re).hypot(pole.im)).product();
             let error = (closed.characteristic(s) - product).abs() / product;
             assert!(error < 1e-9, "{} at {s}: {error:e}", observer.method);
         }
@@ -217,15 +217,15 @@ fn golden_decoupling_of_the_drive_with_a_spring() {
     is_golden(&form.c, &["rk.phi", "fs_torque.tau"], &x, &rows(&hds["C_cd"]));
     // Zero dynamics: the wave generator against the flexspline never comes back, its speed does quickly.
     let zeros: Vec<Pole> = design.zero_dynamics.modes.iter().map(|mode| mode.pole).collect();
-    are_poles(&zeros, &[(0.0, 0.0), (-10_000.0, 0.0)], 1e-12);
+    are_poles(&zeros, &[Complex::default(), Pole::new(-10_000.0, 0.0)], 1e-12);
     assert_eq!(list(&hds["zeros_state5"]), [0.0, -10_000.0]);
     assert!(!design.zero_dynamics.stable, "a zero at zero is not stable");
     let warned = design.warnings.join(" ");
     assert!(warned.contains("at zero") && warned.contains("integrator"), "{warned}");
     // All six states of the plant: the five of the reference, and the sum of angles that no output shows.
     let mut expected = poles(&hds["closed_loop_eigs_state5"]);
-    expected.push((0.0, 0.0));
-    are_poles(&design.hidden, &[(0.0, 0.0)], 0.0);
+    expected.push(Complex::default());
+    are_poles(&design.hidden, &[Complex::default()], 0.0);
     are_poles(&exact_poles(&design), &expected, 1e-9);
     // Floating point splits the double pole at zero by the root of the rounding.
     are_poles(&design.closed_loop_poles, &expected, 1e-3);
@@ -437,7 +437,7 @@ impl Control {
         };
         let data = &design.controller_data;
         if data.block == "StateSpace" {
-            let reads: Vec<String> = data.reads.iter().map(|(name, _)| name.clone()).collect();
+            let reads: Vec<String> = data.reads.iter().map(|one| one.signal.clone()).collect();
             let [a, b, c, d] = ["A", "B", "C", "D"].map(|name| matrix(data, name));
             let references = |rows: &[Vec<f64>]| rows.iter().map(|row| row[n..].to_vec()).collect::<Vec<_>>();
             let (b_state, on_state) = (pick(&b, &reads), pick(&d, &reads));
@@ -463,7 +463,7 @@ impl Control {
 }
 
 fn matrix(data: &ControllerData, name: &str) -> Vec<Vec<f64>> {
-    data.matrices.iter().find(|(other, _)| other == name).expect("a matrix").1.clone()
+    data.matrices.iter().find(|matrix| matrix.name == name).expect("a matrix").values.clone()
 }
 
 /// A closed loop: `ẋ = A x + B r` and the rows of the outputs over x and r.
@@ -547,7 +547,7 @@ fn check_loop(plant: &Golden, design: &Design, blocks: bool, tolerance: f64) -> 
             }
         }
         if design.decoupled == Some(true) && !blocks {
-            let real: f64 = exact_poles(design).iter().map(|(re, im)| (s - re).hypot(*im)).product();
+            let real: f64 = exact_poles(design).iter().map(|pole| (s - pole.re).hypot(pole.im)).product();
             let error = (closed.characteristic(s) - real).abs() / real;
             worst = worst.max(error);
             if error > tolerance {
@@ -762,11 +762,13 @@ fn no_channel_of_the_linear_loops_moves_another() {
         let design = designed(&source, &DesignSettings { simulate: true, ..settings });
         assert_eq!(design.cross_coupling.len(), 4);
         for found in &design.cross_coupling {
-            let (peak, what) = (found.peak, format!("{}: {} to {}", design.model, found.reference, found.output));
-            println!("{what}: peak {peak:.2e}, rms {:.2e}", found.rms);
+            let (peak, what) =
+                (found.peak.unwrap(), format!("{}: {} to {}", design.model, found.reference, found.output));
+            let rms = found.rms.unwrap();
+            println!("{what}: peak {peak:.2e}, rms {rms:.2e}");
             assert_eq!(found.failure, None, "{what}");
             assert!(if found.own { peak > 0.04 } else { peak < 1e-9 }, "{what}: {peak}");
-            assert!(found.rms <= peak);
+            assert!(rms <= peak);
         }
     }
     let simulated = DesignSettings { simulate: true, ..of_variant("position-friction") };
@@ -774,8 +776,8 @@ fn no_channel_of_the_linear_loops_moves_another() {
     // Friction couples: `hd_summary.hd_coulomb_nocomp_pos.max_abs_Tc_fs`, and nothing but stiction the other way.
     let golden = golden();
     let expected = golden["hd_summary"]["hd_coulomb_nocomp_pos"]["max_abs_Tc_fs"].as_f64().unwrap();
-    close(rough.cross_coupling[1].peak, expected, 1e-6, "friction of the harmonic drive");
-    assert_eq!(rough.cross_coupling[2].peak, 0.0);
+    close(rough.cross_coupling[1].peak.unwrap(), expected, 1e-6, "friction of the harmonic drive");
+    assert_eq!(rough.cross_coupling[2].peak, Some(0.0));
 }
 
 /// The noninteracting law (6.124), (6.130), (6.137) with golden gains, or with the sign that is printed in (6.130).
@@ -1350,17 +1352,17 @@ fn check_block(text: &str, variant: &str, control: &str) {
             if let Some(k) = law.references().iter().position(|reference| reference.name == name) {
                 return references[k];
             }
-            let estimate = observer.as_ref().filter(|(data, _)| !data.reads.iter().any(|(read, _)| read == name));
+            let estimate = observer.as_ref().filter(|(data, _)| !data.reads.iter().any(|one| one.signal == name));
             match (estimate, tail) {
                 (Some((data, _)), _) => {
-                    let part = if tail == "disturbance" { data.numbers[0].1 } else { 1.0 };
+                    let part = if tail == "disturbance" { data.numbers[0].value } else { 1.0 };
                     part * states[data.writes.iter().position(|state| state == name).expect("an estimate")]
                 }
                 (None, "w") => speeds[shaft()],
                 (None, _) => angles[shaft()],
             }
         };
-        let signals: Vec<f64> = design.controller_data.reads.iter().map(|(name, _)| read(name)).collect();
+        let signals: Vec<f64> = design.controller_data.reads.iter().map(|one| read(&one.signal)).collect();
         let mut out = vec![f64::NAN; commands.len()];
         assert!(exported.block().outputs(&states[own..], &signals, &mut out));
         assert_eq!(bits(&out), bits(&commands), "{control}: {out:?} against {commands:?}");
@@ -1372,7 +1374,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
                 Some(input) => torques[input],
                 None => angles[shafts.iter().position(|shaft| format!("{shaft}.phi") == *name).expect("an angle")],
             };
-            let signals: Vec<f64> = data.reads.iter().map(|(name, _)| sensor(name)).collect();
+            let signals: Vec<f64> = data.reads.iter().map(|one| sensor(&one.signal)).collect();
             let mut next = vec![f64::NAN; own];
             assert!(flat.block().rates(&states[..own], &signals, &mut next));
             assert_eq!(bits(&next), bits(&rates[..own]), "{control}: observer");
@@ -1410,9 +1412,9 @@ fn exported_blocks_give_the_bits_of_the_law() {
 fn closed_loop_poles_of_a_double_zero() {
     let (golden, design) = (golden(), designed(source("harmonic-drive-spring"), &DesignSettings::default()));
     let mut expected = poles(&golden["hds"]["closed_loop_eigs_state5"]);
-    expected.push((0.0, 0.0));
+    expected.push(Complex::default());
     are_poles(&design.closed_loop_poles, &expected, 1e-9);
-    assert!(design.closed_loop_poles.iter().all(|(re, _)| *re <= 0.0));
+    assert!(design.closed_loop_poles.iter().all(|pole| pole.re <= 0.0));
 }
 
 #[test]
@@ -1570,7 +1572,7 @@ fn cross_coupling_leaves_out_what_moves_by_itself() {
     let (from, to) = ("stiffness = \"s\"\n", "stiffness = \"s\"\nrest = \"0.5 rad\"\n");
     let tense = designed(&changed("two-bodies", &[(from, to)]), &settings);
     let relaxed = designed(source("two-bodies"), &settings);
-    let peak = |design: &Design| design.cross_coupling[0].peak;
+    let peak = |design: &Design| design.cross_coupling[0].peak.unwrap();
     assert!((peak(&tense) - peak(&relaxed)).abs() < 1e-6 * peak(&relaxed), "{} {}", peak(&tense), peak(&relaxed));
 }
 

@@ -314,7 +314,7 @@ fn every_law_is_what_its_gains_say() {
         // In closed loop without friction the linear model is stable where the law says so: no pole to the right beyond
         // what a double pole at zero makes of rounding, √(1e-16 · 1e6) = 1e-5 1/s.
         let poles = kardan::synthesis::closed_loop_poles(&variant.design_models[0].linear, laws).expect("poles");
-        assert!(poles.iter().all(|(re, _)| *re < 1e-4), "{}: {poles:?}", kind.keyword);
+        assert!(poles.iter().all(|pole| pole.re < 1e-4), "{}: {poles:?}", kind.keyword);
         exercised.insert(kind.keyword);
     }
     assert!(!exercised.is_empty());

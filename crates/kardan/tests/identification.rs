@@ -5,7 +5,7 @@ use std::fmt::Write;
 use kardan::diagnostics::plain;
 use kardan::model::{builtin, read};
 use kardan::num::Random;
-use kardan::results::{Found, Identification};
+use kardan::results::{Found, FoundDamping, Identification, Verdict};
 use kardan::study::{self, IdentifySettings, LogFile, Silent, identify};
 use kardan::tables::read::in_memory;
 
@@ -137,8 +137,8 @@ fn one<'a>(found: &'a Identification, name: &str) -> &'a Found {
 /// Within so many standard errors of the truth.
 fn near(found: &Identification, name: &str, truth: f64, errors: f64) {
     let one = one(found, name);
-    let off = (one.value - truth) / one.standard_error;
-    assert!(off.abs() < errors, "{name}: {} instead of {truth}, {off:.1} standard errors", one.value);
+    let off = (one.value.unwrap() - truth) / one.standard_error.unwrap();
+    assert!(off.abs() < errors, "{name}: {} instead of {truth}, {off:.1} standard errors", one.value.unwrap());
 }
 
 const SIX: [&str; 6] = ["wg.damping", "cs.damping", "fs.damping", "wg.friction", "cs.friction", "fs.friction"];
@@ -163,14 +163,21 @@ fn table_6_1_from_a_log() {
     for name in SIX {
         near(&found, name, truth(name), 4.0);
         let one = one(&found, name);
-        assert!(one.standard_error < 0.1 * truth(name).abs(), "{name} {}", one.standard_error);
-        let half = (one.interval.1 - one.interval.0) / 2.0;
-        assert!((one.value - (one.interval.0 + one.interval.1) / 2.0).abs() < 1e-9 && half > 1.9 * one.standard_error);
+        assert!(one.standard_error.unwrap() < 0.1 * truth(name).abs(), "{name} {}", one.standard_error.unwrap());
+        let half = (one.interval.unwrap().upper - one.interval.unwrap().lower) / 2.0;
+        assert!(
+            (one.value.unwrap() - (one.interval.unwrap().lower + one.interval.unwrap().upper) / 2.0).abs() < 1e-9
+                && half > 1.9 * one.standard_error.unwrap()
+        );
     }
-    assert!(one(&found, "cs.damping").interval.1 < 0.0 && found.warnings.is_empty(), "{:?}", found.warnings);
-    let (damping, passive) = found.damping.as_ref().expect("dampings were asked for");
+    assert!(
+        one(&found, "cs.damping").interval.unwrap().upper < 0.0 && found.warnings.is_empty(),
+        "{:?}",
+        found.warnings
+    );
+    let FoundDamping { matrix: damping, passive } = found.damping.as_ref().expect("dampings were asked for");
     assert!(*passive);
-    let [wg, cs, fs] = ["wg.damping", "cs.damping", "fs.damping"].map(|name| one(&found, name).value);
+    let [wg, cs, fs] = ["wg.damping", "cs.damping", "fs.damping"].map(|name| one(&found, name).value.unwrap());
     let expected =
         [[wg + fs / 2500.0, -51.0 / 2500.0 * fs], [-51.0 / 2500.0 * fs, cs + (51.0_f64 / 50.0).powi(2) * fs]];
     for i in 0..2 {
@@ -182,7 +189,7 @@ fn table_6_1_from_a_log() {
     let noise: Vec<f64> = found.logs[0].channels.iter().map(|one| one.noise).collect();
     assert!((noise[2] / NOISE[0] - 1.0).abs() < 0.05 && (noise[3] / NOISE[1] - 1.0).abs() < 0.05, "{noise:?}");
     assert!((noise[0] / (std::f64::consts::TAU / 14080.0 / 12f64.sqrt()) - 1.0).abs() < 0.1, "{noise:?}");
-    assert!(found.validation.iter().all(|row| row.unseen < 0.02 * row.torque), "{:?}", found.validation);
+    assert!(found.validation.iter().all(|row| row.unseen.unwrap() < 0.02 * row.torque), "{:?}", found.validation);
 }
 
 /// Everything at once, inertias too, by filtered derivatives; and what is left over is what the sensors' noise makes. Encoders round
@@ -209,7 +216,7 @@ fn intervals_cover() {
         let found = found(drive(), vec![csv(&rows, 1000 + seed, |_, _| 0.0)], &settings(&SIX, "steady"));
         for name in SIX {
             let interval = one(&found, name).interval;
-            covered += u32::from(interval.0 <= truth(name) && truth(name) <= interval.1);
+            covered += u32::from(interval.unwrap().lower <= truth(name) && truth(name) <= interval.unwrap().upper);
         }
     }
     assert!((325..=356).contains(&covered), "{covered} of 360");
@@ -224,7 +231,10 @@ fn a_torque_that_nobody_measured() {
     let six = self::found(drive(), vec![blind.clone()], &settings(&SIX, "steady"));
     assert_eq!(six.structural.len(), 2, "{:?}", six.structural);
     for name in ["cs.damping", "cs.friction"] {
-        assert!(one(&six, name).standard_error.is_infinite() && one(&six, name).remark.contains("whatever is logged"));
+        assert!(
+            one(&six, name).standard_error.unwrap().is_infinite()
+                && one(&six, name).remark.contains("whatever is logged")
+        );
     }
     for (name, truth) in [("wg.damping", DAMPING[0]), ("wg.friction", FRICTION[0]), ("fs.damping", DAMPING[2])] {
         near(&six, name, truth, 4.0);
@@ -264,7 +274,7 @@ fn combinations_by_structure() {
     assert_eq!(a.combination, " + 0.111111 b.inertia");
     near(&whole, "a.inertia", 2.5, 4.0);
     near(&whole, "b.damping", 0.9, 4.0);
-    assert!(one(&whole, "b.inertia").standard_error.is_infinite());
+    assert!(one(&whole, "b.inertia").standard_error.unwrap().is_infinite());
     assert_eq!(whole.structural, ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]);
     // Constant speeds only: nothing accelerates.
     let held: String = "time,a.w,m.tau\n".to_string()
@@ -315,11 +325,14 @@ fn extra_terms_and_their_choice() {
         ("s.load_loss", 0.04),
     ] {
         near(&all, name, truth, 4.0);
-        assert!(one(&all, name).standard_error < 0.3 * truth, "{:?}", one(&all, name));
+        assert!(one(&all, name).standard_error.unwrap() < 0.3 * truth, "{:?}", one(&all, name));
     }
     // Stribeck friction goes into a file as the torque at which it breaks away.
     let breakaway = all.for_file.iter().find(|one| one.name == "s.breakaway").expect("it is told");
-    assert!((breakaway.value - one(&all, "s.friction").value - one(&all, "s.stribeck").value).abs() < 1e-12);
+    assert!(
+        (breakaway.value - one(&all, "s.friction").value.unwrap() - one(&all, "s.stribeck").value.unwrap()).abs()
+            < 1e-12
+    );
     assert!(all.for_file.iter().any(|one| one.name == "s.stribeck_speed" && one.interval.is_some()));
     assert!(all.not_for_file.iter().any(|why| why.starts_with("s.load_loss")), "{:?}", all.not_for_file);
     let chosen = all.candidates.iter().find(|one| one.chosen).expect("one is chosen");
@@ -351,7 +364,7 @@ fn candidates_are_compared_alike() {
     };
     let plain = SHAFT.split("[[identification.extra]]").next().expect("text").to_string();
     let error = |all: &[kardan::results::Candidate], name: &str| {
-        all.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}")).error.0
+        all.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name} in {all:?}")).error.unwrap().mean
     };
     let all = compared(&plain, std::slice::from_ref(&log));
     let whole = error(&all, "as asked, no extra terms");
@@ -359,7 +372,8 @@ fn candidates_are_compared_alike() {
     // What the file says of the inertia is fitted anyway.
     let other = compared(&plain.replace("0.01 kg m^2", "0.02 kg m^2"), std::slice::from_ref(&log));
     for one in &all {
-        let ratio = error(&other, &one.name) / error(&other, "as asked, no extra terms") / (one.error.0 / whole);
+        let ratio =
+            error(&other, &one.name) / error(&other, "as asked, no extra terms") / (one.error.unwrap().mean / whole);
         assert!((ratio - 1.0).abs() < 0.02, "{}: {ratio}", one.name);
     }
     // Without friction there is no breakaway either.
@@ -375,8 +389,8 @@ fn candidates_are_compared_alike() {
     let twice = compared(&plain, &[format!("{log}{rows}")]);
     let both = compared(&plain, &[log.clone(), log.clone()]);
     for (one, other) in twice.iter().zip(&both) {
-        assert!((one.error.0 / other.error.0 - 1.0).abs() < 1e-9, "{one:?} {other:?}");
-        assert!((one.error.1 / other.error.1 - 1.0).abs() < 1e-6, "{one:?} {other:?}");
+        assert!((one.error.unwrap().mean / other.error.unwrap().mean - 1.0).abs() < 1e-9, "{one:?} {other:?}");
+        assert!((one.error.unwrap().spread / other.error.unwrap().spread - 1.0).abs() < 1e-6, "{one:?} {other:?}");
     }
     let bounded = format!("[identification]\nnonnegative = [\"s.friction\"]\n{plain}");
     assert_eq!(compared(&bounded, std::slice::from_ref(&log)).len(), all.len());
@@ -411,7 +425,7 @@ fn a_guess_does_not_choose_the_model() {
         };
         let all = found(&source, vec![log.clone()], &asked).candidates;
         assert!(all.len() == 2 && all[1].chosen, "{all:?}");
-        all[0].error.0 / all[1].error.0
+        all[0].error.unwrap().mean / all[1].error.unwrap().mean
     });
     assert!(errors.iter().all(|ratio| (ratio - 1.0).abs() < 0.05), "{errors:?}");
 }
@@ -425,7 +439,7 @@ fn a_parameter_at_its_bound_is_written() {
         SHAFT.split("[[identification.extra]]").next().expect("text")
     );
     let found = found(&bounded, vec![log], &IdentifySettings::default());
-    assert_eq!((one(&found, "s.damping").value, found.parameters.len()), (0.0, 2));
+    assert_eq!((one(&found, "s.damping").value.unwrap(), found.parameters.len()), (0.0, 2));
     let (text, left) = study::written(&bounded, &found).expect("a file");
     assert!(left.is_empty() && text.contains("damping = \"0 N m s/rad\""), "{text}");
 }
@@ -493,14 +507,14 @@ fn the_time_is_found() {
         + &rows().map(|(t, rest)| format!("{};{rest}\n", t.parse::<f64>().expect("a time") * 1e3)).collect::<String>();
     let found_ms = found(plain, vec![in_ms], &IdentifySettings::default());
     near(&found_ms, "s.damping", 0.02, 4.0);
-    assert!((found_ms.logs[0].span.1 - 19.999).abs() < 1e-6);
+    assert!((found_ms.logs[0].span.unwrap().until - 19.999).abs() < 1e-6);
     let two: String = "Clock;t;s.w;m.tau;load.tau\n".to_string()
         + &rows()
             .map(|(t, rest)| format!("{t};{};{rest}\n", 7.0 * t.parse::<f64>().expect("a time")))
             .collect::<String>();
     let named = format!("[log.bench]\ntime = \"clock\"\n{plain}");
     let found_two = found(&named, vec![two], &IdentifySettings::default());
-    assert!((found_two.logs[0].span.1 - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
+    assert!((found_two.logs[0].span.unwrap().until - 19.999).abs() < 1e-6, "{:?}", found_two.logs[0].span);
 }
 
 /// Outliers: squares follow them, the bisquare does not.
@@ -529,10 +543,10 @@ fn outliers() {
     };
     let squares = found(SHAFT, vec![spoiled.clone()], &asked("squares"));
     let robust = found(SHAFT, vec![spoiled], &asked("bisquare"));
-    assert!((one(&squares, "s.friction").value - 0.3).abs() > 0.1, "{:?}", one(&squares, "s.friction"));
+    assert!((one(&squares, "s.friction").value.unwrap() - 0.3).abs() > 0.1, "{:?}", one(&squares, "s.friction"));
     near(&robust, "s.friction", 0.3, 4.0);
     near(&robust, "s.damping", 0.02, 4.0);
-    assert!(one(&robust, "s.friction").standard_error < 0.003 && robust.outliers > 20);
+    assert!(one(&robust, "s.friction").standard_error.unwrap() < 0.003 && robust.outliers > 20);
     let huber = found(SHAFT, vec![shaft_log(22, |w, _| 0.02 * w + 0.3 * w.signum())], &asked("huber"));
     near(&huber, "s.friction", 0.3, 4.0);
 }
@@ -550,10 +564,13 @@ fn bounds() {
     near(&free, "s.damping", -0.01, 4.0);
     let bounded = SHAFT.to_string() + "[identification]\nnonnegative = [\"s.damping\"]\n";
     let held = found(&bounded, vec![log.clone()], &asked(&["s.damping", "s.friction"]));
-    assert_eq!((one(&held, "s.damping").value, one(&held, "s.damping").remark.as_str()), (0.0, "at its bound, zero"));
+    assert_eq!(
+        (one(&held, "s.damping").value.unwrap(), one(&held, "s.damping").remark.as_str()),
+        (0.0, "at its bound, zero")
+    );
     let without = SHAFT.replace("damping = \"0.02 N m s/rad\"", "damping = \"0 N m s/rad\"");
     let alone = found(&without, vec![log], &asked(&["s.friction"]));
-    let (a, b) = (one(&held, "s.friction").value, one(&alone, "s.friction").value);
+    let (a, b) = (one(&held, "s.friction").value.unwrap(), one(&alone, "s.friction").value.unwrap());
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
 }
 
@@ -652,10 +669,10 @@ fn written_and_read_again() {
             assert!(tolerances.iter().any(|other| other.parameter == name), "{name}");
             continue;
         };
-        let width = one.interval.1 - one.interval.0;
-        assert!((tolerance.nominal.to_f64() - one.value).abs() < 0.02 * width, "{name}");
-        assert!((tolerance.lower.to_f64() - one.interval.0).abs() < 0.02 * width, "{name}");
-        assert!((tolerance.upper.to_f64() - one.interval.1).abs() < 0.02 * width, "{name}");
+        let width = one.interval.unwrap().upper - one.interval.unwrap().lower;
+        assert!((tolerance.nominal.to_f64() - one.value.unwrap()).abs() < 0.02 * width, "{name}");
+        assert!((tolerance.lower.to_f64() - one.interval.unwrap().lower).abs() < 0.02 * width, "{name}");
+        assert!((tolerance.upper.to_f64() - one.interval.unwrap().upper).abs() < 0.02 * width, "{name}");
     }
 }
 
@@ -726,9 +743,11 @@ fn many_at_once() {
     use rayon::prelude::*;
     let log = shaft_log(51, |w, _| 0.02 * w + 0.3 * w.signum());
     let asked = IdentifySettings { parameters: vec!["s.friction".into()], ..IdentifySettings::default() };
-    let alone = one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value;
-    let all: Vec<f64> =
-        (0..16).into_par_iter().map(|_| one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value).collect();
+    let alone = one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value.unwrap();
+    let all: Vec<f64> = (0..16)
+        .into_par_iter()
+        .map(|_| one(&found(SHAFT, vec![log.clone()], &asked), "s.friction").value.unwrap())
+        .collect();
     assert!(all.iter().all(|value| *value == alone), "{alone} {all:?}");
 }
 
@@ -749,15 +768,18 @@ fn logs_cut_at_every_length() {
                 log.truncate(log.len() - if count % 2 == 0 { 0 } else { 9 });
                 let Ok(found) = identify(source, vec![file("log.csv", log)], &asked, &Silent) else { continue };
                 for one in &found.parameters {
-                    let [low, high] = [one.interval.0, one.interval.1];
-                    assert_eq!(low.is_finite(), high.is_finite(), "{count}: {one:?}");
-                    assert!(!low.is_finite() || low <= one.value && one.value <= high, "{count}: {one:?}");
-                    assert!(low.is_finite() || !one.remark.is_empty(), "{count}: {one:?}");
-                    told += usize::from(low.is_finite());
-                    without += usize::from(!low.is_finite());
+                    let inside = one.interval.is_none_or(|it| (it.lower..=it.upper).contains(&one.value.unwrap()));
+                    assert!(
+                        one.interval.is_none_or(|it| it.lower.is_finite() && it.upper.is_finite()),
+                        "{count}: {one:?}"
+                    );
+                    assert!(inside, "{count}: {one:?}");
+                    assert!(one.interval.is_some() || !one.remark.is_empty(), "{count}: {one:?}");
+                    told += usize::from(one.interval.is_some());
+                    without += usize::from(one.interval.is_none());
                 }
-                let (sound, verdict) = found.verdict();
-                assert!(!sound || found.parameters.iter().all(|one| one.interval.0.is_finite()), "{verdict}");
+                let Verdict { sound, text: verdict } = found.verdict();
+                assert!(!sound || found.parameters.iter().all(|one| one.interval.is_some()), "{verdict}");
             }
         }
     }
@@ -777,7 +799,7 @@ fn the_verdict_names_damage_and_doubts() {
     };
     let verdict = |rows: Vec<String>| {
         let found = found(source, vec![rows.concat()], &IdentifySettings::default());
-        let (sound, verdict) = found.verdict();
+        let Verdict { sound, text: verdict } = found.verdict();
         let json = kardan::export::identification_json(&found);
         assert!(json.contains(&format!("\"sound\":{sound}")), "{json}");
         (sound, verdict)

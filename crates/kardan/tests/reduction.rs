@@ -19,7 +19,9 @@ use kardan::analysis::{
 use kardan::assemble::Along;
 use kardan::model;
 use kardan::num::{Matrix, Rational, null_vectors, project};
-use kardan::results::{Basis, EigenvalueBounds, EnergyKind, Mode, NamedMatrix};
+use kardan::results::{
+    Basis, Complex, EigenvalueBounds, ElementShare, EnergyKind, Mode, NamedMatrix, ShapePart, StoredShare,
+};
 use proptest::prelude::*;
 
 // ---- systems ------------------------------------------------------------------------------------------------------
@@ -539,15 +541,22 @@ fn the_built_in_model_is_that_of_table_6_3() {
     expected.sort_by(|a, b| a[0].hypot(a[1]).total_cmp(&b[0].hypot(b[1])));
     assert_eq!(found.len(), expected.len());
     for (mode, root) in found.iter().zip(&expected) {
-        assert!((mode.eigenvalue.0 - root[0]).abs() < 1e-11 && (mode.eigenvalue.1 - root[1]).abs() < 1e-11, "{root:?}");
+        assert!(
+            (mode.eigenvalue.re - root[0]).abs() < 1e-11 && (mode.eigenvalue.im - root[1]).abs() < 1e-11,
+            "{root:?}"
+        );
     }
-    assert_eq!((found[0].eigenvalue, found[1].eigenvalue), ((0.0, 0.0), (0.0, 0.0)), "rigid motions are exact");
+    assert_eq!(
+        (found[0].eigenvalue, found[1].eigenvalue),
+        (Complex::default(), Complex::default()),
+        "rigid motions are exact"
+    );
 }
 
 // ---- modes --------------------------------------------------------------------------------------------------------
 
 fn roots(modes: &[Mode]) -> usize {
-    modes.iter().map(|mode| if mode.eigenvalue.1 > 0.0 { 2 } else { 1 }).sum()
+    modes.iter().map(|mode| if mode.eigenvalue.im > 0.0 { 2 } else { 1 }).sum()
 }
 
 /// Residual of `λ²H + λD + S` and of the constraints, shares, and what follows for the sum of all roots.
@@ -559,12 +568,13 @@ fn check_modes(system: &ConstrainedSystem, found: &[Mode], tolerance: f64) -> Re
     prop_assert_eq!(roots(found), 2 * coordinates.len());
     let mut sum = 0.0;
     for mode in found {
-        let value = c64::new(mode.eigenvalue.0, mode.eigenvalue.1);
+        let value = c64::new(mode.eigenvalue.re, mode.eigenvalue.im);
         prop_assert!(value.im >= 0.0 && (mode.natural_frequency - value.norm()).abs() <= 1e-15 * value.norm());
         let expected = if value.norm() > 0.0 { -value.re / value.norm() } else { 1.0 };
         prop_assert!((mode.damping_ratio - expected).abs() < 1e-15);
         sum += if value.im > 0.0 { 2.0 * value.re } else { value.re };
-        let shape: Vec<c64> = mode.shape.iter().map(|(_, re, im)| c64::new(*re, *im)).collect();
+        let shape: Vec<c64> =
+            mode.shape.iter().map(|ShapePart { name: _, value: Complex { re, im } }| c64::new(*re, *im)).collect();
         let size = shape.iter().fold(0.0f64, |max, x| max.max(x.norm()));
         prop_assert!((size - 1.0).abs() < 1e-14 && shape.iter().any(|x| (x - c64::ONE).norm() < 1e-14));
         let v: Vec<c64> = coordinates.iter().map(|&shaft| shape[shaft]).collect();
@@ -578,11 +588,11 @@ fn check_modes(system: &ConstrainedSystem, found: &[Mode], tolerance: f64) -> Re
             let left: c64 = (0..v.len()).map(|j| pencil(j) * v[j]).sum();
             prop_assert!(left.norm() <= tolerance * scale, "residual {left} of {value} in {scale}");
         }
-        let stored: f64 = mode.stored.iter().map(|(_, _, share)| share).sum();
+        let stored: f64 = mode.stored.iter().map(|StoredShare { share, .. }| share).sum();
         prop_assert!(mode.stored.is_empty() || (stored - 1.0).abs() < 1e-13, "stored {stored}");
         let negative = system.springs.iter().any(|spring| spring.value < Rational::ZERO);
         prop_assert!(negative || !mode.stored.is_empty(), "no energy");
-        let lost: f64 = mode.dissipated.iter().map(|(_, share)| share).sum();
+        let lost: f64 = mode.dissipated.iter().map(|ElementShare { share, .. }| share).sum();
         prop_assert!(mode.dissipated.is_empty() || (lost - 1.0).abs() < 1e-13, "lost {lost}");
     }
     prop_assert!(found.is_sorted_by(|a, b| a.natural_frequency <= b.natural_frequency));
@@ -594,7 +604,7 @@ fn check_modes(system: &ConstrainedSystem, found: &[Mode], tolerance: f64) -> Re
 }
 
 fn share(mode: &Mode, kind: EnergyKind) -> f64 {
-    mode.stored.iter().filter(|(_, of, _)| *of == kind).map(|(_, _, share)| share).sum()
+    mode.stored.iter().filter(|StoredShare { energy: of, .. }| *of == kind).map(|StoredShare { share, .. }| share).sum()
 }
 
 proptest! {
@@ -611,10 +621,10 @@ proptest! {
         let found = modes(&random.system, &reduction(&random.system, &random.preferred)).expect("regular");
         check_modes(&random.system, &found, 1e-10)?;
         for mode in &found {
-            prop_assert_eq!(mode.eigenvalue.0, 0.0);
+            prop_assert_eq!(mode.eigenvalue.re, 0.0);
             prop_assert!(mode.dissipated.is_empty());
             // ω² is off by the rounding of the largest ω², which is at most some 1e4 times the smallest.
-            let potential = if mode.eigenvalue.1 > 0.0 { 0.5 } else { 0.0 };
+            let potential = if mode.eigenvalue.im > 0.0 { 0.5 } else { 0.0 };
             prop_assert!((share(mode, EnergyKind::Potential) - potential).abs() < 1e-9, "{mode:?}");
         }
     }
@@ -630,15 +640,15 @@ proptest! {
         let found = modes_of_pencil(&states, &e, &Matrix::from_fn(n, n, |i, j| 2.0 * a[(i, j)])).expect("regular");
         prop_assert_eq!(roots(&found), n);
         for mode in &found {
-            let value = c64::new(mode.eigenvalue.0, mode.eigenvalue.1);
-            let v: Vec<c64> = mode.shape.iter().map(|(_, re, im)| c64::new(*re, *im)).collect();
+            let value = c64::new(mode.eigenvalue.re, mode.eigenvalue.im);
+            let v: Vec<c64> = mode.shape.iter().map(|ShapePart { name: _, value: Complex { re, im } }| c64::new(*re, *im)).collect();
             for i in 0..n {
                 let left: c64 = (0..n).map(|j| v[j] * a[(i, j)]).sum::<c64>() - value * v[i];
                 // Relative to the size of A; balancing bounds the error of each entry in its own scale, up to 1e4 apart.
                 prop_assert!(left.norm() < 1e-9 * (1.0 + a.norm_max()), "residual {left} of {value}");
             }
         }
-        let sum: f64 = found.iter().map(|m| if m.eigenvalue.1 > 0.0 { 2.0 * m.eigenvalue.0 } else { m.eigenvalue.0 }).sum();
+        let sum: f64 = found.iter().map(|m| if m.eigenvalue.im > 0.0 { 2.0 * m.eigenvalue.re } else { m.eigenvalue.re }).sum();
         let trace: f64 = (0..n).map(|i| a[(i, i)]).sum();
         prop_assert!((sum - trace).abs() < 1e-9 * (1.0 + a.norm_max()));
     }
@@ -661,18 +671,21 @@ fn two_bodies() {
     check_modes(&system, &found, 1e-14).expect("two bodies");
     let expected = [(0.0, 0.0), (-0.5, 0.0), (-0.75, 55.0f64.sqrt() / 4.0)];
     for (mode, root) in found.iter().zip(expected) {
-        close(mode.eigenvalue.0, root.0, 1e-14, "real part");
-        close(mode.eigenvalue.1, root.1, 1e-14, "imaginary part");
+        close(mode.eigenvalue.re, root.0, 1e-14, "real part");
+        close(mode.eigenvalue.im, root.1, 1e-14, "imaginary part");
     }
-    assert_eq!(found[0].shape, [("body0".to_string(), 1.0, 0.0), ("body1".to_string(), 1.0, 0.0)]);
+    assert_eq!(
+        found[0].shape,
+        ["body0", "body1"].map(|name| ShapePart { name: name.into(), value: Complex::new(1.0, 0.0) })
+    );
     assert!(found[0].dissipated.is_empty() && found[0].stored.len() == 2);
     // Shares of the pair, v = (1, −1), |λ|² = 4: kinetic ½·4·(1 + 1) = 4, potential ½·2·4 = 4; loss 4·(½ + ½ + ½·4) = 12.
-    let names: Vec<&str> = found[2].dissipated.iter().map(|(name, _)| name.as_str()).collect();
+    let names: Vec<&str> = found[2].dissipated.iter().map(|ElementShare { element: name, .. }| name.as_str()).collect();
     assert_eq!(names, ["body0", "body1", "spring"]);
-    for ((_, share), expected) in found[2].dissipated.iter().zip([1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]) {
+    for (ElementShare { share, .. }, expected) in found[2].dissipated.iter().zip([1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]) {
         close(*share, expected, 1e-14, "loss");
     }
-    for ((_, _, share), expected) in found[2].stored.iter().zip([0.25, 0.25, 0.5]) {
+    for (StoredShare { share, .. }, expected) in found[2].stored.iter().zip([0.25, 0.25, 0.5]) {
         close(*share, expected, 1e-14, "stored");
     }
 }
@@ -700,14 +713,17 @@ fn free_motions_are_double_roots_without_spreading() {
     let system = chain(40); // no damper on the first spring
     let found = modes(&system, &reduction(&system, &[])).expect("regular");
     check_modes(&system, &found, 1e-10).expect("the chain");
-    assert_eq!((found[0].eigenvalue, found[1].eigenvalue), ((0.0, 0.0), (0.0, 0.0)));
+    assert_eq!((found[0].eigenvalue, found[1].eigenvalue), (Complex::default(), Complex::default()));
     assert!(found[2].natural_frequency > 1.0, "{}", found[2].natural_frequency);
-    assert!(found[0].shape.iter().all(|(_, re, im)| (*re, *im) == (1.0, 0.0)), "all turn together, exactly");
+    assert!(
+        found[0].shape.iter().all(|ShapePart { name: _, value: Complex { re, im } }| (*re, *im) == (1.0, 0.0)),
+        "all turn together, exactly"
+    );
     assert!((share(&found[0], EnergyKind::Kinetic) - 1.0).abs() < 1e-14);
     // Nothing at all but inertia.
     let free = ConstrainedSystem { dampers: vec![], springs: vec![], ..chain(10) };
     let found = modes(&free, &reduction(&free, &[])).expect("regular");
-    assert!(found.len() == 16 && found.iter().all(|mode| mode.eigenvalue == (0.0, 0.0)));
+    assert!(found.len() == 16 && found.iter().all(|mode| mode.eigenvalue == Complex::default()));
 }
 
 /// A negative spring that cancels another: the zero is not split off, but is found and gives no NaN.
@@ -729,7 +745,7 @@ fn negative_coefficients_are_allowed() {
         // λ² + 3 λ − 4 = (λ + 4)(λ − 1), or λ² − 4.
         let expected = if damped { [1.0, -4.0] } else { [-2.0, 2.0] };
         for (mode, root) in found[2..].iter().zip(expected) {
-            close(mode.eigenvalue.0, root, 1e-14, "real root");
+            close(mode.eigenvalue.re, root, 1e-14, "real root");
         }
         assert!(found[0].natural_frequency < 1e-14 && found[1].natural_frequency < 1e-14);
     }
@@ -744,8 +760,10 @@ fn long_jordan_blocks_have_finite_shapes() {
     let found = modes_of_pencil(&states, &Matrix::identity(n), &a).expect("finite");
     assert_eq!(roots(&found), n);
     for mode in &found {
-        assert!(mode.shape.iter().all(|(_, re, im)| re.is_finite() && im.is_finite()));
-        assert!(mode.shape[0].1 == 1.0 && mode.natural_frequency == 0.0, "{:?}", mode.shape);
+        assert!(
+            mode.shape.iter().all(|ShapePart { name: _, value: Complex { re, im } }| re.is_finite() && im.is_finite())
+        );
+        assert!(mode.shape[0].value.re == 1.0 && mode.natural_frequency == 0.0, "{:?}", mode.shape);
     }
     assert_eq!(modes_of_pencil(&states[..1], &Matrix::zeros(1, 1), &Matrix::identity(1)), None, "E is singular");
 }

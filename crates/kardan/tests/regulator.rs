@@ -5,13 +5,12 @@ mod common;
 use common::built_in;
 use kardan::analysis::LinearSystem;
 use kardan::num::{Matrix, Rational, Scalar, discretise, eigenvalues, exponential, rational_from_f64};
+use kardan::results::{Complex, Pole};
 use kardan::synthesis::regulator::{
     LyapunovError, PlacementError, RiccatiError, SteadyStateError, Weights, characteristic_polynomial, lqr, lyapunov,
     place_poles, steady_state, unreached,
 };
 use proptest::prelude::*;
-
-type Pole = (f64, f64);
 
 fn integers(rows: &[&[i64]]) -> Matrix<Rational> {
     Matrix::from_fn(rows.len(), rows.first().map_or(0, |row| row.len()), |i, j| Rational::from(rows[i][j]))
@@ -46,8 +45,8 @@ fn polynomial(m: &Matrix<f64>) -> Vec<f64> {
 
 /// Π (s − p), of 1, s, s², …
 fn product(poles: &[Pole]) -> Vec<f64> {
-    let mut all: Vec<Pole> = vec![(1.0, 0.0)];
-    for (re, im) in poles {
+    let mut all: Vec<(f64, f64)> = vec![(1.0, 0.0)];
+    for Pole { re, im } in poles {
         let mut next = vec![(0.0, 0.0); all.len() + 1];
         for (k, c) in all.iter().enumerate() {
             next[k + 1] = (next[k + 1].0 + c.0, next[k + 1].1 + c.1);
@@ -65,9 +64,9 @@ fn wishes(n: usize, seed: u64) -> Vec<Pole> {
     while out.len() < n {
         let (re, im) = (-0.5 - 3.0 * random.unit(), 0.2 + 3.0 * random.unit());
         if out.len() + 1 < n && random.unit() < 0.5 {
-            out.extend([(re, im), (re, -im)]);
+            out.extend([Pole::new(re, im), Pole::new(re, -im)]);
         } else {
-            out.push((re, 0.0));
+            out.push(Pole::new(re, 0.0));
         }
     }
     out
@@ -108,7 +107,17 @@ fn poles_are_where_they_are_wished() {
 #[test]
 fn free_choice_gives_orthogonal_eigenvectors() {
     let s = random(5, 5, 3);
-    let placement = place_poles(&s, &[(-1.0, 0.0), (-2.0, 1.0), (-2.0, -1.0), (-3.0, 0.0), (-3.0, 0.0)]).unwrap();
+    let placement = place_poles(
+        &s,
+        &[
+            Complex::new(-1.0, 0.0),
+            Complex::new(-2.0, 1.0),
+            Complex::new(-2.0, -1.0),
+            Complex::new(-3.0, 0.0),
+            Complex::new(-3.0, 0.0),
+        ],
+    )
+    .unwrap();
     assert!(placement.condition < 1.0 + 1e-6, "{}", placement.condition);
     assert!(placement.residual < 1e-13);
 }
@@ -117,29 +126,48 @@ fn free_choice_gives_orthogonal_eigenvectors() {
 #[test]
 fn repeated_poles() {
     let s = random(6, 3, 5);
-    let pair = [(-2.0, 1.0), (-2.0, -1.0)];
+    let pair = [(-2.0, 1.0), (-2.0, -1.0)].map(Pole::from);
     let placement = place_poles(&s, &[pair, pair, pair].concat()).unwrap();
     assert!(placement.residual < 1e-11, "{:e}", placement.residual);
-    let placement =
-        place_poles(&s, &[(-1.0, 0.0), (-1.0, 0.0), (-1.0, 0.0), (-4.0, 0.0), (-4.0, 0.0), (0.0, 0.0)]).unwrap();
+    let placement = place_poles(
+        &s,
+        &[
+            Complex::new(-1.0, 0.0),
+            Complex::new(-1.0, 0.0),
+            Complex::new(-1.0, 0.0),
+            Complex::new(-4.0, 0.0),
+            Complex::new(-4.0, 0.0),
+            Complex::default(),
+        ],
+    )
+    .unwrap();
     assert!(placement.residual < 1e-11, "{:e}", placement.residual);
     // Chains of 3 and 1 states: −1, −1, −2, −2 would need a Jordan block.
     let s =
         system(&[&[0, 1, 0, 0], &[0, 0, 1, 0], &[0, 0, 0, 0], &[0, 0, 0, 0]], &[&[0, 0], &[0, 0], &[1, 0], &[0, 1]]);
-    let twice = [(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-2.0, 0.0)];
+    let twice = [(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-2.0, 0.0)].map(Pole::from);
     assert_eq!(place_poles(&s, &twice), Err(PlacementError::Repeated { inputs: 1, needed: 3, given: 2 }));
-    assert!(place_poles(&s, &[(-1.0, 0.0), (-1.0, 0.0), (-2.0, 0.0), (-3.0, 0.0)]).unwrap().residual < 1e-12);
+    assert!(
+        place_poles(
+            &s,
+            &[Complex::new(-1.0, 0.0), Complex::new(-1.0, 0.0), Complex::new(-2.0, 0.0), Complex::new(-3.0, 0.0)]
+        )
+        .unwrap()
+        .residual
+            < 1e-12
+    );
 }
 
 /// The harmonic drive in SI units: inertias of 1e-4 and 1e-2 kg m², poles at the millisecond.
 #[test]
 fn mechanical_systems_in_mixed_units() {
     let s = built_in("harmonic-drive", &["wg_motor", "cs_motor"], &["wg", "cs"]);
-    let poles = [(-50.0, 0.0), (-1000.0, 0.0), (-300.0, 400.0), (-300.0, -400.0)];
+    let poles = [(-50.0, 0.0), (-1000.0, 0.0), (-300.0, 400.0), (-300.0, -400.0)].map(Pole::from);
     let placement = place_poles(&s, &poles).unwrap();
     assert!(placement.residual < 1e-11, "{:e}", placement.residual);
     let s = built_in("sia-steering", &["wg_motor", "rk_motor"], &["rk", "fs"]);
-    let poles = [(-14.0, 14.28), (-14.0, -14.28), (-20.0, 0.0), (-25.0, 0.0), (-700.0, 700.0), (-700.0, -700.0)];
+    let poles = [(-14.0, 14.28), (-14.0, -14.28), (-20.0, 0.0), (-25.0, 0.0), (-700.0, 700.0), (-700.0, -700.0)]
+        .map(Pole::from);
     let placement = place_poles(&s, &poles).unwrap();
     assert!(placement.residual < 1e-10, "{:e}", placement.residual);
     println!("steering column: error {:e}, condition {:.1}", placement.residual, placement.condition);
@@ -149,16 +177,21 @@ fn mechanical_systems_in_mixed_units() {
 fn fixed_modes_must_be_wished_for() {
     // x₂ decays on its own with −3; the input reaches x₁ + x₃ only.
     let s = system(&[&[1, 2, 0], &[0, -3, 0], &[0, 0, -5]], &[&[1], &[0], &[0]]);
-    let error = place_poles(&s, &[(-1.0, 0.0), (-2.0, 0.0), (-3.0, 0.0)]).unwrap_err();
+    let error =
+        place_poles(&s, &[Complex::new(-1.0, 0.0), Complex::new(-2.0, 0.0), Complex::new(-3.0, 0.0)]).unwrap_err();
     let PlacementError::FixedModes { modes, polynomial, combinations } = &error else { panic!("{error}") };
-    assert_eq!((modes.as_slice(), polynomial.as_str()), (&[(-3.0, 0.0), (-5.0, 0.0)][..], "s^2 + 8 s + 15"));
+    assert_eq!(
+        (modes.as_slice(), polynomial.as_str()),
+        (&[Pole::new(-3.0, 0.0), Pole::new(-5.0, 0.0)][..], "s^2 + 8 s + 15")
+    );
     assert_eq!(combinations, &["x2", "x3"]);
     assert!(error.to_string().contains("the modes -3 and -5 stay as they are"), "{error}");
-    let placement = place_poles(&s, &[(-5.0, 0.0), (-7.0, 0.0), (-3.0, 0.0)]).unwrap();
+    let placement =
+        place_poles(&s, &[Complex::new(-5.0, 0.0), Complex::new(-7.0, 0.0), Complex::new(-3.0, 0.0)]).unwrap();
     assert!(placement.residual < 1e-14 && (placement.gain[(0, 0)] - 8.0).abs() < 1e-13);
     // Nothing is reached at all.
     let idle = system(&[&[-2]], &[&[0]]);
-    assert_eq!(place_poles(&idle, &[(-2.0, 0.0)]).unwrap().gain[(0, 0)], 0.0);
+    assert_eq!(place_poles(&idle, &[Complex::new(-2.0, 0.0)]).unwrap().gain[(0, 0)], 0.0);
     // The wave generator alone: the motion that its motor does not reach stays.
     let drive = built_in("harmonic-drive", &["wg_motor"], &["wg"]);
     let lost = unreached(&drive.explicit().unwrap()).unwrap();
@@ -169,15 +202,18 @@ fn fixed_modes_must_be_wished_for() {
 #[test]
 fn bad_wishes_are_refused() {
     let s = system(&[&[0, 1], &[0, 0]], &[&[0], &[1]]);
-    let error = |poles: &[Pole]| place_poles(&s, poles).unwrap_err();
+    let error = |poles: &[(f64, f64)]| place_poles(&s, &Pole::list(poles.to_vec())).unwrap_err();
     assert_eq!(error(&[(-1.0, 0.0)]), PlacementError::WrongNumber { given: 1, states: 2 });
     assert_eq!(error(&[(-1.0, 0.0); 3]), PlacementError::WrongNumber { given: 3, states: 2 });
-    assert_eq!(error(&[(-1.0, 1.0), (-1.0, 1.0)]), PlacementError::NotSelfConjugate { pole: (-1.0, 1.0) });
-    assert_eq!(error(&[(-1.0, 0.0); 2]), PlacementError::TooOften { pole: (-1.0, 0.0), times: 2, rank: 1 });
+    assert_eq!(error(&[(-1.0, 1.0), (-1.0, 1.0)]), PlacementError::NotSelfConjugate { pole: Complex::new(-1.0, 1.0) });
+    assert_eq!(error(&[(-1.0, 0.0); 2]), PlacementError::TooOften { pole: Complex::new(-1.0, 0.0), times: 2, rank: 1 });
     assert_eq!(error(&[(f64::NAN, 0.0), (-1.0, 0.0)]), PlacementError::NotFinite);
     assert_eq!(error(&[(-1.0, f64::INFINITY), (-1.0, f64::NEG_INFINITY)]), PlacementError::NotFinite);
     let singular = LinearSystem { e: integers(&[&[1, 0], &[0, 0]]), ..s.clone() };
-    assert_eq!(place_poles(&singular, &[(-1.0, 0.0), (-2.0, 0.0)]), Err(PlacementError::Singular));
+    assert_eq!(
+        place_poles(&singular, &[Complex::new(-1.0, 0.0), Complex::new(-2.0, 0.0)]),
+        Err(PlacementError::Singular)
+    );
 }
 
 /// AᵀX + XA + Q − (XB + N) R⁻¹ (XB + N)ᵀ, with arithmetic of its own, over the sum of the norms.
@@ -214,7 +250,7 @@ fn riccati_equations_hold_and_the_loop_is_stable() {
             let residual = care(&s, &weights, &regulator.solution);
             worst = worst.max(residual);
             assert!(residual < 1e-13 && regulator.residual < 1e-13, "{n} {m}: {residual:e} {:e}", regulator.residual);
-            assert!(regulator.poles.iter().all(|p| p.0 < 0.0));
+            assert!(regulator.poles.iter().all(|p| p.re < 0.0));
             let x = &regulator.solution;
             assert!((0..n).all(|i| (0..n).all(|j| (x[(i, j)] - x[(j, i)]).abs() <= 1e-14 * norm(x))));
             assert!(eigenvalues(x).unwrap().iter().all(|p| p.0 > -1e-12 * norm(x)), "{n} {m}: X is not semidefinite");
@@ -253,7 +289,7 @@ fn riccati_closed_forms() {
     }
     let s = system(&[&[0, 1], &[6, 1]], &[&[0], &[1]]);
     let regulator = lqr(&s, &Weights::diagonal(&[0.0, 0.0], &[2.0])).unwrap();
-    assert!((regulator.poles[0].0 + 2.0).abs() < 1e-13 && (regulator.poles[1].0 + 3.0).abs() < 1e-13);
+    assert!((regulator.poles[0].re + 2.0).abs() < 1e-13 && (regulator.poles[1].re + 3.0).abs() < 1e-13);
     // ω = 3: k₁ = √(81 + 1) − 9 …
     let s = system(&[&[0, 1], &[-9, 0]], &[&[0], &[1]]);
     let gain = lqr(&s, &Weights::diagonal(&[1.0, 0.0], &[1.0])).unwrap().gain;
@@ -266,7 +302,7 @@ fn riccati_closed_forms() {
 fn riccati_with_fixed_modes_and_mixed_units() {
     let s = system(&[&[1, 2, 0], &[0, -3, 0], &[0, 0, -5]], &[&[1], &[0], &[0]]);
     let regulator = lqr(&s, &Weights::diagonal(&[1.0, 1.0, 0.0], &[1.0])).unwrap();
-    assert!(regulator.poles.iter().any(|p| (p.0 + 5.0).abs() < 1e-12));
+    assert!(regulator.poles.iter().any(|p| (p.re + 5.0).abs() < 1e-12));
     let s = built_in("sia-steering", &["wg_motor", "rk_motor"], &["rk", "fs"]);
     let mut worst = 0.0f64;
     for input in [1e-6, 1.0, 1e6] {
@@ -308,11 +344,14 @@ fn riccati_refusals() {
     assert!(matches!(error(&cross), RiccatiError::StateWeight { .. }));
     // The angle costs nothing and drifts.
     let blind = error(&with(&[&[0.0, 0.0], &[0.0, 1.0]], 1.0));
-    assert_eq!(blind, RiccatiError::NotDetectable { modes: vec![(0.0, 0.0)], motions: vec!["x1".into()] });
+    assert_eq!(blind, RiccatiError::NotDetectable { modes: vec![Complex::default()], motions: vec!["x1".into()] });
     // x₂ grows and nothing reaches it.
     let wild = system(&[&[1, 0], &[0, 2]], &[&[1], &[0]]);
     let error = lqr(&wild, &with(one, 1.0)).unwrap_err();
-    assert_eq!(error, RiccatiError::NotStabilisable { modes: vec![(2.0, 0.0)], combinations: vec!["x2".into()] });
+    assert_eq!(
+        error,
+        RiccatiError::NotStabilisable { modes: vec![Complex::new(2.0, 0.0)], combinations: vec!["x2".into()] }
+    );
     assert!(error.to_string().contains("no input reaches the modes 2 of x2"), "{error}");
 }
 
@@ -415,7 +454,8 @@ fn lyapunov_refusals() {
 #[test]
 fn references_are_reached() {
     let s = built_in("sia-steering", &["wg_motor", "rk_motor"], &["rk", "fs"]);
-    let poles = [(-14.0, 14.28), (-14.0, -14.28), (-20.0, 0.0), (-25.0, 0.0), (-700.0, 700.0), (-700.0, -700.0)];
+    let poles = [(-14.0, 14.28), (-14.0, -14.28), (-20.0, 0.0), (-25.0, 0.0), (-700.0, 700.0), (-700.0, -700.0)]
+        .map(Pole::from);
     let gain = place_poles(&s, &poles).unwrap().gain;
     let reference = steady_state(&s).unwrap().reference_gain(&gain);
     let explicit = s.explicit().unwrap();
@@ -439,8 +479,8 @@ fn references_are_reached() {
 #[test]
 fn empty_systems() {
     let free = LinearSystem::state_space(integers(&[&[-1]]), Matrix::zeros(1, 0), Matrix::zeros(0, 1));
-    assert_eq!(place_poles(&free, &[(-1.0, 0.0)]).unwrap().gain.rows(), 0);
-    assert!(matches!(place_poles(&free, &[(-2.0, 0.0)]), Err(PlacementError::FixedModes { .. })));
+    assert_eq!(place_poles(&free, &[Complex::new(-1.0, 0.0)]).unwrap().gain.rows(), 0);
+    assert!(matches!(place_poles(&free, &[Complex::new(-2.0, 0.0)]), Err(PlacementError::FixedModes { .. })));
     let cost = lqr(&free, &Weights::diagonal(&[2.0], &[])).unwrap();
     assert!((cost.solution[(0, 0)] - 1.0).abs() < 1e-15);
     assert!(steady_state(&free).is_ok());
@@ -464,8 +504,8 @@ fn single_inputs_are_placed_exactly() {
             let closed = s.a.plus(&s.b.multiply(&gain).scale(&Rational::from(-1)));
             let roots = characteristic_polynomial(&closed).roots();
             let distance = |wish: &Pole| {
-                let nearest = roots.iter().map(|r| (r.0 - wish.0).hypot(r.1 - wish.1)).fold(f64::INFINITY, f64::min);
-                nearest / wish.0.hypot(wish.1)
+                let nearest = roots.iter().map(|r| (r.0 - wish.re).hypot(r.1 - wish.im)).fold(f64::INFINITY, f64::min);
+                nearest / wish.abs()
             };
             let worst = poles.iter().map(distance).fold(0.0, f64::max);
             assert!(worst <= placement.residual.max(1e-13), "{n} {seed}: {worst:e} {:e}", placement.residual);
@@ -475,6 +515,6 @@ fn single_inputs_are_placed_exactly() {
     }
     // Two inputs in the same direction share the command.
     let s = system(&[&[0, 1], &[0, 0]], &[&[0, 0], &[1, 3]]);
-    let gain = place_poles(&s, &[(-1.0, 0.0), (-2.0, 0.0)]).unwrap().gain;
+    let gain = place_poles(&s, &[Complex::new(-1.0, 0.0), Complex::new(-2.0, 0.0)]).unwrap().gain;
     assert_eq!(gain.as_slice(), [0.2, 0.3, 0.6, 0.9]);
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::prepared;
 use kardan::model::builtin;
 use kardan::num::Matrix;
-use kardan::results::ControllerData;
+use kardan::results::{ControllerData, DataNumber};
 use kardan::study;
 use kardan::synthesis::{Clock, Law, Plant, Seen, design_law};
 
@@ -42,7 +42,7 @@ fn law(keys: &str, variant: &str, column: Option<f64>) -> (Arc<dyn Law>, Plant) 
 }
 
 fn table<'a>(data: &'a ControllerData, name: &str) -> &'a [Vec<f64>] {
-    &data.matrices.iter().find(|(other, _)| other == name).unwrap_or_else(|| panic!("no {name}")).1
+    &data.matrices.iter().find(|matrix| matrix.name == name).unwrap_or_else(|| panic!("no {name}")).values
 }
 
 const PARTS: [&str; 7] = ["prediction", "input", "output", "correction", "feedback", "force_input", "on_forces"];
@@ -136,7 +136,8 @@ fn the_block_at_a_point_is_the_block_designed_there() {
         let angle = std::f64::consts::PI * k as f64 / 16.0;
         let (alone, plant) = law("schedule = 1", "bent", Some(angle));
         let data = alone.describe().controller_data;
-        let offset = |name: &str| data.numbers.iter().find(|(other, _)| other == name).expect("told").1;
+        let offset =
+            |name: &str| data.numbers.iter().find(|DataNumber { name: other, .. }| other == name).expect("told").value;
         let offsets = ["rk_encoder.phi", "wg_encoder.phi", "bar.tau"].map(|name| offset(&format!("{name} offset")));
         let mut states = vec![0.0; alone.states().len()];
         let estimate = [angle + 0.01, -0.2, angle];

@@ -8,7 +8,7 @@ use kardan::analysis::{
 use kardan::assemble::Along;
 use kardan::equations::Measured;
 use kardan::num::{Rational, echelon};
-use kardan::results::{BoxVerdict, LossSearch, Pole};
+use kardan::results::{BoxVerdict, Complex, LossSearch, NamedShare, ParameterPoint, Pole};
 
 fn fraction(a: i64, b: u64) -> Rational {
     Rational::from_parts(a.into(), b.into())
@@ -55,7 +55,8 @@ fn appendix_b_box() -> [Parameter; 3] {
     ]
 }
 
-const NOMINAL: [Pole; 4] = [(0.0, 0.0), (-0.5, 0.0), (-0.75, 1.854), (-0.75, -1.854)];
+const NOMINAL: [Pole; 4] =
+    [Complex::new(0.0, 0.0), Complex::new(-0.5, 0.0), Complex::new(-0.75, 1.854), Complex::new(-0.75, -1.854)];
 
 /// Appendix B: controllability is lost on d² = sJ. From (1, 2, 1/2) with 20 % on each the nearest point moves all
 /// three by the same part x: (1 + x)/(1 − x) = √8, x = (√8 − 1)/(√8 + 1), 5 x tolerances.
@@ -70,11 +71,11 @@ fn appendix_b_is_found() {
         let family = Family::new(&p, &two_bodies, side, &outputs).unwrap();
         let loss = nearest_loss(&family, &names, &NOMINAL, 32).unwrap();
         assert!((loss.distance - expected).abs() < 1e-9, "{loss:?}");
-        let [j, s, d] = [0, 1, 2].map(|i| loss.at[i].1);
+        let [j, s, d] = [0, 1, 2].map(|i| loss.at[i].value);
         assert!((d * d - s * j).abs() < 1e-12, "{loss:?}");
         // The mode that is lost moves the other body alone: λ = −s/d.
-        assert!((loss.eigenvalue.0 + s / d).abs() < 1e-9 && loss.eigenvalue.1 == 0.0);
-        assert_eq!(loss.shafts, [("a".to_string(), 1.0)]);
+        assert!((loss.eigenvalue.re + s / d).abs() < 1e-9 && loss.eigenvalue.im == 0.0);
+        assert_eq!(loss.shafts, [NamedShare { name: "a".into(), share: 1.0 }]);
         assert!(loss.residual < 1e-13);
     }
 }
@@ -96,8 +97,10 @@ fn one_parameter_at_a_time() {
             two_bodies(&all)
         };
         let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
-        let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 1.0), (-2.0, 0.0)], 32).unwrap();
-        assert!((loss.at[0].1 - at).abs() < 1e-10, "{loss:?}");
+        let loss =
+            nearest_loss(&family, &names, &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)], 32)
+                .unwrap();
+        assert!((loss.at[0].value - at).abs() < 1e-10, "{loss:?}");
         assert!((loss.distance - distance).abs() < 1e-9, "{loss:?}");
     }
 }
@@ -131,7 +134,13 @@ fn unequal_tolerances() {
             if (d * d < product) == nominally_below { low = middle } else { high = middle }
         }
         let family = Family::new(&p, &two_bodies, Side::Inputs, &[]).unwrap();
-        let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 0.0), (-0.8, 1.3), (-1.5, 1.0)], 48).unwrap();
+        let loss = nearest_loss(
+            &family,
+            &names,
+            &[Complex::default(), Complex::new(-1.0, 0.0), Complex::new(-0.8, 1.3), Complex::new(-1.5, 1.0)],
+            48,
+        )
+        .unwrap();
         assert!((loss.distance - low).abs() < 1e-8 * low, "{loss:?} instead of {low}");
     }
 }
@@ -180,7 +189,9 @@ fn a_small_distance_is_not_zero() {
     let p = [parameter("p", tiny(10_000), tiny(9_000), tiny(11_000))];
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b", "c"].map(String::from);
-    let loss = nearest_loss(&family, &names, &[(0.0, 0.44), (0.0, 1.5), (0.0, 2.6)], 48).unwrap();
+    let loss =
+        nearest_loss(&family, &names, &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)], 48)
+            .unwrap();
     assert!((loss.distance - 0.05).abs() < 1e-3, "{loss:?}");
 }
 
@@ -207,12 +218,14 @@ fn undamped_twins_are_found() {
     ];
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b", "c"].map(String::from);
-    let loss = nearest_loss(&family, &names, &[(0.0, 0.44), (0.0, 1.5), (0.0, 2.6)], 48).unwrap();
+    let loss =
+        nearest_loss(&family, &names, &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)], 48)
+            .unwrap();
     // 2 (1 + x) = 3 (1 − x): x = 1/5, two tolerances.
     assert!((loss.distance - 2.0).abs() < 1e-9, "{loss:?}");
-    assert!((loss.at[0].1 - 0.8).abs() < 1e-9 && (loss.at[1].1 - 2.4).abs() < 1e-9, "{loss:?}");
-    assert!(loss.eigenvalue.0.abs() < 1e-9 && (loss.eigenvalue.1 - 3f64.sqrt()).abs() < 1e-9, "{loss:?}");
-    let moving: Vec<&str> = loss.shafts.iter().map(|(name, _)| name.as_str()).collect();
+    assert!((loss.at[0].value - 0.8).abs() < 1e-9 && (loss.at[1].value - 2.4).abs() < 1e-9, "{loss:?}");
+    assert!(loss.eigenvalue.re.abs() < 1e-9 && (loss.eigenvalue.im - 3f64.sqrt()).abs() < 1e-9, "{loss:?}");
+    let moving: Vec<&str> = loss.shafts.iter().map(|NamedShare { name, .. }| name.as_str()).collect();
     assert_eq!(BTreeSet::from_iter(moving), BTreeSet::from(["a", "c"]));
 }
 
@@ -244,9 +257,10 @@ fn ratios_in_constraints_are_parameters_too() {
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     assert!(family.exact().1.is_some(), "affine before reduction");
     let names = ["m", "g", "a", "h", "c"].map(String::from);
-    let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (0.0, 7.0), (0.0, 1.6)], 48).unwrap();
-    assert!((loss.distance - 5.0).abs() < 1e-9 && (loss.at[1].1 - 3.0).abs() < 1e-9, "{loss:?}");
-    assert_eq!(loss.at[0].1, 5.0, "the ratio does not matter");
+    let loss = nearest_loss(&family, &names, &[Complex::default(), Complex::new(0.0, 7.0), Complex::new(0.0, 1.6)], 48)
+        .unwrap();
+    assert!((loss.distance - 5.0).abs() < 1e-9 && (loss.at[1].value - 3.0).abs() < 1e-9, "{loss:?}");
+    assert_eq!(loss.at[0].value, 5.0, "the ratio does not matter");
 }
 
 /// A family that is not affine (products of parameters) gives what the affine one in the product gives.
@@ -260,11 +274,13 @@ fn products_of_parameters() {
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     assert!(family.exact().1.is_none());
     let names = ["a".to_string(), "b".to_string()];
-    let loss = nearest_loss(&family, &names, &[(0.0, 0.0), (-1.0, 1.0), (-2.0, 0.0)], 32).unwrap();
+    let loss =
+        nearest_loss(&family, &names, &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)], 32)
+            .unwrap();
     // 2 (1 − x)² = 1, 20 x tolerances.
     let x = 1.0 - 0.5f64.sqrt();
     assert!((loss.distance - 20.0 * x).abs() < 1e-8, "{loss:?}");
-    assert!((loss.at[0].1 * loss.at[1].1 - 1.0).abs() < 1e-11);
+    assert!((loss.at[0].value * loss.at[1].value - 1.0).abs() < 1e-11);
 }
 
 /// With a force on each body nothing can be lost; with no parameters there is nothing to search.
@@ -330,14 +346,14 @@ fn samples_follow_the_distribution() {
         sample(&family, Side::Inputs, 1, &[0], plan, "x").unwrap()
     };
     let found = run(&p, &plan);
-    assert!(found.interval.0 < 0.5 && 0.5 < found.interval.1, "{found:?}");
-    assert!(found.interval.1 - found.interval.0 < 0.04);
-    assert!(found.quantiles.0 >= smallest / 9.0 * (1.0 - 1e-12) && found.quantiles.2 <= smallest * (1.0 + 1e-12));
+    assert!(found.interval.lower < 0.5 && 0.5 < found.interval.upper, "{found:?}");
+    assert!(found.interval.upper - found.interval.lower < 0.04);
+    assert!(found.smallest >= smallest / 9.0 * (1.0 - 1e-12) && found.largest <= smallest * (1.0 + 1e-12));
     assert_eq!(found, run(&p, &plan), "the seed decides");
     // An interval of 90 % confidence is left on either side by 5 % of a normal distribution: P(J > 3) = 0.05.
     p[0].confidence = Some(0.9);
     let found = run(&p, &SamplingPlan { threshold: Some(smallest / 9.0), ..plan });
-    assert!(found.interval.0 < 0.05 && 0.05 < found.interval.1, "{found:?}");
+    assert!(found.interval.lower < 0.05 && 0.05 < found.interval.upper, "{found:?}");
     // Without a threshold, a tenth of the nominal value.
     let found = run(&p, &SamplingPlan { threshold: None, ..plan });
     assert!((found.threshold - smallest / 40.0).abs() < 1e-12);
@@ -371,8 +387,8 @@ fn sampled_observability_of_a_constraint_torque() {
         let c = (0.5 - (2.0 * w).sin() / (4.0 * w)) / (w * w);
         factor * (0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt())
     };
-    assert!(found.quantiles.0 >= smallest(1.5) * (1.0 - 1e-9) && found.quantiles.2 <= smallest(0.5) * (1.0 + 1e-9));
-    assert!(found.quantiles.0 < smallest(1.3) && found.quantiles.2 > smallest(0.7), "{found:?}");
+    assert!(found.smallest >= smallest(1.5) * (1.0 - 1e-9) && found.largest <= smallest(0.5) * (1.0 + 1e-9));
+    assert!(found.smallest < smallest(1.3) && found.largest > smallest(0.7), "{found:?}");
 }
 
 fn analysis(source: &str) -> kardan::results::Analysis {
@@ -408,7 +424,10 @@ fn built_in_models_are_certified() {
     // Without its spring the torsion bar shows nothing beyond it: ten tolerances of 10 %, and exact.
     let nearest = both(&sia)[1].nearest.as_ref().unwrap();
     assert_eq!((nearest.distance, nearest.residual), (10.0, 0.0));
-    assert_eq!(nearest.at, [("torsion_bar.stiffness".to_string(), 0.0, "N m/rad".to_string())]);
+    assert_eq!(
+        nearest.at,
+        [ParameterPoint { parameter: "torsion_bar.stiffness".into(), value: 0.0, unit: "N m/rad".into() }]
+    );
 }
 
 #[test]
@@ -416,7 +435,7 @@ fn a_loss_within_the_tolerances_is_reported_and_never_certified() {
     let source = kardan::model::builtin("two-bodies").unwrap().source.replace("± 20 %", "± 60 %");
     for search in both(&analysis(&source)) {
         let nearest = search.nearest.as_ref().unwrap();
-        let [j, s, d] = ["J", "s", "d"].map(|name| nearest.at.iter().find(|at| at.0 == name).unwrap().1);
+        let [j, s, d] = ["J", "s", "d"].map(|name| nearest.at.iter().find(|at| at.parameter == name).unwrap().value);
         assert!((d * d - s * j).abs() < 1e-12 && nearest.distance < 1.0);
         assert_eq!(search.box_verdict, BoxVerdict::Lost);
         assert!(search.proven_distance < nearest.distance && search.proven_distance > 0.9 * nearest.distance);
@@ -425,7 +444,7 @@ fn a_loss_within_the_tolerances_is_reported_and_never_certified() {
     let source = source.replace("\"2 N m/rad", "\"1 N m/rad").replace("\"0.5 N m s", "\"1 N m s");
     let controllability = analysis(&source).sensitivity.unwrap().controllability.unwrap();
     let nearest = controllability.nearest.unwrap();
-    assert_eq!((nearest.distance, nearest.eigenvalue), (0.0, (-1.0, 0.0)));
+    assert_eq!((nearest.distance, nearest.eigenvalue), (0.0, Complex::new(-1.0, 0.0)));
     assert_eq!(controllability.box_verdict, BoxVerdict::Lost);
 }
 
@@ -449,7 +468,10 @@ fn what_only_rounding_loses_is_not_lost() {
     let p = [parameter("J", whole(1), fraction(9, 10), fraction(11, 10))];
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b"].map(String::from);
-    assert_eq!(nearest_loss(&family, &names, &[(0.0, 1.0), (0.0, 2f64.sqrt())], 32), None);
+    assert_eq!(
+        nearest_loss(&family, &names, &[Complex::new(0.0, 1.0), Complex { re: 0.0, im: 2f64.sqrt() }], 32),
+        None
+    );
 }
 
 #[test]
@@ -471,9 +493,12 @@ fn a_loss_at_zero_is_decided_exactly() {
                   [analysis]\noutputs = [\"a.phi\"]\nsamples = 10\n";
     for search in both(&analysis(source)) {
         let nearest = search.nearest.as_ref().unwrap();
-        assert_eq!((nearest.distance, nearest.residual, nearest.eigenvalue), (1.0, 0.0, (0.0, 0.0)));
-        assert_eq!(nearest.at, [("k.stiffness".to_string(), 0.0, "N m/rad".to_string())]);
-        assert_eq!(nearest.shafts, [("b".to_string(), 1.0)]);
+        assert_eq!((nearest.distance, nearest.residual, nearest.eigenvalue), (1.0, 0.0, Complex::default()));
+        assert_eq!(
+            nearest.at,
+            [ParameterPoint { parameter: "k.stiffness".into(), value: 0.0, unit: "N m/rad".into() }]
+        );
+        assert_eq!(nearest.shafts, [NamedShare { name: "b".into(), share: 1.0 }]);
         assert_eq!((search.box_verdict, search.method.as_str()), (BoxVerdict::Lost, "a loss was found in it, exactly"));
         assert!(search.proven_distance > 0.9 && search.proven_distance < 1.0, "{search:?}");
     }

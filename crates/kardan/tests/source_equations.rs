@@ -12,6 +12,7 @@ mod common;
 use common::*;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
+use kardan::results::Pole;
 use kardan::study::PreparedVariant;
 use kardan::synthesis::{ChannelDesign, NoninteractingDesign, design_noninteracting, effective_inertia};
 use kardan::synthesis::{LinearLaw, Seen, closed_loop_poles};
@@ -400,9 +401,9 @@ fn exact_row(matrix: &Matrix<Rational>, shaft: usize) -> Vec<Rational> {
 }
 
 /// Sum and product of a conjugate pair.
-fn sum_and_product(pair: &[(f64, f64)]) -> (f64, f64) {
-    let [(a, b), (c, d)] = pair else { panic!("not a pair: {pair:?}") };
-    (a + c, a * c - b * d)
+fn sum_and_product(pair: &[Pole]) -> (f64, f64) {
+    let [a, b] = pair else { panic!("not a pair: {pair:?}") };
+    (a.re + b.re, a.re * b.re - a.im * b.im)
 }
 
 // ---- chapter 4 ----------------------------------------------------------------------------------------------------
@@ -883,10 +884,10 @@ fn erratum_6_60_a_torque_accelerates_forward() {
 
 /// Poles in any order. A double pole at zero splits by the square root of the rounding of the matrix, √(1e-16 · 1e4)
 /// = 1e-6, which is the tolerance (relative to the largest pole for the others, absolute).
-fn compare_poles(poles: &[(f64, f64)], expected: &serde_json::Value, what: &str) {
+fn compare_poles(poles: &[Pole], expected: &serde_json::Value, what: &str) {
     let mut left = rows(expected);
     assert_eq!(poles.len(), left.len(), "{what}");
-    for (re, im) in poles {
+    for Pole { re, im } in poles {
         let error = |k: usize| (left[k][0] - re).hypot(left[k][1] - im);
         let nearest = (0..left.len()).min_by(|&a, &b| error(a).total_cmp(&error(b))).expect("as many poles");
         assert!(error(nearest) < 1e-6, "{what}: pole {re} + {im}j is none of {left:?}");
@@ -1301,13 +1302,16 @@ fn eq_6_136_zero_dynamics() {
     let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.designed).expect("poles");
     let golden = golden();
     // Eigenvalues of size 953 come with a few ulp of the matrix norm 1e6: 1e-9 relative is ample.
-    let zeros: Vec<(f64, f64)> = poles.iter().copied().filter(|(re, im)| re.hypot(*im) > 100.0).collect();
+    let zeros: Vec<Pole> = poles.iter().copied().filter(|pole| pole.abs() > 100.0).collect();
     let (sum, product) = sum_and_product(&zeros);
     let sia = Sia::table();
     close(sum, -((sia.dcs + sia.dcj + sia.dsp) / sia.jc()).f64(), 1e-9, "sum of the zeros");
     close(product, (sia.ssp / sia.jc()).f64(), 1e-9, "product of the zeros");
     for root in rows(&golden["sia"]["zero_dynamics_roots"]) {
-        assert!(zeros.iter().any(|(re, im)| (re - root[0]).hypot(im - root[1]) < 1e-6), "{root:?} among {zeros:?}");
+        assert!(
+            zeros.iter().any(|zero| (zero.re - root[0]).hypot(zero.im - root[1]) < 1e-6),
+            "{root:?} among {zeros:?}"
+        );
     }
     let printed_at = |sia: &Sia| (sia.coefficients(true)[2] / sia.jcj_effective()).f64() / 2.0;
     assert!((printed_at(&sia) - 88.56).abs() < 0.005, "printed: real part −88.56 instead of −93.64");
@@ -1316,7 +1320,7 @@ fn eq_6_136_zero_dynamics() {
     assert!((damped.coefficients(true)[2].f64() + 27.7).abs() < 0.05, "printed: unstable");
     let variant = damped.straight();
     let poles = closed_loop_poles(&variant.design_models[0].linear, &variant.designed).expect("poles");
-    assert!(poles.iter().all(|(re, _)| *re < 0.0), "{poles:?}");
+    assert!(poles.iter().all(|pole| pole.re < 0.0), "{poles:?}");
 }
 
 /// Poles of the steering system, open and closed, against the reference.
@@ -1330,7 +1334,7 @@ fn eq_6_135_poles_open_and_closed() {
     // The pair −14 ± 14.28j is double (rack and wheel): it splits by √(ulp of 1e6) = 1e-5 at most.
     for expected in rows(&golden["sia"]["closed_loop_eigs"]) {
         assert!(
-            closed.iter().any(|(re, im)| (re - expected[0]).hypot(im - expected[1]) < 1e-5),
+            closed.iter().any(|pole| (pole.re - expected[0]).hypot(pole.im - expected[1]) < 1e-5),
             "{expected:?}: {closed:?}"
         );
     }

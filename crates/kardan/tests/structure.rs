@@ -86,8 +86,8 @@ fn steering_column() {
     }
     let s = structure(&built_in("sia-steering", &["rk_motor", "wg_motor"], &["rk", "fs"])).unwrap();
     assert_eq!(s.zeros.polynomial, "s^2 + 2060/11 s + 10000000/11");
-    assert!((s.zeros.values[1].0 + 93.636_363_636_363_64).abs() < 1e-12);
-    assert!((s.zeros.values[1].1 - 948.853_592_761_216_1).abs() < 1e-11);
+    assert!((s.zeros.values[1].re + 93.636_363_636_363_64).abs() < 1e-12);
+    assert!((s.zeros.values[1].im - 948.853_592_761_216_1).abs() < 1e-11);
     assert_eq!(s.relative_degrees.iter().map(|row| *row.iter().flatten().min().unwrap()).collect::<Vec<_>>(), [2, 2]);
     let s = structure(&built_in("sia-steering", &["rk_motor", "wg_motor"], &["fs", "cj"])).unwrap();
     assert_eq!(s.zeros.polynomial, "s + 5000");

@@ -7,7 +7,7 @@
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
-use kardan::results::{Analysis, Mode};
+use kardan::results::{Analysis, Mode, Pole, Undecided};
 use kardan::study::{self, AnalyzeSettings, Silent};
 use serde_json::{Value, json};
 
@@ -456,7 +456,7 @@ fn analyse(text: &str, certify: bool) -> Analysis {
 }
 
 fn roots(modes: &[Mode]) -> usize {
-    modes.iter().map(|mode| if mode.eigenvalue.1 == 0.0 { 1 } else { 2 }).sum()
+    modes.iter().map(|mode| if mode.eigenvalue.im == 0.0 { 1 } else { 2 }).sum()
 }
 
 /// The modes are as many as the states; the zeros among them are those of χ; each belongs to a factor that says how often.
@@ -466,7 +466,7 @@ fn check_modes(found: &Analysis, chi: &Poly, at: &str) {
     let zero = chi.iter().take_while(|x| x.is_zero()).count();
     let at_zero: Vec<&Mode> = found.modes.iter().filter(|mode| mode.factor == "s").collect();
     assert_eq!(at_zero.len(), zero, "{at}: {:?}", found.modes);
-    assert!(at_zero.iter().all(|mode| mode.eigenvalue == (0.0, 0.0)), "{at}: {:?}", found.modes);
+    assert!(at_zero.iter().all(|mode| mode.eigenvalue == Pole::default()), "{at}: {:?}", found.modes);
     for factor in &found.structure.factors {
         let of: Vec<Mode> = found.modes.iter().filter(|mode| mode.factor == factor.polynomial).cloned().collect();
         assert_eq!(roots(&of), factor.algebraic * factor.roots.len(), "{at}: {}", factor.polynomial);
@@ -568,7 +568,7 @@ fn random_systems_agree_with_plain_elimination() {
         check(&system, &found, &at);
         let structure = &found.structure;
         if round % 5 == 0 {
-            assert!(structure.certificate.proven && structure.undecided == [false; 2], "{at}");
+            assert!(structure.certificate.proven && structure.undecided == Undecided::default(), "{at}");
         }
         kinds[0] += usize::from(structure.controllable());
         kinds[1] += usize::from(!structure.controllable());
@@ -625,7 +625,7 @@ fn results_are_the_same_each_time() {
 #[test]
 fn nilpotent_systems_have_their_zeros_only() {
     let found = analyse(r#"{"A":[[1,-1],[1,-1]]}"#, false);
-    assert_eq!(found.modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>(), [(0.0, 0.0); 2]);
+    assert_eq!(found.modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>(), [Pole::default(); 2]);
     let mut dice = Dice(77);
     for round in 0..40 {
         let n = dice.whole(2, 7) as usize;
@@ -703,13 +703,13 @@ fn small_whole_matrices() {
         let (found, chi) = (analyse(&text, false), characteristic(&a));
         check_modes(&found, &chi, &text);
         let mut real: Vec<f64> =
-            found.modes.iter().filter(|mode| mode.eigenvalue.1 == 0.0).map(|mode| mode.eigenvalue.0).collect();
+            found.modes.iter().filter(|mode| mode.eigenvalue.im == 0.0).map(|mode| mode.eigenvalue.re).collect();
         repeated += usize::from(real.len() > real_roots(&chi));
         real.sort_by(f64::total_cmp);
         real.dedup();
         assert_eq!(real.len(), real_roots(&chi), "{text}: {:?}", found.modes);
         let sum: f64 =
-            found.modes.iter().map(|mode| mode.eigenvalue.0 * if mode.eigenvalue.1 == 0.0 { 1.0 } else { 2.0 }).sum();
+            found.modes.iter().map(|mode| mode.eigenvalue.re * if mode.eigenvalue.im == 0.0 { 1.0 } else { 2.0 }).sum();
         let trace = (0..n).fold(RBig::ZERO, |sum, i| sum + &a[i][i]);
         assert!((sum - trace.to_f64().value()).abs() < 1e-12 * 18.0, "{text}: {sum}");
         singular += usize::from(chi[0].is_zero());
@@ -733,9 +733,9 @@ fn long_systems_have_n_modes() {
     let system = System { a: a.clone(), b: zeros(n, 0), c: zeros(0, n), d: Vec::new() };
     let found = analyse(&json!({ "A": system.json(None)["A"] }).to_string(), false);
     assert_eq!(roots(&found.modes), n);
-    assert_eq!(found.modes.iter().filter(|mode| mode.eigenvalue == (0.0, 0.0)).count(), 3, "{:?}", found.modes);
+    assert_eq!(found.modes.iter().filter(|mode| mode.eigenvalue == Pole::default()).count(), 3, "{:?}", found.modes);
     let sum: f64 =
-        found.modes.iter().map(|mode| mode.eigenvalue.0 * if mode.eigenvalue.1 == 0.0 { 1.0 } else { 2.0 }).sum();
+        found.modes.iter().map(|mode| mode.eigenvalue.re * if mode.eigenvalue.im == 0.0 { 1.0 } else { 2.0 }).sum();
     let trace: f64 = (3..n).map(|i| -(i as f64)).sum();
     assert!((sum / trace - 1.0).abs() < 1e-6, "{sum} {trace}");
 }
@@ -811,7 +811,7 @@ fn mechanical_chains_agree_with_plain_elimination() {
         check(&system, &found, &text);
         let structure = &found.structure;
         for mode in &found.modes {
-            let stored: f64 = mode.stored.iter().map(|(_, _, share)| share).sum();
+            let stored: f64 = mode.stored.iter().map(|one| one.share).sum();
             assert!((stored - 1.0).abs() < 1e-9, "{text}: {mode:?}");
         }
         kinds[0] += usize::from(structure.controllable());

@@ -15,7 +15,7 @@ use kardan::assemble::Along;
 use kardan::equations::Measured;
 use kardan::model;
 use kardan::num::{Matrix, Polynomial, Rational};
-use kardan::results::{Factor, Structure};
+use kardan::results::{Complex, Factor, NamedShare, Structure};
 
 type M = Matrix<Rational>;
 
@@ -723,8 +723,8 @@ fn modes_that_fail_are_named() {
             let mut named: Vec<(String, usize, Vec<String>)> = list
                 .iter()
                 .map(|mode| {
-                    let moving = mode.shafts.iter().filter(|(_, share)| *share > 1e-9);
-                    let mut names: Vec<String> = moving.map(|(name, _)| name.clone()).collect();
+                    let moving = mode.shafts.iter().filter(|NamedShare { share, .. }| *share > 1e-9);
+                    let mut names: Vec<String> = moving.map(|NamedShare { name, .. }| name.clone()).collect();
                     names.sort();
                     (mode.factor.clone(), mode.defect, names)
                 })
@@ -734,7 +734,7 @@ fn modes_that_fail_are_named() {
             assert_eq!(named, expected, "seed {seed}");
             for mode in list {
                 let p = [[1, 0, 1], [5, 2, 1], [2, 3, 1]];
-                let (re, im) = mode.eigenvalue;
+                let Complex { re, im } = mode.eigenvalue;
                 let size = |c: [i64; 3]| {
                     (c[0] as f64 + c[1] as f64 * re + re * re - im * im).hypot(c[1] as f64 * im + 2.0 * re * im)
                 };
@@ -839,7 +839,7 @@ fn zeros_are_known_and_stay_under_feedback_and_injection() {
             assert_eq!((zeros.polynomial, zeros.normal_rank), (text(&whole), count), "{what}, seed {seed}");
             // Each value is a root: p(z) = 0 against the size of the terms.
             assert_eq!(zeros.values.len(), whole.len() - 1, "{what}, seed {seed}");
-            for (re, im) in zeros.values {
+            for Complex { re, im } in zeros.values {
                 let horner = |(x, y): (f64, f64), c: &i64| (x * re - y * im + *c as f64, x * im + y * re);
                 let value = whole.iter().rev().fold((0.0, 0.0), horner);
                 let size: f64 =
@@ -1423,9 +1423,9 @@ fn steering_column_with_every_set_of_sensors() {
         let mut roots = common::rows(&expected[format!("{key}_roots")]);
         roots.sort_by(|a, b| a[1].total_cmp(&b[1]));
         let mut values = zeros.values;
-        values.sort_by(|a, b| a.1.total_cmp(&b.1));
+        values.sort_by(|a, b| a.im.total_cmp(&b.im));
         for (value, root) in values.iter().zip(&roots) {
-            assert!((value.0 - root[0]).hypot(value.1 - root[1]) < 1e-12 * root[0].hypot(root[1]), "{key}");
+            assert!((value.re - root[0]).hypot(value.im - root[1]) < 1e-12 * root[0].hypot(root[1]), "{key}");
         }
         assert_eq!(values.len(), roots.len());
     }

@@ -90,7 +90,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     for why in left.iter().filter(|_| !quiet) {
         note(&format!("not written: {why}"));
     }
-    let (sound, _) = found.verdict();
+    let sound = found.verdict().sound;
     Ok(match () {
         () if !whole => ERROR,
         () if args.strict && !sound => REQUIREMENT_FAILED,

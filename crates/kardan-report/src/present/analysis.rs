@@ -5,8 +5,8 @@ use crate::model::{Alert, Body, Cell, Page, number, row};
 use crate::text::figure;
 use crate::words;
 use kardan::results::{
-    Analysis, Basis, Class, ConstraintForces, EigenvalueBounds, Factor, FailingMode, Loss, LossSearch, Mode,
-    PlacementSearch, Sensitivity, Structure,
+    Analysis, Basis, Class, ConstraintForces, EigenvalueBounds, Factor, FailingMode, FrictionState, Loss, LossSearch,
+    Mode, ParameterRange, PlacementSearch, Sensitivity, Structure, Undecided, Verdict,
 };
 
 /// More modes are counted where there is little room.
@@ -19,14 +19,13 @@ const VALUES: usize = 6;
 /// The page of an analysis.
 pub fn page(analysis: &Analysis) -> Page {
     let structure = &analysis.structure;
-    let verdict = verdict(analysis).map(|(good, text)| (good && analysis.unfinished.is_none(), text));
     let unfinished = analysis.unfinished.as_ref();
     let elimination = analysis.elimination.iter().flat_map(|found| words::elimination(found, structure));
     let forces = analysis.constraint_forces.as_ref().map(constraint_forces);
     Page {
         name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
         description: analysis.description.clone(),
-        verdict,
+        verdict: verdict(analysis),
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
             ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
@@ -47,14 +46,14 @@ pub fn page(analysis: &Analysis) -> Page {
 }
 
 /// One sentence on the ranks; `true` if nothing is missing.
-fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
+fn verdict(analysis: &Analysis) -> Option<Verdict> {
     let structure = &analysis.structure;
     let states = structure.states.len();
     if states == 0 {
         return None;
     }
     let (controllable, observable) = (structure.controllable(), structure.observable());
-    if structure.undecided != [false; 2] {
+    if structure.undecided != Undecided::default() {
         let word = |decided: Option<bool>, what: &str, rank: usize| match decided {
             Some(true) => what.to_owned(),
             Some(false) => format!("not {what} (rank {rank} of {states})"),
@@ -65,7 +64,7 @@ fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
             word(structure.controllability(), "controllable", structure.controllable_rank),
             word(structure.observability(), "observable", structure.observable_rank)
         );
-        return Some((false, text));
+        return Some(Verdict { sound: false, text });
     }
     let text = match (controllable, observable) {
         (true, true) => format!("Controllable and observable: all {states} states."),
@@ -76,7 +75,7 @@ fn verdict(analysis: &Analysis) -> Option<(bool, String)> {
             structure.controllable_rank, structure.observable_rank
         ),
     };
-    Some((structure.minimal(), text))
+    Some(Verdict { sound: structure.minimal() && analysis.unfinished.is_none(), text })
 }
 
 fn class(class: &Class) -> Body {
@@ -91,13 +90,13 @@ fn class(class: &Class) -> Body {
     });
     let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, words::constraint_kind(c)]);
     let point = &class.operating_point;
-    let moved = point.angles.iter().filter(|(_, angle)| *angle != 0.0);
-    let moved: Vec<String> = moved.map(|(shaft, angle)| format!("{shaft} = {} rad", number(*angle))).collect();
+    let moved = point.angles.iter().filter(|one| one.angle != 0.0);
+    let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
     let rest = if moved.is_empty() { "all angles 0 rad" } else { "all other angles 0 rad" };
     let at = moved.iter().map(String::as_str).chain([rest]).collect::<Vec<_>>().join(", ");
-    let friction = point.friction.iter().map(|(element, torque, stuck)| {
+    let friction = point.friction.iter().map(|FrictionState { element, coulomb_torque, stuck }| {
         let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
-        row![element, *torque, state]
+        row![element, *coulomb_torque, state]
     });
     Body::default()
         .say(words::class(class))
@@ -283,15 +282,15 @@ fn sets(search: &PlacementSearch, property: &str) -> Body {
 fn sensitivity(sensitivity: &Sensitivity) -> Body {
     let at = |search: &Option<LossSearch>, name: &str, nominal: f64| {
         let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
-        let value = |loss: &Loss| loss.at.iter().find(|(other, _, _)| other == name).map_or(nominal, |(_, x, _)| *x);
+        let value = |loss: &Loss| loss.at.iter().find(|one| one.parameter == name).map_or(nominal, |one| one.value);
         loss.map_or("–".into(), |loss| number(value(loss)))
     };
-    let row = |(name, nominal, low, high, unit): &(String, f64, f64, f64, String)| {
+    let row = |ParameterRange { name, nominal, lower, upper, unit }: &ParameterRange| {
         row![
             format!("{name} [{unit}]"),
-            *low,
+            *lower,
             *nominal,
-            *high,
+            *upper,
             at(&sensitivity.controllability, name, *nominal),
             at(&sensitivity.observability, name, *nominal),
         ]

@@ -81,7 +81,7 @@ fn differences(study: &BenchStudy) -> Body {
             headers.extend([format!("#{}, {}: alone", one.output, one.physical.unit()), "#bench without it".into()]);
         }
         let mut all = row!["all"];
-        all.extend(responses.iter().flat_map(|one| row![one.distance.0, "–"]));
+        all.extend(responses.iter().flat_map(|one| row![one.distance, "–"]));
         let rows = first.differences.iter().enumerate().map(|(k, difference)| {
             let both = responses.iter().flat_map(|one| row![one.differences[k].alone, one.differences[k].without]);
             row![&difference.what].into_iter().chain(both).collect()

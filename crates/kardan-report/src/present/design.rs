@@ -7,7 +7,7 @@ use crate::text::figure;
 use crate::words::{self, design as said};
 use kardan::results::{
     Alternative, ChannelResult, CrossCoupling, Design, Exploration, Interaction, Margins, Motion, ObserverResult, Pole,
-    Robustness, ScenarioStrain, ZeroMode,
+    Robustness, ScenarioStrain, WithSensor, ZeroMode,
 };
 
 /// More poles are counted where there is little room.
@@ -64,7 +64,7 @@ fn head(design: &Design) -> Body {
     if design.controller.is_empty() && design.law.is_empty() {
         return Body::default();
     }
-    let definitions = design.definitions.iter().map(|(state, is)| row![state, is]);
+    let definitions = design.definitions.iter().map(|one| row![&one.state, &one.is]);
     Body::default()
         .list(said::head(design))
         .names("States", &design.states)
@@ -100,20 +100,20 @@ fn poles(design: &Design) -> Body {
     if design.closed_loop_poles.is_empty() {
         return Body::default();
     }
-    let row = |&((re, im), times): &(Pole, usize)| {
-        let size = re.hypot(im);
-        let word = match design.motion((re, im)) {
+    let row = |&(pole, times): &(Pole, usize)| {
+        let size = pole.abs();
+        let word = match design.motion(pole) {
             Motion::Decays => Cell::Mark(true, "decays".into()),
             Motion::Grows => Cell::Mark(false, "grows".into()),
             Motion::Stays => Cell::Mark(false, "does not decay".into()),
             Motion::Unknown => Cell::Mark(false, "not decided".into()),
         };
         row![
-            words::pair((re, im), number),
+            words::pair(pole, number),
             if times > 1 { format!("{times}×") } else { String::new() },
             size,
-            if size > 0.0 { number(-re / size) } else { "–".into() },
-            said::owner((re, im), design),
+            if size > 0.0 { number(-pole.re / size) } else { "–".into() },
+            said::owner(pole, design),
             word,
         ]
     };
@@ -173,8 +173,8 @@ fn zero_dynamics(design: &Design) -> Body {
             mode.natural_frequency,
             mode.damping_ratio,
             words::together(&words::motion(&mode.shape, |value| figure(value, 3))),
-            words::together(&words::shares(&mode.stored)),
-            words::together(&words::shares(&mode.dissipated)),
+            words::together(&words::of_elements(&mode.stored)),
+            words::together(&words::of_elements(&mode.dissipated)),
             word,
         ]
     };
@@ -233,7 +233,8 @@ fn cross_coupling(design: &Design) -> Body {
     }
     let same = said::window(found, number);
     let over = same.as_ref().map_or(String::new(), |same| format!(", {same}"));
-    let with_unit = |value: f64, unit: &str| format!("{} {unit}", number(value)).trim_end().to_owned();
+    let with_unit =
+        |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
     let row = |c: &CrossCoupling| {
         let mut row = row![said::step(c, number), &c.output, if c.own { "own" } else { "other" }];
         row.extend(match &c.failure {
@@ -264,7 +265,7 @@ fn exploration(found: &Exploration) -> Body {
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
     let designs = best.iter().map(|one| cells(said::alternative(found, one, number)));
     let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
-    let sensors = found.sensors.iter().map(|(name, with)| {
+    let sensors = found.sensors.iter().map(|WithSensor { name, design: with }| {
         let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
         row![name, interaction, noise, radius]
     });
@@ -304,7 +305,7 @@ fn controller(design: &Design) -> Body {
     if texts.is_empty() {
         return Body::default();
     }
-    let reads = design.controller_data.reads.iter().map(|(signal, unit)| row![signal, unit]);
+    let reads = design.controller_data.reads.iter().map(|one| row![&one.signal, &one.unit]);
     let reads = Body::default().table(&["signal read", "unit"], reads);
     Body::default()
         .list(texts)

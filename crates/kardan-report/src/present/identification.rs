@@ -3,7 +3,7 @@
 use crate::identification_pictures as pictures;
 use crate::model::{Body, Page, cells, number, warnings};
 use crate::words::identification as said;
-use kardan::results::{Identification, LogRead};
+use kardan::results::{FoundDamping, Identification, LogRead};
 
 /// More rows are counted where there is little room.
 const ROWS: usize = 40;
@@ -86,7 +86,7 @@ fn candidates(found: &Identification) -> Body {
 }
 
 fn damping(found: &Identification) -> Body {
-    let Some((matrix, passive)) = &found.damping else { return Body::default() };
+    let Some(FoundDamping { matrix, passive }) = &found.damping else { return Body::default() };
     let sentence = if *passive {
         "Passive as a whole: every motion loses energy, or none, even where the damping of a single shaft is below zero."
     } else {

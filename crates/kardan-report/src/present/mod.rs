@@ -7,16 +7,16 @@ pub mod identification;
 pub mod study;
 
 use crate::model::{Body, Cell, number, row};
-use kardan::results::Pole;
+use kardan::results::{Complex, Pole};
 
 /// Poles, one row for each real one and each conjugate pair.
 fn poles(poles: &[Pole]) -> Body {
     let mut rest = poles.to_vec();
     let mut rows = Vec::new();
     while !rest.is_empty() {
-        let (real, imaginary) = rest.remove(0);
+        let Complex { re: real, im: imaginary } = rest.remove(0);
         let size = real.hypot(imaginary);
-        let conjugate = |pole: &Pole| (pole.0 - real).hypot(pole.1 + imaginary) <= 1e-9 * size;
+        let conjugate = |pole: &Pole| (pole.re - real).hypot(pole.im + imaginary) <= 1e-9 * size;
         let pair = if imaginary == 0.0 { None } else { rest.iter().position(conjugate) };
         let value = match (pair, imaginary) {
             (Some(_), _) => format!("{} ± {} j", number(real), number(imaginary.abs())),
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn conjugate_poles_share_a_row() {
-        let body = poles(&[(-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0)]);
+        let body = poles(&[Complex::new(-3.0, 4.0), Complex::new(-1.0, 0.0), Complex::new(-3.0, -4.0)]);
         let [Block::Table(table)] = &body.0[..] else { panic!("one table: {body:?}") };
         let decays = Cell::Mark(true, "decays".into());
         let expected = [row!["−3 ± 4 j", "5", "0.6", decays.clone()], row!["−1", "1", "1", decays]];

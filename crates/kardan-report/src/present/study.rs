@@ -5,7 +5,7 @@ use crate::curves::{clock, variant_label};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, number, row};
 use crate::text::{Clock, figure};
 use crate::words;
-use kardan::results::{Energy, Event, ModelSummary, MotorStrain, Outcome, Run, Signal, Study};
+use kardan::results::{Energy, Event, ModelSummary, MotorStrain, Outcome, Run, Signal, Study, Verdict};
 
 use super::{analysis, design};
 
@@ -55,9 +55,9 @@ fn whose(study: &Study) -> String {
 }
 
 /// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
-fn verdict(study: &Study) -> (bool, String) {
+fn verdict(study: &Study) -> Verdict {
     if study.runs.is_empty() {
-        return (true, "No runs.".into());
+        return Verdict { sound: true, text: "No runs.".into() };
     }
     let completed = study.runs.iter().filter(|run| run.outcome == Outcome::Completed).count();
     let judged: Vec<bool> = study.runs.iter().flat_map(|run| &run.requirements).map(|judged| judged.passed).collect();
@@ -81,7 +81,8 @@ fn verdict(study: &Study) -> (bool, String) {
         some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
         some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
     };
-    (completed == study.runs.len() && passed == judged.len(), format!("{runs}; {requirements}{strained}."))
+    let sound = completed == study.runs.len() && passed == judged.len();
+    Verdict { sound, text: format!("{runs}; {requirements}{strained}.") }
 }
 
 /// An alert for each failed run.
@@ -207,9 +208,9 @@ fn requirements(study: &Study) -> Body {
         let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (run, judged)));
         let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
         for (index, (run, requirement)) in judged.iter().enumerate() {
-            let measured = match requirement.measured.is_finite() {
-                true => format!("{} {}", number(requirement.measured), requirement.unit),
-                false => "not measured".into(),
+            let measured = match requirement.measured.filter(|measured| measured.is_finite()) {
+                Some(measured) => format!("{} {}", number(measured), requirement.unit),
+                None => "not measured".into(),
             };
             let passed = requirement.passed;
             let verdict = Cell::Mark(passed, if passed { "passed" } else { "failed" }.into());
@@ -280,7 +281,7 @@ fn notes(study: &Study) -> Vec<String> {
 
 /// Elements, coordinates, matrices, laws and poles.
 fn model(model: &ModelSummary) -> Body {
-    let elements = model.elements.iter().map(|(kind, name, values)| row![name, kind, values]);
+    let elements = model.elements.iter().map(|one| row![&one.name, &one.kind, &one.values]);
     let coordinates = match model.coordinates.is_empty() {
         true => Body::default(),
         false => Body::default().names("Reduced coordinates", &model.coordinates),

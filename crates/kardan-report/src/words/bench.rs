@@ -1,9 +1,9 @@
 //! A study on a virtual bench in sentences.
 
-use kardan::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Response, TrueValue};
+use kardan::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Interval, Response, TrueValue, Verdict};
 
 /// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
-pub fn verdict(study: &BenchStudy) -> (bool, String) {
+pub fn verdict(study: &BenchStudy) -> Verdict {
     let compared = compared(study);
     let held = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
     let whole = study.closed_loop.notes.is_empty();
@@ -13,7 +13,7 @@ pub fn verdict(study: &BenchStudy) -> (bool, String) {
         compared.len(),
         study.closed_loop.design.controller
     );
-    (whole && held == compared.len(), text)
+    Verdict { sound: whole && held == compared.len(), text }
 }
 
 /// Parameters that were found and whose true values are known.
@@ -24,7 +24,7 @@ pub fn compared(study: &BenchStudy) -> Vec<(&Found, &TrueValue)> {
 
 /// Whether the interval of a parameter holds a value.
 pub fn inside(found: &Found, value: f64) -> bool {
-    (found.interval.0..=found.interval.1).contains(&value)
+    found.interval.is_some_and(|it| (it.lower..=it.upper).contains(&value))
 }
 
 /// A parameter as a row: name, unit, before, true, found, interval, whether that holds the true value.
@@ -34,8 +34,11 @@ pub fn parameter(found: &Found, truth: &TrueValue, number: impl Fn(f64) -> Strin
         found.unit.into(),
         found.before.map_or("–".into(), &number),
         number(truth.value),
-        number(found.value),
-        format!("{} … {}", number(found.interval.0), number(found.interval.1)),
+        number(found.value.unwrap_or(f64::NAN)),
+        {
+            let Interval { lower, upper } = found.interval.unwrap_or(Interval { lower: f64::NAN, upper: f64::NAN });
+            format!("{} … {}", number(lower), number(upper))
+        },
         if inside(found, truth.value) { "holds it".into() } else { "does not".into() },
     ]
 }
@@ -70,12 +73,12 @@ pub fn response(one: &Response, number: impl Fn(f64) -> String) -> [String; 8] {
     [
         one.output.clone(),
         one.physical.unit().into(),
-        number(one.settled.0),
-        number(one.settled.1),
-        number(one.farthest.0),
-        number(one.farthest.1),
-        number(one.distance.0),
-        number(one.distance.1),
+        number(one.settled.simulation),
+        number(one.settled.bench),
+        number(one.farthest.simulation),
+        number(one.farthest.bench),
+        number(one.distance),
+        number(one.distance_at),
     ]
 }
 
@@ -89,17 +92,17 @@ pub fn causes(found: &ClosedLoop, number: impl Fn(f64) -> String) -> Vec<String>
     let mut out = Vec::new();
     let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
     let size = |output: &str| {
-        everywhere().filter(|one| one.output == output).map(|one| one.farthest.1).fold(0.0_f64, f64::max)
+        everywhere().filter(|one| one.output == output).map(|one| one.farthest.bench).fold(0.0_f64, f64::max)
     };
     for experiment in &found.experiments {
-        let differs = |one: &&Response| one.distance.0 > ROUNDING * size(&one.output);
+        let differs = |one: &&Response| one.distance > ROUNDING * size(&one.output);
         for one in experiment.responses.iter().filter(differs) {
             let unit = one.physical.unit();
-            let mut by: Vec<_> = one.differences.iter().filter(|by| by.alone.is_finite()).collect();
-            by.sort_by(|a, b| b.alone.total_cmp(&a.alone));
-            let least = by.first().map_or(0.0, |first| SMALL * first.alone);
-            by.retain(|by| by.alone > least);
-            let by: Vec<String> = by.iter().map(|by| format!("{} ({})", by.what, number(by.alone))).collect();
+            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.alone?))).collect();
+            by.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let least = by.first().map_or(0.0, |first| SMALL * first.1);
+            by.retain(|by| by.1 > least);
+            let by: Vec<String> = by.iter().map(|(what, alone)| format!("{what} ({})", number(*alone))).collect();
             let by = match by.is_empty() {
                 true => "nothing makes any of it alone".to_string(),
                 false => format!("alone make {}", by.join("; ")),
@@ -108,7 +111,7 @@ pub fn causes(found: &ClosedLoop, number: impl Fn(f64) -> String) -> Vec<String>
                 "{}, {}: the bench is up to {} {unit} from the simulation; {by}.",
                 experiment.name,
                 one.output,
-                number(one.distance.0)
+                number(one.distance)
             ));
         }
     }

@@ -2,9 +2,10 @@
 
 use super::{Figures, list, pairs, percent, polynomial};
 use kardan::results::{
-    Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, HiddenMotion, Interaction, Margins, MotorStrain, ObserverResult, Passage, Pole,
-    Robustness, Spread, TorquePeak, TransferEntry, ZeroDynamics,
+    Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability,
+    Design, ExactMatrix, Exploration, Feedback, Flatness, HiddenMotion, Integrators, Interaction, Interval, Margins,
+    MotorStrain, ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak, TransferEntry, VariedParameter,
+    ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
@@ -24,8 +25,8 @@ pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
                  {} to {}.",
                 found.positions,
                 found.turned,
-                degrees(found.range.0),
-                degrees(found.range.1)
+                degrees(found.range.from),
+                degrees(found.range.until)
             )
         },
         "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
@@ -108,7 +109,7 @@ pub fn channels(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[Strin
             Some(_) => "any".into(),
             None => "–".into(),
         };
-        let disk = number(one.disk) + &at(Some(one.disk_frequency));
+        let disk = number(one.disk) + &at(one.disk_frequency);
         let disk = if one.searched { format!("{disk}, searched") } else { disk };
         let [from, to] = one.disk_gain;
         let to = if to.is_finite() { number(to) } else { "any".into() };
@@ -159,7 +160,11 @@ pub fn exploration(found: &Exploration) -> Vec<String> {
 
 /// What is said of the loop over a box of plants.
 pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<String> {
-    let varied = found.parameters.iter().filter(|(_, low, high)| low != high).count();
+    let varied = found
+        .parameters
+        .iter()
+        .filter(|VariedParameter { name: _, factors: Interval { lower: low, upper: high } }| low != high)
+        .count();
     let mut out = vec![
         format!("{} coefficients vary: {}.", varied, found.range),
         format!(
@@ -182,8 +187,8 @@ pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<Str
         number(radius.worst)
     ));
     if let Some(worst) = found.interactions.iter().max_by(|a, b| a.size.worst.total_cmp(&b.size.worst)) {
-        let end = |(parameter, factor): (&(String, f64, f64), &f64)| {
-            (parameter.1 != parameter.2).then(|| format!("{} {}", parameter.0, number(*factor)))
+        let end = |(one, factor): (&VariedParameter, &f64)| {
+            (one.factors.lower != one.factors.upper).then(|| format!("{} {}", one.name, number(*factor)))
         };
         let at: Vec<String> = found.parameters.iter().zip(&worst.size.at).filter_map(end).collect();
         out.push(format!("Worst for {} after {}, as factors: {}.", worst.signal, worst.reference, at.join(", ")));
@@ -273,7 +278,9 @@ pub fn decouplability(design: &Design) -> Vec<String> {
     let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
     let added: Vec<String> = integrators
         .iter()
-        .map(|(input, count)| format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" }))
+        .map(|Integrators { input, count }| {
+            format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" })
+        })
         .collect();
     let added = if added.is_empty() { String::new() } else { format!(" with {}", list(&added, NAMES)) };
     let mut out = vec![match possible {
@@ -365,11 +372,11 @@ pub fn floating_poles(design: &Design) -> Option<&'static str> {
 
 /// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
-    let near = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1) <= 1e-9 * a.0.hypot(a.1);
+    let near = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im) <= 1e-9 * a.re.hypot(a.im);
     let mut out: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
-        let mirrored = (value.0, -value.1);
-        if value.1 < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
+        let mirrored = Pole { im: -value.im, ..value };
+        if value.im < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
             continue;
         }
         // Equal ones are counted, not those that lie near each other.
@@ -383,8 +390,7 @@ pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
 
 /// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
 pub fn owner(pole: Pole, design: &Design) -> String {
-    let near =
-        |other: &Pole| (other.0 - pole.0).hypot(other.1.abs() - pole.1.abs()) <= 1e-6 * pole.0.hypot(pole.1).max(1e-9);
+    let near = |other: &Pole| (other.re - pole.re).hypot(other.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9);
     let channels = design.channels.iter().filter(|channel| channel.poles.iter().any(near));
     let mut names: Vec<&str> = channels.map(|channel| channel.output.as_str()).collect();
     if design.zero_dynamics.modes.iter().any(|mode| near(&mode.pole)) {
@@ -512,11 +518,13 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
         Some(time) => format!("every {} s", figures(time)),
         None => "in continuous time".into(),
     };
-    let reads: Vec<&str> = data.reads.iter().map(|(name, _)| name.as_str()).collect();
+    let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
     let matrices: Vec<String> = data
         .matrices
         .iter()
-        .map(|(name, rows)| format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len)))
+        .map(|DataMatrix { name, values: rows }| {
+            format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
+        })
         .collect();
     let mut out = vec![
         format!("Block {} of kardan-rt, {time}.", data.block),
@@ -525,7 +533,8 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
     if !matrices.is_empty() {
         out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
     }
-    let numbers: Vec<String> = data.numbers.iter().map(|(name, value)| format!("{name} {}", figures(*value))).collect();
+    let numbers: Vec<String> =
+        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", figures(*value))).collect();
     if !numbers.is_empty() {
         out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
     }
@@ -536,8 +545,8 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
 pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> {
     let own = all.iter().find(|other| other.own && other.output == coupling.output && other.failure.is_none())?;
     // A step of another unit has no share.
-    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak;
-    let share = coupling.peak / own;
+    let own = Some(own).filter(|own| own.step_unit == coupling.step_unit)?.peak?;
+    let share = coupling.peak? / own;
     (!coupling.own && coupling.failure.is_none() && own > 0.0 && share.is_finite()).then_some(share)
 }
 
@@ -550,28 +559,36 @@ pub fn share(value: f64, figures: Figures) -> String {
 mod tests {
     use super::*;
     use crate::text::figure;
-    use kardan::results::{ZeroMode, example};
+    use kardan::results::{Verdict, ZeroMode, example};
 
     const FIGURES: Figures = |value| figure(value, 5);
 
     #[test]
     fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
         let mut design = example::decoupled_steering();
-        assert!(design.verdict().0);
+        assert!(design.verdict().sound);
         design.feedback = None;
         design.warnings.clear();
-        assert_eq!(design.verdict(), (true, "Decoupled, proven exactly; the zero dynamics are stable.".into()));
+        assert_eq!(
+            design.verdict(),
+            Verdict { sound: true, text: "Decoupled, proven exactly; the zero dynamics are stable.".into() }
+        );
         design.zero_dynamics.stable = false;
-        assert!(!design.verdict().0);
+        assert!(!design.verdict().sound);
         design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
         design.feedback = Some(Feedback::Block);
-        assert!(design.verdict().1.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
+        assert!(
+            design.verdict().text.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics.")
+        );
         design.decoupled = None;
         design.decouplability.possible = Feedback::Impossible;
-        assert_eq!(design.verdict(), (false, "The outputs cannot be decoupled; no zero dynamics.".into()));
+        assert_eq!(
+            design.verdict(),
+            Verdict { sound: false, text: "The outputs cannot be decoupled; no zero dynamics.".into() }
+        );
         assert_eq!(decouplability(&design)[0], "No state feedback decouples the outputs.");
         let plain = Design { law: "lqr".into(), ..Design::default() };
-        assert_eq!(plain.verdict(), (true, "Designed; it is not claimed to decouple.".into()));
+        assert_eq!(plain.verdict(), Verdict { sound: true, text: "Designed; it is not claimed to decouple.".into() });
         assert!(decouplability(&plain).is_empty() && zero_dynamics(&plain.zero_dynamics).is_empty());
     }
 
@@ -596,7 +613,7 @@ mod tests {
         assert_eq!(poles.iter().map(|(_, times)| *times).collect::<Vec<_>>(), [2, 1]);
         assert_eq!(owner(poles[0].0, &design), "rk.phi, fs.phi");
         assert_eq!(owner(poles[1].0, &design), "zero dynamics");
-        assert_eq!(owner((-1.0, 0.0), &design), "");
+        assert_eq!(owner(Pole::new(-1.0, 0.0), &design), "");
         let drifting = ZeroDynamics { modes: vec![ZeroMode::default()], ..ZeroDynamics::default() };
         assert!(zero_dynamics(&drifting)[1].contains("NOT stable"));
     }

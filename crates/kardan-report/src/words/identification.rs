@@ -1,7 +1,7 @@
 //! An identification in sentences.
 
 use super::list;
-use kardan::results::{Candidate, Found, Identification, LogRead, ResidualTest, Validation};
+use kardan::results::{Candidate, Found, Identification, LogRead, ResidualTest, Span, Validation};
 
 /// How it was found, a sentence each.
 pub fn head(found: &Identification, number: impl Fn(f64) -> String) -> Vec<String> {
@@ -48,13 +48,8 @@ pub fn head(found: &Identification, number: impl Fn(f64) -> String) -> Vec<Strin
 /// A parameter as a row: name, unit, value in the file, value found, standard error, interval, published, remark.
 pub fn parameter(one: &Found, number: impl Fn(f64) -> String) -> [String; 8] {
     let optional = |x: Option<f64>| x.filter(|x| x.is_finite()).map_or("–".into(), &number);
-    let interval = if one.interval.0.is_finite() {
-        format!("{} … {}", number(one.interval.0), number(one.interval.1))
-    } else {
-        "–".into()
-    };
-    let error = if one.standard_error.is_finite() { number(one.standard_error) } else { "–".into() };
-    let value = if one.value.is_finite() { number(one.value) } else { "–".into() };
+    let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
+    let (error, value) = (optional(one.standard_error), optional(one.value));
     [
         format!("{}{}", one.name, one.combination),
         one.unit.into(),
@@ -69,7 +64,8 @@ pub fn parameter(one: &Found, number: impl Fn(f64) -> String) -> [String; 8] {
 
 /// A log in one sentence.
 pub fn log(log: &LogRead, number: impl Fn(f64) -> String) -> String {
-    format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(log.span.0), number(log.span.1))
+    let Span { from, until } = log.span.unwrap_or(Span { from: f64::NAN, until: f64::NAN });
+    format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(from), number(until))
 }
 
 /// The channels of a log as rows: channel, unit, signal, sample time, noise.
@@ -97,20 +93,20 @@ pub fn test(test: &ResidualTest) -> [String; 3] {
 
 /// Validation as a row: row, torque, residual seen, residual unseen, fit.
 pub fn validation(one: &Validation, number: impl Fn(f64) -> String) -> [String; 5] {
-    let fit = if one.torque > 0.0 && one.unseen.is_finite() {
-        format!("{:.2} %", 100.0 * (1.0 - one.unseen / one.torque))
+    let unseen = one.unseen.unwrap_or(f64::NAN);
+    let fit = if one.torque > 0.0 && unseen.is_finite() {
+        format!("{:.2} %", 100.0 * (1.0 - unseen / one.torque))
     } else {
         "–".into()
     };
-    [one.row.clone(), number(one.torque), number(one.seen), number(one.unseen), fit]
+    [one.row.clone(), number(one.torque), number(one.seen), number(unseen), fit]
 }
 
 /// A candidate as a row: name, parameters, error, verdict.
 pub fn candidate(one: &Candidate, number: impl Fn(f64) -> String) -> [String; 4] {
-    let error = if one.error.0.is_finite() {
-        format!("{} ± {}", number(one.error.0), number(one.error.1))
-    } else {
-        "–".into()
+    let error = match one.error {
+        Some(error) if error.mean.is_finite() => format!("{} ± {}", number(error.mean), number(error.spread)),
+        _ => "–".into(),
     };
     let verdict = match (one.chosen, one.failure.as_str()) {
         (true, _) => "simplest within one standard error of the best".into(),

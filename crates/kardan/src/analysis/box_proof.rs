@@ -3,7 +3,7 @@ use dashu_int::ops::BitTest;
 use faer::c64;
 
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 
 /// Matrices `L(λ, x) = Σₖ λᵏ (Lₖ₀ + Σᵢ xᵢ Lₖᵢ)`, `k = 0, 1, 2`, over the box `|xᵢ| ≤ 1` and all complex λ in 1/s.
 ///
@@ -79,7 +79,7 @@ pub fn prove_box(family: &PencilBox, budget: usize, progress: &mut dyn FnMut(f64
     for matrix in parts.iter().flatten() {
         assert_eq!((matrix.rows(), matrix.columns()), shape, "matrices of a family differ in shape");
     }
-    let dependent = BoxProof::Undecided { cells: 0, at: (0.0, 0.0), parameter: None };
+    let dependent = BoxProof::Undecided { cells: 0, at: Complex::default(), parameter: None };
     let parts = without_constant_rows(parts);
     if parts[0][0].columns() == 0 {
         return BoxProof::Proven { cells: 0 };
@@ -101,7 +101,7 @@ pub fn prove_box(family: &PencilBox, budget: usize, progress: &mut dyn FnMut(f64
                 let unit = scaled.unit;
                 return BoxProof::Undecided {
                     cells: search.cells,
-                    at: (at.re * unit, at.im.abs() * unit),
+                    at: Complex { re: at.re * unit, im: at.im.abs() * unit },
                     parameter: open.parameter,
                 };
             }

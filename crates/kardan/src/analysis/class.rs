@@ -4,7 +4,7 @@ use crate::assemble::Equations;
 use crate::equations::Domain;
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Kinematics, Reduced};
-use crate::results::{Assumption, Class, ConstraintClass, OperatingPoint};
+use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, OperatingPoint, ShaftAngle};
 
 /// Whether a model is a constant linear constrained mechanical system \[diss. Definition 4.4\], which element breaks which
 /// assumption, the class of every constraint \[diss. Tables 4.1, 4.2\], and where it is linearised.
@@ -82,18 +82,23 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         operating_point: OperatingPoint {
             angles: (0..shafts.len())
                 .filter(|&k| equations.domain(k) == Domain::Rotation)
-                .map(|k| (shafts[k].clone(), kinematics.angles[k]))
+                .map(|k| ShaftAngle { shaft: shafts[k].clone(), angle: kinematics.angles[k] })
                 .collect(),
             friction: equations
                 .frictions
                 .iter()
-                .map(|f| (f.element.clone(), f.value.torque.to_f64(), stuck.contains(&f.element)))
+                .map(|f| FrictionState {
+                    element: f.element.clone(),
+                    coulomb_torque: f.value.torque.to_f64(),
+                    stuck: stuck.contains(&f.element),
+                })
                 .collect(),
         },
     }
 }
 
 fn assumption(statement: &str, breaches: Vec<(String, String)>) -> Assumption {
+    let breaches: Vec<Breach> = breaches.into_iter().map(|(element, why)| Breach { element, why }).collect();
     Assumption { statement: statement.into(), holds: breaches.is_empty(), breaches }
 }
 

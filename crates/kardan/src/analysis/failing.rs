@@ -2,7 +2,7 @@ use faer::{Mat, c64};
 
 use super::{ConstrainedSystem, LinearSystem};
 use crate::num::{Matrix, Rational, null_vectors, rational_to_f64};
-use crate::results::{FailingMode, Mode, Pole, Structure};
+use crate::results::{Complex, FailingMode, Mode, NamedShare, Pole, Structure, Undecided};
 
 /// A system before reduction, with its basis: what is needed to name shafts and elements.
 #[derive(Debug, Clone, Copy)]
@@ -28,9 +28,12 @@ pub fn failing_modes(
 ) {
     let factors = structure.factors.clone();
     for factor in &factors {
-        for &eigenvalue in factor.roots.iter().filter(|root| root.1 >= 0.0) {
-            for (defect, inputs) in [(factor.input_defect, true), (factor.output_defect, false)] {
-                if defect == 0 || structure.undecided[usize::from(!inputs)] {
+        for &eigenvalue in factor.roots.iter().filter(|root| root.im >= 0.0) {
+            let Undecided { controllability, observability } = structure.undecided;
+            for (defect, open, inputs) in
+                [(factor.input_defect, controllability, true), (factor.output_defect, observability, false)]
+            {
+                if defect == 0 || open {
                     continue;
                 }
                 let (shafts, elements) = participants(system, mechanics, eigenvalue, defect, inputs);
@@ -39,17 +42,17 @@ pub fn failing_modes(
             }
         }
     }
-    let size = |a: Pole, b: Pole| (a.0 - b.0).hypot(a.1 - b.1);
+    let size = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im);
     for mode in modes.iter_mut().filter(|mode| mode.factor.is_empty()) {
         let roots =
-            factors.iter().flat_map(|f| f.roots.iter().filter(|root| root.1 >= 0.0).map(move |root| (f, *root)));
+            factors.iter().flat_map(|f| f.roots.iter().filter(|root| root.im >= 0.0).map(move |root| (f, *root)));
         let nearest = roots.min_by(|a, b| size(a.1, mode.eigenvalue).total_cmp(&size(b.1, mode.eigenvalue)));
         let Some((factor, root)) = nearest else {
             (mode.controllable, mode.observable) = (structure.controllable(), structure.observable());
             continue;
         };
         // A factor that is not written out has no roots here; its modes are those far from all others, and do not fail.
-        let near = size(root, mode.eigenvalue) <= 1e-6 * mode.natural_frequency.max(root.0.hypot(root.1)).max(1e-9);
+        let near = size(root, mode.eigenvalue) <= 1e-6 * mode.natural_frequency.max(root.abs()).max(1e-9);
         let complete = factors.iter().all(|f| !f.roots.is_empty());
         if complete || near {
             mode.factor.clone_from(&factor.polynomial);
@@ -63,8 +66,8 @@ pub fn failing_modes(
     }
 }
 
-/// `(name, share)`, largest first.
-type Shares = Vec<(String, f64)>;
+/// Largest first.
+type Shares = Vec<NamedShare>;
 
 fn participants(
     system: &LinearSystem,
@@ -73,7 +76,7 @@ fn participants(
     defect: usize,
     inputs: bool,
 ) -> (Shares, Shares) {
-    let lambda = c64::new(eigenvalue.0, eigenvalue.1);
+    let lambda = c64::new(eigenvalue.re, eigenvalue.im);
     let number = |x: &Rational| c64::new(rational_to_f64(x), 0.0);
     let n = system.states.len();
     let (Some(r), Some(mechanics)) = (system.freedoms, mechanics) else {
@@ -109,22 +112,22 @@ fn participants(
     };
     let shafts = &mechanics.system.shafts;
     let moved = squares(&matrix, defect, shafts.len(), |v, i| along(v, &[(i, Rational::ONE)]));
-    let speed = if eigenvalue == (0.0, 0.0) { 1.0 } else { eigenvalue.0.hypot(eigenvalue.1) };
+    let speed = if eigenvalue == Complex::default() { 1.0 } else { eigenvalue.abs() };
     let kinetic = mechanics.system.inertias.iter().map(|term| (term, speed * speed));
     let potential = mechanics.system.springs.iter().map(|term| (term, 1.0));
     let mut elements: Shares = Vec::new();
     for (term, factor) in kinetic.chain(potential) {
         let energy =
             squares(&matrix, defect, 1, |v, _| along(v, &term.row))[0] * factor * rational_to_f64(&term.value).abs();
-        match elements.iter_mut().find(|(name, _)| *name == term.element) {
-            Some((_, all)) => *all += energy,
-            None => elements.push((term.element.clone(), energy)),
+        match elements.iter_mut().find(|one| one.name == term.element) {
+            Some(one) => one.share += energy,
+            None => elements.push(NamedShare { name: term.element.clone(), share: energy }),
         }
     }
-    let total: f64 = elements.iter().map(|(_, energy)| energy).sum();
-    elements.iter_mut().for_each(|(_, energy)| *energy /= total);
-    elements.retain(|(_, share)| *share > 1e-9);
-    elements.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let total: f64 = elements.iter().map(|one| one.share).sum();
+    elements.iter_mut().for_each(|one| one.share /= total);
+    elements.retain(|one| one.share > 1e-9);
+    elements.sort_by(|a, b| b.share.total_cmp(&a.share));
     (shares(shafts.iter().cloned().zip(moved.into_iter().map(f64::sqrt))), elements)
 }
 
@@ -145,10 +148,10 @@ fn squares(matrix: &Mat<c64>, defect: usize, count: usize, f: impl Fn(&[c64], us
 }
 
 fn shares(all: impl Iterator<Item = (String, f64)>) -> Shares {
-    let mut all: Shares = all.collect();
-    let largest = all.iter().map(|(_, size)| *size).fold(f64::MIN_POSITIVE, f64::max);
-    all.iter_mut().for_each(|(_, size)| *size /= largest);
-    all.retain(|(_, size)| *size > 1e-9);
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut all: Shares = all.map(|(name, share)| NamedShare { name, share }).collect();
+    let largest = all.iter().map(|one| one.share).fold(f64::MIN_POSITIVE, f64::max);
+    all.iter_mut().for_each(|one| one.share /= largest);
+    all.retain(|one| one.share > 1e-9);
+    all.sort_by(|a, b| b.share.total_cmp(&a.share));
     all
 }

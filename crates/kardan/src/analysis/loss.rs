@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Family;
 use crate::num::{Random, Rational, rational_to_f64};
-use crate::results::{Loss, Pole};
+use crate::results::{Complex, Loss, NamedShare, ParameterPoint, Pole};
 
 /// How far the search goes, in tolerances.
 pub const FARTHEST: f64 = 10.0;
@@ -69,15 +69,16 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
     let at = family.parameters().iter().zip(&found.y).enumerate().map(|(i, (p, &y))| {
         let value = rational_to_f64(&p.nominal) + y * limits.half[i];
         // What the last rounding leaves of a zero is none.
-        (p.name.clone(), if y == limits.zero[i] { 0.0 } else { value }, p.unit.clone())
+        let value = if y == limits.zero[i] { 0.0 } else { value };
+        ParameterPoint { parameter: p.name.clone(), value, unit: p.unit.clone() }
     });
     Some(Loss {
         distance: found.gauge,
         at: at.collect(),
-        eigenvalue: (
-            found.lambda.re,
-            if found.lambda.im.abs() < 1e-12 * found.lambda.re.abs() { 0.0 } else { found.lambda.im.abs() },
-        ),
+        eigenvalue: Complex {
+            re: found.lambda.re,
+            im: if found.lambda.im.abs() < 1e-12 * found.lambda.re.abs() { 0.0 } else { found.lambda.im.abs() },
+        },
         // Zero is kept for what is decided exactly.
         residual: found.residual.max(f64::EPSILON),
         shafts: shares(shafts, &found.v),
@@ -113,11 +114,11 @@ fn tidied(family: &Family<'_>, limits: &Limits, mut found: Found) -> Found {
 }
 
 /// The size of each shaft's motion relative to the largest.
-fn shares(shafts: &[String], v: &[c64]) -> Vec<(String, f64)> {
+fn shares(shafts: &[String], v: &[c64]) -> Vec<NamedShare> {
     let largest = v.iter().take(shafts.len()).map(|x| x.norm()).fold(f64::MIN_POSITIVE, f64::max);
-    let mut out: Vec<(String, f64)> =
-        shafts.iter().cloned().zip(v.iter().map(|x| x.norm() / largest)).filter(|(_, share)| *share > 1e-6).collect();
-    out.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let share = |(name, x): (&String, &c64)| NamedShare { name: name.clone(), share: x.norm() / largest };
+    let mut out: Vec<NamedShare> = shafts.iter().zip(v).map(share).filter(|one| one.share > 1e-6).collect();
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
 }
 
@@ -181,7 +182,7 @@ impl Limits {
 /// Eigenvalues to start from: those of the model, then real ones of the same sizes.
 fn start(eigenvalues: &[Pole], number: usize, random: &mut Random) -> c64 {
     let count = eigenvalues.len().max(1);
-    let (re, im) = eigenvalues.get(number % count).copied().unwrap_or((0.0, 0.0));
+    let Complex { re, im } = eigenvalues.get(number % count).copied().unwrap_or(Complex::default());
     let size = re.hypot(im);
     match number / count % 3 {
         0 => c64::new(re, im),

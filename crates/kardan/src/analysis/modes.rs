@@ -6,7 +6,7 @@ use faer::{Mat, MatRef, Side, c64};
 use super::{ConstrainedSystem, LinearSystem, Reduction};
 use crate::assemble::Along;
 use crate::num::{Matrix, Rational, SparseRow, balance, null_vectors, project, rational_to_f64, sparse_echelon};
-use crate::results::{EnergyKind, Factor, Mode, Pole};
+use crate::results::{Complex, ElementShare, EnergyKind, Factor, Mode, Pole, ShapePart, StoredShare};
 
 /// Up to this number of rigid motions those without damping are told apart exactly.
 const EXACT_RIGID_UP_TO: usize = 60;
@@ -76,16 +76,16 @@ pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &
     let basis: Vec<Vec<(usize, f64)>> = reduction.basis.iter().map(floats).collect();
     let elements = Elements::new(&reduction.system);
     let at = |pole: Pole, count: usize| {
-        let vectors = match pole == (0.0, 0.0) && rigid.len() == count {
+        let vectors = match pole == Complex::default() && rigid.len() == count {
             true => Some(rigid.clone()),
-            false => quadratic_null_vectors(original, band, c64::new(pole.0, pole.1), count),
+            false => quadratic_null_vectors(original, band, c64::new(pole.re, pole.im), count),
         };
         let mode = |vector: &Vec<c64>| {
             let all: Vec<c64> = basis.iter().map(|row| along(row, vector)).collect();
             let scale = largest(&all);
             let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
             let shape = shape(&system.shafts, all.iter().map(|x| x / scale));
-            elements.mode(c64::new(pole.0, pole.1), &vector, shape)
+            elements.mode(c64::new(pole.re, pole.im), &vector, shape)
         };
         vectors.unwrap_or_default().iter().map(mode).collect()
     };
@@ -117,7 +117,7 @@ pub fn exact_modes_of_pencil(system: &LinearSystem, factors: &[Factor]) -> Optio
     });
     let tolerance = 1e-14 * n as f64 * balanced.norm_l2();
     let at = |pole: Pole, count: usize| {
-        let value = c64::new(pole.0, pole.1);
+        let value = c64::new(pole.re, pole.im);
         let vectors = match (scales.is_empty(), count) {
             (true, _) => None,
             (_, 1) => null_vector(balanced.as_ref(), value, tolerance).map(|vector| vec![vector]),
@@ -149,7 +149,7 @@ fn with_exact_values(
     for factor in factors {
         for &pole in &factor.roots {
             known.extend(std::iter::repeat_n(pole, factor.algebraic));
-            if pole.1 < 0.0 {
+            if pole.im < 0.0 {
                 continue;
             }
             let found = at(pole, factor.geometric);
@@ -158,7 +158,7 @@ fn with_exact_values(
                 controllable: factor.input_defect == 0,
                 observable: factor.output_defect == 0,
                 // Without a vector nothing is said but the eigenvalue.
-                ..found.get(k % found.len().max(1)).cloned().unwrap_or_else(|| root(c64::new(pole.0, pole.1)))
+                ..found.get(k % found.len().max(1)).cloned().unwrap_or_else(|| root(c64::new(pole.re, pole.im)))
             };
             out.extend((0..factor.algebraic).map(mode));
         }
@@ -186,8 +186,8 @@ fn with_exact_values(
 /// Where one root of a pair is taken out, the pair is what rounding has made of two real roots.
 fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
     let both = |(k, mode): (usize, &Mode)| {
-        let (re, im) = mode.eigenvalue;
-        let roots = if im == 0.0 { vec![(re, 0.0)] } else { vec![(re, im), (re, -im)] };
+        let Complex { re, im } = mode.eigenvalue;
+        let roots = if im == 0.0 { vec![mode.eigenvalue] } else { vec![mode.eigenvalue, Complex { re, im: -im }] };
         roots.into_iter().map(move |root| (k, root))
     };
     let mut left: Vec<(usize, Pole)> = modes.iter().enumerate().flat_map(both).collect();
@@ -195,7 +195,7 @@ fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
         return None;
     }
     for root in known {
-        let distance = |(_, other): &(usize, Pole)| (other.0 - root.0).hypot(other.1 - root.1);
+        let distance = |(_, other): &(usize, Pole)| (other.re - root.re).hypot(other.im - root.im);
         let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j])))?;
         left.swap_remove(nearest);
     }
@@ -203,10 +203,10 @@ fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
         let roots = left.iter().filter(|(other, _)| *other == k).count();
         match (roots, mode.eigenvalue) {
             (0, _) => None,
-            (1, (re, im)) if im != 0.0 => {
-                let shape = mode.shape.into_iter().map(|(name, re, _)| (name, re, 0.0)).collect();
+            (1, Complex { re, im }) if im != 0.0 => {
+                let shape = mode.shape.into_iter().map(|part| part.real()).collect();
                 let Mode { natural_frequency, damping_ratio, .. } = root(c64::new(re, 0.0));
-                Some(Mode { eigenvalue: (re, 0.0), natural_frequency, damping_ratio, shape, ..mode })
+                Some(Mode { eigenvalue: Complex { re, im: 0.0 }, natural_frequency, damping_ratio, shape, ..mode })
             }
             _ => Some(mode),
         }
@@ -246,7 +246,7 @@ fn state_matrix(e: &Matrix<f64>, a: &Matrix<f64>) -> Mat<f64> {
 pub fn mode_of_motion(system: &ConstrainedSystem, eigenvalue: Pole, motion: &[(f64, f64)]) -> Mode {
     assert_eq!(motion.len(), system.shafts.len(), "one entry for each shaft");
     let vector: Vec<c64> = motion.iter().map(|(re, im)| c64::new(*re, *im)).collect();
-    let value = c64::new(eigenvalue.0, eigenvalue.1);
+    let value = c64::new(eigenvalue.re, eigenvalue.im);
     match normalised(&vector) {
         Some(vector) => {
             let shape = shape(&system.shafts, vector.iter().copied());
@@ -269,7 +269,7 @@ impl<'a> Elements<'a> {
         Self { inertias, springs, dampers }
     }
 
-    fn mode(&self, value: c64, vector: &[c64], shape: Vec<(String, f64, f64)>) -> Mode {
+    fn mode(&self, value: c64, vector: &[c64], shape: Vec<ShapePart>) -> Mode {
         let moving = value.norm() > 0.0;
         let speed = if moving { value.norm_sqr() } else { 1.0 };
         let kinetic = energies(&self.inertias, vector, 0.5 * speed);
@@ -280,7 +280,11 @@ impl<'a> Elements<'a> {
         let stored = shares(kinetic.into_iter().chain(potential).collect());
         Mode {
             shape,
-            stored: stored.into_iter().zip(kinds).map(|((element, share), kind)| (element, kind, share)).collect(),
+            stored: stored
+                .into_iter()
+                .zip(kinds)
+                .map(|(ElementShare { element, share }, energy)| StoredShare { element, energy, share })
+                .collect(),
             dissipated: shares(lost),
             ..root(value)
         }
@@ -314,7 +318,7 @@ struct Pair {
 fn root(value: c64) -> Mode {
     let size = value.norm();
     Mode {
-        eigenvalue: (value.re, value.im),
+        eigenvalue: Complex::new(value.re, value.im),
         natural_frequency: size,
         // Not −0 where nothing is damped.
         damping_ratio: if size > 0.0 { 0.0 - value.re / size } else { 1.0 },
@@ -325,13 +329,17 @@ fn root(value: c64) -> Mode {
 fn sorted(mut modes: Vec<Mode>) -> Vec<Mode> {
     modes.sort_by(|a, b| {
         let size = a.natural_frequency.total_cmp(&b.natural_frequency);
-        size.then(a.eigenvalue.0.total_cmp(&b.eigenvalue.0)).then(a.eigenvalue.1.total_cmp(&b.eigenvalue.1))
+        size.then(a.eigenvalue.re.total_cmp(&b.eigenvalue.re)).then(a.eigenvalue.im.total_cmp(&b.eigenvalue.im))
     });
     modes
 }
 
-fn shape(names: &[String], values: impl Iterator<Item = c64>) -> Vec<(String, f64, f64)> {
-    names.iter().zip(values).map(|(name, x)| (name.clone(), x.re, x.im)).collect()
+fn shape(names: &[String], values: impl Iterator<Item = c64>) -> Vec<ShapePart> {
+    names
+        .iter()
+        .zip(values)
+        .map(|(name, x)| ShapePart { name: name.clone(), value: Complex::new(x.re, x.im) })
+        .collect()
 }
 
 fn floats(row: &SparseRow) -> Vec<(usize, f64)> {
@@ -383,13 +391,13 @@ fn energies<'a>(elements: &[Element<'a>], x: &[c64], factor: f64) -> Vec<(&'a st
 }
 
 /// Parts of the sum; empty if there is none (negative coefficients can cancel others).
-fn shares(parts: Vec<(&str, f64)>) -> Vec<(String, f64)> {
+fn shares(parts: Vec<(&str, f64)>) -> Vec<ElementShare> {
     let sum: f64 = parts.iter().map(|(_, part)| part).sum();
     let size: f64 = parts.iter().map(|(_, part)| part.abs()).sum();
     if !(sum.abs() > 1e-12 * size) {
         return Vec::new();
     }
-    parts.into_iter().map(|(element, part)| (element.to_string(), part / sum)).collect()
+    parts.into_iter().map(|(element, part)| ElementShare { element: element.to_string(), share: part / sum }).collect()
 }
 
 /// Motions that stretch no spring, over the coordinates.
@@ -732,10 +740,14 @@ mod tests {
         let values = |modes: Vec<Mode>| modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>();
         // Three zeros as a real root and a pair; a pair far away.
         let spread = vec![mode(1e-5, 0.0), mode(-5e-6, 8.7e-6), mode(-1.0, 2.0)];
-        assert_eq!(values(others(spread.clone(), &[(0.0, 0.0); 3], 5).unwrap()), [(-1.0, 2.0)]);
+        assert_eq!(values(others(spread.clone(), &[Complex::default(); 3], 5).unwrap()), [Complex::new(-1.0, 2.0)]);
         // With two zeros known the third stays, real.
-        assert_eq!(values(others(spread.clone(), &[(0.0, 0.0); 2], 5).unwrap()), [(-5e-6, 0.0), (-1.0, 2.0)]);
-        assert_eq!(values(others(spread.clone(), &[(-1.0, 2.0), (-1.0, -2.0)], 5).unwrap()).len(), 2);
+        assert_eq!(
+            values(others(spread.clone(), &[Complex::default(); 2], 5).unwrap()),
+            [Complex::new(-5e-6, 0.0), Complex::new(-1.0, 2.0)]
+        );
+        let pair = [Complex::new(-1.0, 2.0), Complex::new(-1.0, -2.0)];
+        assert_eq!(values(others(spread.clone(), &pair, 5).unwrap()).len(), 2);
         assert!(others(spread, &[], 4).is_none(), "five roots are not four");
     }
 

@@ -5,7 +5,7 @@ use super::family::to_mat;
 use super::images::{Image, Images};
 use super::{Gramian, LinearSystem, gramian, smallest_eigenvalue, transfer_energy};
 use crate::num::{Matrix, ModularMatrix, Rational, rational_to_f64, reachable};
-use crate::results::{PlacedSet, PlacementSearch};
+use crate::results::{Place, PlacedSet, PlacementSearch};
 
 /// A place where a motor may sit (or, for the dual system, a sensor).
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +77,7 @@ pub fn place(
     };
     let everything: Vec<usize> = (0..candidates.len()).collect();
     let mut out = PlacementSearch {
-        candidates: candidates.iter().map(|c| (c.name.clone(), c.cost)).collect(),
+        candidates: candidates.iter().map(|c| Place { place: c.name.clone(), cost: c.cost }).collect(),
         larger_is_better: matches!(measure, Measure::SmallestEigenvalue(_)),
         measure: match measure {
             Measure::SmallestEigenvalue(_) => format!("smallest eigenvalue of the Gramian over {horizon} s"),

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Family, Parameter, Side, gramian, smallest_eigenvalue};
 use crate::num::{Random, rational_to_f64};
-use crate::results::Sampling;
+use crate::results::{Interval, Sampling};
 
 /// How a box of parameters is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,9 @@ pub fn sample(
         unit: unit.into(),
         probability: below as f64 / plan.samples as f64,
         interval: wilson(below, plan.samples),
-        quantiles: (found[0], found[found.len() / 2], found[found.len() - 1]),
+        smallest: found[0],
+        median: found[found.len() / 2],
+        largest: found[found.len() - 1],
     })
 }
 
@@ -111,13 +113,16 @@ fn central_probability(z: f64) -> f64 {
 }
 
 /// 95 % interval of a probability of which `hits` of `samples` were seen \[Wilson 1927\].
-pub fn wilson(hits: usize, samples: usize) -> (f64, f64) {
+pub fn wilson(hits: usize, samples: usize) -> Interval {
     const Z: f64 = 1.959_963_984_540_054;
     let (n, p) = (samples as f64, hits as f64 / samples as f64);
     let centre = (p + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
     let half = Z / (1.0 + Z * Z / n) * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
     // The ends are exact where nothing, or everything, was hit.
-    (if hits == 0 { 0.0 } else { centre - half }, if hits == samples { 1.0 } else { centre + half })
+    Interval {
+        lower: if hits == 0 { 0.0 } else { centre - half },
+        upper: if hits == samples { 1.0 } else { centre + half },
+    }
 }
 
 /// Smallest eigenvalue of the Gramian of a loss pencil.
@@ -194,9 +199,9 @@ mod tests {
     /// Newcombe 1998, table I: 81 of 263, and none of 20.
     #[test]
     fn intervals_of_wilson() {
-        let (low, high) = wilson(81, 263);
+        let Interval { lower: low, upper: high } = wilson(81, 263);
         assert!((low - 0.2553).abs() < 5e-5 && (high - 0.3662).abs() < 5e-5, "{low} {high}");
-        let (low, high) = wilson(0, 20);
+        let Interval { lower: low, upper: high } = wilson(0, 20);
         assert!(low == 0.0 && (high - 0.1611).abs() < 5e-5, "{low} {high}");
     }
 }

@@ -1,6 +1,6 @@
 use crate::num::modular_polynomial::{divide, gcd, monic, product, square_free};
 use crate::num::{ModularMatrix, Polynomial, PrimeField, Rational, Residue, Span, invariant_factors, quotient_action};
-use crate::results::Factor;
+use crate::results::{Complex, Factor};
 
 /// Largest degree of polynomials whose coefficients are written out.
 pub(super) const MOST_EXPANDED: usize = 64;
@@ -106,7 +106,12 @@ pub(super) fn described<'a>(pieces: impl Iterator<Item = (&'a Pattern, Option<&'
         let whole = whole.filter(|p| p.degree() <= MOST_EXPANDED);
         let parts = whole.map_or_else(
             || vec![(in_words(None, degree), Vec::new())],
-            |p| p.simple_factors_with_roots().into_iter().map(|(part, roots)| (part.to_string(), roots)).collect(),
+            |p| {
+                p.simple_factors_with_roots()
+                    .into_iter()
+                    .map(|(part, roots)| (part.to_string(), Complex::list(roots)))
+                    .collect()
+            },
         );
         out.extend(parts.into_iter().map(|(polynomial, roots)| Factor {
             polynomial,

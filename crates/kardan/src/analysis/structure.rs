@@ -10,7 +10,9 @@ use crate::num::{
     Matrix, ModularMatrix, Operator, Polynomial, PrimeField, Primes, Random, Rational, Residue, Scalar, Span,
     exact_rank, reachable,
 };
-use crate::results::{Certificate, Count, Entry, Factor, Invariant, Minor, Structure, Zeros};
+use crate::results::{
+    Certificate, Count, Entry, Factor, Invariant, Minor, MinorColumn, SparseMatrix, Structure, Undecided, Zeros,
+};
 
 /// Why the structure of a system cannot be decided.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -289,7 +291,7 @@ fn decide_modulo(
         outputs: system.outputs.clone(),
         controllable_rank: reached.rank,
         observable_rank: seen.rank,
-        undecided,
+        undecided: Undecided { controllability: undecided[0], observability: undecided[1] },
         factors: spectrum.factors,
         uncontrollable: Vec::new(),
         unobservable: Vec::new(),
@@ -495,6 +497,7 @@ impl Reach {
 }
 
 fn minor(field: &PrimeField, columns: Vec<(usize, usize)>, span: &Span) -> Minor {
+    let columns = columns.into_iter().map(|(input, power)| MinorColumn { input, power }).collect();
     let mut rows = span.pivots.clone();
     rows.sort_unstable();
     Minor { prime: field.prime(), columns, rows, value: field.value(span.minor(field)) }
@@ -853,16 +856,16 @@ fn vanish_exactly(system: &LinearSystem, table: &[Vec<Option<usize>>]) -> bool {
 }
 
 /// The matrices as sparse fractions.
-fn pencil(system: &LinearSystem) -> Vec<(String, Vec<Entry>)> {
+fn pencil(system: &LinearSystem) -> Vec<SparseMatrix> {
     [("E", &system.e), ("A", &system.a), ("B", &system.b), ("C", &system.c), ("D", &system.d)]
         .into_iter()
         .map(|(name, matrix)| {
             let entries = (0..matrix.rows())
                 .flat_map(|i| (0..matrix.columns()).map(move |j| (i, j)))
                 .filter(|&at| !matrix[at].is_zero())
-                .map(|(i, j)| (i, j, matrix[(i, j)].to_string()))
+                .map(|(row, column)| Entry { row, column, value: matrix[(row, column)].to_string() })
                 .collect();
-            (name.to_string(), entries)
+            SparseMatrix { name: name.to_string(), entries }
         })
         .collect()
 }
@@ -902,7 +905,7 @@ mod tests {
                 let found = decide_modulo(&system, certify, drawn, &Limits::new(2, certify.is_some())).unwrap();
                 let ranks = (found.controllable_rank, found.observable_rank, found.min_inputs);
                 assert_eq!(ranks, (2, 1, 1), "{count} {:#?}", found.certificate.statements);
-                assert_eq!(found.undecided, [false; 2]);
+                assert_eq!(found.undecided, Undecided::default());
                 assert!(found.certificate.primes.iter().all(|p| !primes.contains(p) || certify.is_some()));
                 assert!(found.certificate.proven || certify.is_none());
             }
@@ -938,7 +941,7 @@ mod tests {
         let found = decide_modulo(&system, Some(&silent), both(), &limits(true)).unwrap();
         assert_eq!(
             (found.undecided, found.controllability(), found.observability()),
-            ([true, false], None, Some(true))
+            (Undecided { controllability: true, observability: false }, None, Some(true))
         );
         assert_eq!((found.minimality(), found.controllable()), (None, false));
         assert!(!found.certificate.proven);
@@ -946,7 +949,7 @@ mod tests {
         assert!(said.contains("controllability rank: not decided; it is at least 1 of 2"), "{said}");
         // Where no proof was asked for, it is told with its probability.
         let fast = decide_modulo(&system, None, both(), &limits(false)).unwrap();
-        assert_eq!((fast.undecided, fast.controllability()), ([false; 2], Some(false)));
+        assert_eq!((fast.undecided, fast.controllability()), (Undecided::default(), Some(false)));
         assert!(fast.certificate.failure_probability > 0.0 && fast.certificate.failure_probability < 1e-6);
         assert!(fast.certificate.statements[0].contains("probability"), "{:?}", fast.certificate.statements);
         // With primes enough it is decided.

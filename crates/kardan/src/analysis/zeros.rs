@@ -1,6 +1,6 @@
 use super::images::Image;
 use crate::num::{ModularMatrix, Polynomial, PrimeField, Random, Residue, invariant_factors};
-use crate::results::Zeros;
+use crate::results::{Complex, Zeros};
 
 /// The finite structure of the system matrix `S(s) = [sE − A, −B; C, D]` modulo a prime.
 #[derive(Debug, Clone, PartialEq)]
@@ -179,5 +179,6 @@ pub(super) fn described(rank: usize, n: usize, degree: usize, polynomial: Option
     let proven = polynomial.proven_roots();
     let growing = proven.as_ref().map(|roots| roots.iter().filter(|root| root.0 > 0.0).count());
     let values = proven.unwrap_or_else(|| polynomial.roots());
+    let values = Complex::list(values);
     Zeros { polynomial: polynomial.to_string(), values, growing, normal_rank }
 }

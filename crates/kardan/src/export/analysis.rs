@@ -3,9 +3,10 @@
 use serde_json::{Value, json as object};
 
 use crate::results::{
-    Analysis, Basis, BoxVerdict, Certificate, Class, ConstraintForces, Construction, Count, Elimination, EnergyKind,
-    Factor, FailingMode, Invariant, LossSearch, Minor, Mode, NamedMatrix, PlacedSet, Placement, PlacementSearch, Pole,
-    Sensitivity, Structure,
+    Analysis, Basis, BoxVerdict, Breach, Certificate, Class, Complex, ConstraintForces, Construction, Count,
+    Elimination, EnergyKind, Entry, Factor, FailingMode, FrictionState, Invariant, LossSearch, Minor, Mode,
+    NamedMatrix, NamedShare, ParameterPoint, ParameterRange, PlacedSet, Placement, PlacementSearch, Pole, Sensitivity,
+    ShaftAngle, ShapePart, StoredShare, Structure,
 };
 
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
@@ -113,11 +114,11 @@ fn list<T>(items: &[T], one: impl Fn(&T) -> Value) -> Vec<Value> {
 }
 
 fn pole(pole: &Pole) -> Value {
-    object!([pole.0, pole.1])
+    object!([pole.re, pole.im])
 }
 
-fn shares(shares: &[(String, f64)], key: &str) -> Vec<Value> {
-    list(shares, |(name, share)| object!({ key: name, "share": share }))
+fn shares(shares: &[NamedShare]) -> Vec<Value> {
+    list(shares, |one| object!({ "name": one.name, "share": one.share }))
 }
 
 fn class(class: &Class) -> Value {
@@ -127,7 +128,7 @@ fn class(class: &Class) -> Value {
         "assumptions": list(&class.assumptions, |assumption| object!({
             "statement": assumption.statement,
             "holds": assumption.holds,
-            "breaches": list(&assumption.breaches, |(element, why)| object!({ "element": element, "why": why })),
+            "breaches": list(&assumption.breaches, |Breach { element, why }| object!({ "element": element, "why": why })),
         })),
         "constraints": list(&class.constraints, |constraint| object!({
             "element": constraint.element,
@@ -138,8 +139,8 @@ fn class(class: &Class) -> Value {
             "linear": constraint.linear,
         })),
         "operating_point": {
-            "angles": list(&point.angles, |(shaft, angle)| object!({ "shaft": shaft, "angle_rad": angle })),
-            "friction": list(&point.friction, |(element, torque, stuck)| object!({
+            "angles": list(&point.angles, |ShaftAngle { shaft, angle }| object!({ "shaft": shaft, "angle_rad": angle })),
+            "friction": list(&point.friction, |FrictionState { element, coulomb_torque: torque, stuck }| object!({
                 "element": element, "coulomb_torque_N_m": torque, "stuck": stuck,
             })),
         },
@@ -151,7 +152,7 @@ fn elimination(elimination: &Elimination) -> Value {
         "motions": elimination.motions,
         "direction": elimination.direction,
         "removed": elimination.removed,
-        "definitions": list(&elimination.definitions, |(state, is)| object!({ "state": state, "is": is })),
+        "definitions": list(&elimination.definitions, |one| object!({ "state": one.state, "is": one.is })),
     })
 }
 
@@ -165,11 +166,11 @@ fn mode(mode: &Mode, structure: &Structure) -> Value {
         "frequency_Hz": mode.natural_frequency / std::f64::consts::TAU,
         "natural_frequency_rad_per_s": mode.natural_frequency,
         "damping_ratio": mode.damping_ratio,
-        "shape": list(&mode.shape, |(name, re, im)| object!({ "name": name, "value": [re, im] })),
-        "stored": list(&mode.stored, |(element, stored, share)| object!({
+        "shape": list(&mode.shape, |ShapePart { name, value: Complex { re, im } }| object!({ "name": name, "value": [re, im] })),
+        "stored": list(&mode.stored, |StoredShare { element, energy: stored, share }| object!({
             "element": element, "energy": kind(stored), "share": share,
         })),
-        "dissipated": shares(&mode.dissipated, "element"),
+        "dissipated": list(&mode.dissipated, |one| object!({ "element": one.element, "share": one.share })),
         "factor": mode.factor,
         "controllable": structure.controllability().map(|_| mode.controllable),
         "observable": structure.observability().map(|_| mode.observable),
@@ -181,8 +182,8 @@ fn failing(mode: &FailingMode) -> Value {
         "eigenvalue_per_s": pole(&mode.eigenvalue),
         "factor": mode.factor,
         "defect": mode.defect,
-        "shafts": shares(&mode.shafts, "name"),
-        "elements": shares(&mode.elements, "name"),
+        "shafts": shares(&mode.shafts),
+        "elements": shares(&mode.elements),
     })
 }
 
@@ -240,7 +241,7 @@ fn search(search: &PlacementSearch) -> Value {
         "exhaustive": search.exhaustive,
         "gap": search.gap,
         "tried": search.tried,
-        "candidates": list(&search.candidates, |(place, cost)| object!({ "place": place, "cost": cost })),
+        "candidates": list(&search.candidates, |one| object!({ "place": one.place, "cost": one.cost })),
         "measure": search.measure,
         "unit": search.unit,
         "larger_is_better": search.larger_is_better,
@@ -250,7 +251,7 @@ fn search(search: &PlacementSearch) -> Value {
 
 fn sensitivity(sensitivity: &Sensitivity) -> Value {
     object!({
-        "parameters": list(&sensitivity.parameters, |(name, nominal, lower, upper, unit)| object!({
+        "parameters": list(&sensitivity.parameters, |ParameterRange { name, nominal, lower, upper, unit }| object!({
             "name": name, "nominal": nominal, "lower": lower, "upper": upper, "unit": unit,
         })),
         "controllability": sensitivity.controllability.as_ref().map(loss_search),
@@ -262,12 +263,12 @@ fn loss_search(search: &LossSearch) -> Value {
     object!({
         "nearest": search.nearest.as_ref().map(|loss| object!({
             "distance_tolerances": loss.distance,
-            "at": list(&loss.at, |(parameter, value, unit)| object!({
+            "at": list(&loss.at, |ParameterPoint { parameter, value, unit }| object!({
                 "parameter": parameter, "value": value, "unit": unit,
             })),
             "eigenvalue_per_s": pole(&loss.eigenvalue),
             "residual": loss.residual,
-            "shafts": shares(&loss.shafts, "name"),
+            "shafts": shares(&loss.shafts),
         })),
         "starts": search.starts,
         "proven_distance_tolerances": search.proven_distance,
@@ -283,10 +284,10 @@ fn loss_search(search: &LossSearch) -> Value {
             "threshold": sampling.threshold,
             "unit": sampling.unit,
             "probability": sampling.probability,
-            "interval_95": [sampling.interval.0, sampling.interval.1],
-            "smallest": sampling.quantiles.0,
-            "median": sampling.quantiles.1,
-            "largest": sampling.quantiles.2,
+            "interval_95": [sampling.interval.lower, sampling.interval.upper],
+            "smallest": sampling.smallest,
+            "median": sampling.median,
+            "largest": sampling.largest,
         })),
     })
 }
@@ -331,8 +332,8 @@ fn constraint_forces(forces: &ConstraintForces) -> Value {
 }
 
 fn certificate(certificate: &Certificate) -> Value {
-    let entries = |entries: &Vec<(usize, usize, String)>| list(entries, |entry| object!([entry.0, entry.1, entry.2]));
-    let pencil = certificate.pencil.iter().map(|(name, rows)| (name.clone(), Value::from(entries(rows))));
+    let entries = |entries: &Vec<Entry>| list(entries, |entry| object!([entry.row, entry.column, entry.value]));
+    let pencil = certificate.pencil.iter().map(|one| (one.name.clone(), Value::from(entries(&one.entries))));
     object!({
         "proven": certificate.proven,
         "failure_probability": certificate.failure_probability,
@@ -359,7 +360,8 @@ fn count(count: &Count) -> Value {
 }
 
 fn minor(minor: &Minor) -> Value {
-    object!({ "prime": minor.prime, "columns": minor.columns, "rows": minor.rows, "value": minor.value })
+    let columns = list(&minor.columns, |one| object!([one.input, one.power]));
+    object!({ "prime": minor.prime, "columns": columns, "rows": minor.rows, "value": minor.value })
 }
 
 fn invariant(invariant: &Invariant) -> Value {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json as object};
 
 use super::identification::value as identified;
-use crate::results::{BenchPlan, BenchStudy, Difference, Outcome, Response, TrueValue};
+use crate::results::{BenchPlan, BenchStudy, Compared, Difference, Outcome, Response, TrueValue};
 
 /// A log as it is told in JSON: its name, how it ended, its files.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,7 @@ pub fn bench_json(
 /// and `experiments` (`name`, `outcomes`, `responses`: `output`, `signal`, `reference`, `unit`, and for simulation and bench
 /// `settled`, `farthest`; `distance`, `at_s`, `differences`: `what`, `alone`, `without`), `transient_s`.
 pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String]) -> String {
-    let both = |of: (f64, f64)| object!({ "simulation": of.0, "bench": of.1 });
+    let both = |of: Compared| object!({ "simulation": of.simulation, "bench": of.bench });
     let response = |one: &Response| {
         let difference = |one: &Difference| object!({ "what": one.what, "alone": one.alone, "without": one.without });
         object!({
@@ -54,8 +54,8 @@ pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String
             "unit": one.physical.unit(),
             "settled": both(one.settled),
             "farthest": both(one.farthest),
-            "distance": one.distance.0,
-            "at_s": one.distance.1,
+            "distance": one.distance,
+            "at_s": one.distance_at,
             "differences": one.differences.iter().map(difference).collect::<Vec<_>>(),
         })
     };

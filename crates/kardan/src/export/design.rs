@@ -4,9 +4,10 @@ use serde_json::{Map, Value, json as object};
 
 use super::json::motor_strain;
 use crate::results::{
-    Alternative, Canonical, ChannelResult, ControllerData, CrossCoupling, Decouplability, Design, ExactMatrix,
-    Exploration, Feedback, Flatness, FreeKnown, Interaction, LoopLimit, Margins, ObserverResult, Passage,
-    PassedInteraction, Pole, Robustness, Spread, TransferEntry, ZeroDynamics, ZeroMode,
+    Alternative, Canonical, ChannelResult, Complex, ControllerData, CrossCoupling, DataMatrix, DataNumber,
+    Decouplability, Design, ElementShare, ExactMatrix, Exploration, Feedback, Flatness, FreeKnown, Integrators,
+    Interaction, Interval, LoopLimit, Margins, ObserverResult, Passage, PassedInteraction, Pole, ReadSignal,
+    Robustness, ShapePart, Spread, TransferEntry, VariedParameter, WithSensor, WrongTorque, ZeroDynamics, ZeroMode,
 };
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -67,7 +68,7 @@ pub fn design_json(design: &Design) -> String {
         "states": design.states,
         "inputs": design.inputs,
         "outputs": design.outputs,
-        "definitions": list(&design.definitions, |(state, is)| object!({ "state": state, "is": is })),
+        "definitions": list(&design.definitions, |one| object!({ "state": one.state, "is": one.is })),
         "hidden_poles": list(&design.hidden, pole),
         "relative_degrees": design.relative_degrees,
         "decoupling_matrix": matrix(&design.decoupling_matrix),
@@ -113,7 +114,7 @@ fn passage(found: &Passage) -> Value {
     object!({
         "turned": found.turned,
         "positions": found.positions,
-        "range_rad": [found.range.0, found.range.1],
+        "range_rad": [found.range.from, found.range.until],
         "stable": found.stable,
         "growth_per_s": found.growth,
         "growth_at_rad": found.growth_at,
@@ -136,7 +137,7 @@ fn exploration(found: &Exploration) -> Value {
         "failed": found.failed,
         "not_judged": found.not_judged,
         "designs": list(&found.designs, design),
-        "sensors": list(&found.sensors, |(name, with)| object!({ "name": name, "design": design(with) })),
+        "sensors": list(&found.sensors, |WithSensor { name, design: with }| object!({ "name": name, "design": design(with) })),
         "advice": found.advice,
     })
 }
@@ -156,7 +157,7 @@ fn robustness(found: &Robustness) -> Value {
     };
     object!({
         "range": found.range,
-        "parameters": list(&found.parameters, |(name, low, high)| object!({ "name": name, "factors": [low, high] })),
+        "parameters": list(&found.parameters, |VariedParameter { name, factors: Interval { lower: low, upper: high } }| object!({ "name": name, "factors": [low, high] })),
         "samples": found.samples,
         "seed": found.seed,
         "stable": found.stable,
@@ -199,7 +200,7 @@ fn margins(found: &Margins) -> Value {
         })),
         "together": found.together.as_ref().map(|all| object!({
             "disk": all.disk, "rad_s": all.frequency,
-            "worst": list(&all.worst, |(name, factor, turn)| object!({
+            "worst": list(&all.worst, |WrongTorque { motor: name, factor, turn }| object!({
                 "motor": name, "factor": factor, "turn_rad": turn,
             })),
         })),
@@ -249,7 +250,7 @@ pub fn controller_json(design: &Design) -> String {
 
 fn how_to_run(data: &ControllerData) -> String {
     let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
-    let excess = if data.reads.iter().any(|(signal, _)| signal.ends_with(".excess")) {
+    let excess = if data.reads.iter().any(|ReadSignal { signal, .. }| signal.ends_with(".excess")) {
         " `<motor>.excess`, which moves the block's states, is what the motor's torque limit leaves of the torque just returned, \
          less that torque: zero within the limit."
     } else {
@@ -279,7 +280,7 @@ fn by_name<'a>(pairs: impl Iterator<Item = (&'a String, Value)>) -> Value {
 }
 
 fn pole(pole: &Pole) -> Value {
-    object!([pole.0, pole.1])
+    object!([pole.re, pole.im])
 }
 
 fn matrix(matrix: &ExactMatrix) -> Value {
@@ -300,7 +301,7 @@ fn decouplability(found: &Decouplability, outputs: &[String]) -> Value {
         "normal_rank": found.normal_rank,
         "possible": feedback(found.possible),
         "blocks": list(&found.blocks, block),
-        "integrators": list(&found.integrators, |(input, count)| object!({ "input": input, "count": count })),
+        "integrators": list(&found.integrators, |Integrators { input, count }| object!({ "input": input, "count": count })),
         "reasons": found.reasons,
     })
 }
@@ -337,7 +338,7 @@ fn channel(channel: &ChannelResult) -> Value {
 
 fn zero_dynamics(found: &ZeroDynamics) -> Value {
     let both = |mode: &ZeroMode| {
-        let (re, im) = mode.pole;
+        let Complex { re, im } = mode.pole;
         if im == 0.0 { vec![object!([re, im])] } else { vec![object!([re, im]), object!([re, -im])] }
     };
     let asked = !(found.polynomial.is_empty() && found.modes.is_empty());
@@ -350,12 +351,12 @@ fn zero_dynamics(found: &ZeroDynamics) -> Value {
 }
 
 fn zero_mode(mode: &ZeroMode) -> Value {
-    let share = |(element, share): &(String, f64)| object!({ "element": element, "share": share });
+    let share = |one: &ElementShare| object!({ "element": one.element, "share": one.share });
     object!({
         "pole": pole(&mode.pole),
         "natural_frequency_rad_per_s": mode.natural_frequency,
         "damping_ratio": mode.damping_ratio,
-        "shape": list(&mode.shape, |(name, re, im)| object!({ "name": name, "value": [re, im] })),
+        "shape": list(&mode.shape, |ShapePart { name, value: Complex { re, im } }| object!({ "name": name, "value": [re, im] })),
         "stored": list(&mode.stored, share),
         "dissipated": list(&mode.dissipated, share),
         "warning": mode.warning,
@@ -413,12 +414,15 @@ fn flatness(found: &Flatness) -> Value {
 fn data(data: &ControllerData) -> Map<String, Value> {
     [
         ("block", object!(data.block)),
-        ("reads", object!(list(&data.reads, |(signal, unit)| object!({ "signal": signal, "unit": unit })))),
+        (
+            "reads",
+            object!(list(&data.reads, |ReadSignal { signal, unit }| object!({ "signal": signal, "unit": unit }))),
+        ),
         ("writes", object!(data.writes)),
         ("sample_time_s", object!(data.sample_time)),
         ("precision", object!(if data.single { "f32" } else { "f64" })),
-        ("matrices", by_name(data.matrices.iter().map(|(name, rows)| (name, object!(rows))))),
-        ("numbers", by_name(data.numbers.iter().map(|(name, value)| (name, object!(value))))),
+        ("matrices", by_name(data.matrices.iter().map(|DataMatrix { name, values: rows }| (name, object!(rows))))),
+        ("numbers", by_name(data.numbers.iter().map(|DataNumber { name, value }| (name, object!(value))))),
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into_iter()
@@ -556,9 +560,9 @@ mod tests {
             parts.filter_map(|part| part.parse::<f64>().ok()).map(f64::to_bits).collect()
         };
         let data = &train.controller_data;
-        let entries = data.matrices[0].1.iter().flatten().map(|value| value.to_bits());
+        let entries = data.matrices[0].values.iter().flatten().map(|value| value.to_bits());
         assert_eq!(numbers(line("matrices")), entries.collect::<Vec<_>>());
-        let scalars = data.numbers.iter().map(|(_, value)| value.to_bits());
+        let scalars = data.numbers.iter().map(|DataNumber { value, .. }| value.to_bits());
         assert_eq!(numbers(line("numbers")), scalars.collect::<Vec<_>>());
         for design in designs() {
             let _: Value = serde_json::from_str(&controller_json(&design)).unwrap();

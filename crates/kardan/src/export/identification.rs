@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json as object};
 
-use crate::results::{ChannelRead, Found, Identification, LogRead, NamedMatrix};
+use crate::results::{ChannelRead, Found, FoundDamping, Identification, LogRead, NamedMatrix};
 
 /// Gives an identification as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
@@ -29,12 +29,12 @@ pub fn identification_json(found: &Identification) -> String {
 }
 
 pub(super) fn value(found: &Identification) -> Value {
-    let (sound, verdict) = found.verdict();
+    let verdict = found.verdict();
     object!({
         "model": found.model,
         "description": found.description,
-        "verdict": verdict,
-        "sound": sound,
+        "verdict": verdict.text,
+        "sound": verdict.sound,
         "method": found.method,
         "window_s": found.window,
         "loss": found.loss,
@@ -59,7 +59,7 @@ pub(super) fn value(found: &Identification) -> Value {
         "parameters": found.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "not_determined": { "by_structure": found.structural, "by_data": found.weak },
         "correlation": { "names": found.correlation.rows, "values": found.correlation.values },
-        "damping": found.damping.as_ref().map(|(matrix, passive)| damping(matrix, *passive)),
+        "damping": found.damping.as_ref().map(|FoundDamping { matrix, passive }| damping(matrix, *passive)),
         "tests": found.tests.iter().map(|test| object!({
             "what": test.what, "probability": test.probability, "meaning": test.meaning,
         })).collect::<Vec<_>>(),
@@ -72,8 +72,8 @@ pub(super) fn value(found: &Identification) -> Value {
         "candidates": found.candidates.iter().map(|one| object!({
             "name": one.name,
             "parameters": one.parameters,
-            "error": one.error.0,
-            "error_spread": one.error.1,
+            "error": one.error.map(|error| error.mean),
+            "error_spread": one.error.map(|error| error.spread),
             "chosen": one.chosen,
             "failure": one.failure,
         })).collect::<Vec<_>>(),
@@ -88,8 +88,8 @@ fn log(log: &LogRead) -> Value {
     object!({
         "name": log.name,
         "rows": log.rows,
-        "begin_s": log.span.0,
-        "end_s": log.span.1,
+        "begin_s": log.span.map(|span| span.from),
+        "end_s": log.span.map(|span| span.until),
         "remarks": log.remarks,
         "damage": log.damage,
         "clock": log.clock,
@@ -110,7 +110,7 @@ fn channel(one: &ChannelRead) -> Value {
 }
 
 fn parameter(one: &Found) -> Value {
-    let interval = one.interval.0.is_finite().then_some([one.interval.0, one.interval.1]);
+    let interval = one.interval.map(|it| [it.lower, it.upper]);
     object!({
         "name": one.name,
         "unit": one.unit,

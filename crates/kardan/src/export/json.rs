@@ -124,7 +124,7 @@ pub(super) fn motor_strain(strain: &MotorStrain, length: f64) -> Value {
         "asked_n_m": strain.asked,
         "time_at_torque_limit_s": strain.seconds_at_limit(0.0, length),
         "time_at_rate_limit_s": strain.seconds_at_rate_limit(0.0, length),
-        "first_at_torque_limit_s": strain.at_torque_limit.first().map(|span| span.0),
+        "first_at_torque_limit_s": strain.at_torque_limit.first().map(|span| span.from),
     })
 }
 

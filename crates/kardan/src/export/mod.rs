@@ -64,7 +64,7 @@ mod example {
             outcome: Outcome::Completed,
             requirements: vec![RequirementResult {
                 text: "max |rk.phi| < 9 rad".into(),
-                measured: f64::NAN,
+                measured: None,
                 unit: "rad".into(),
                 passed: false,
             }],

@@ -9,7 +9,7 @@ use super::tolerance::Tolerance;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::equations::{Measured, NamedTerm, Term};
-use crate::results::ParameterValue;
+use crate::results::{ElementSummary, ParameterValue};
 use crate::schema::{Field, Kind, Scalar, Sign, Spanned, Table, Value};
 use crate::synthesis::{COMMON, LawKind};
 use crate::units::{Dimension, Exact};
@@ -63,8 +63,8 @@ pub struct Model {
     pub shafts: Vec<String>,
     /// All terms.
     pub terms: Vec<NamedTerm>,
-    /// `(kind, name, values)` of each element, for display.
-    pub elements: Vec<(String, String, String)>,
+    /// Each element, for display.
+    pub elements: Vec<ElementSummary>,
     /// Reduced coordinates, if the file names them.
     pub coordinates: Option<Vec<String>>,
     /// Controllers in the loop.
@@ -483,7 +483,11 @@ impl Document {
             for term in (instance.kind.terms)(&instance.name, &values) {
                 terms.push(NamedTerm { element: instance.name.clone(), term });
             }
-            elements.push((instance.kind.keyword.to_string(), instance.name.clone(), describe(instance, &values)));
+            elements.push(ElementSummary {
+                kind: instance.kind.keyword.to_string(),
+                name: instance.name.clone(),
+                values: describe(instance, &values),
+            });
         }
         self.check_sensors(&terms, &mut doubtful, &mut out);
         let mut controls: Vec<ControlSpec> = Vec::new();
@@ -534,7 +538,7 @@ impl Document {
         shafts.sort();
         shafts.dedup();
         controls.sort_by(|a, b| a.name.cmp(&b.name));
-        elements.sort();
+        elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         let model = Model {
             name: header.word("name").unwrap_or("model").to_string(),
             description: header.word("description").unwrap_or_default().to_string(),

@@ -1,6 +1,6 @@
 //! What an analysis of structure gives: chapters 4 and 5 of the source for one model at one operating point.
 
-use super::{NamedMatrix, Pole};
+use super::{Complex, Definition, Interval, NamedMatrix, Pole};
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
@@ -43,8 +43,8 @@ pub struct Elimination {
     pub direction: String,
     /// States that are none any more: they follow from the others and the inputs at once.
     pub removed: Vec<String>,
-    /// States that are combinations of the original ones: `(z1, a.w + b.w)`.
-    pub definitions: Vec<(String, String)>,
+    /// States that are combinations of the original ones.
+    pub definitions: Vec<Definition>,
 }
 
 /// Definition 4.4, judged.
@@ -67,8 +67,17 @@ pub struct Assumption {
     pub statement: String,
     /// Whether it holds.
     pub holds: bool,
-    /// What breaks it: `(element, why)`.
-    pub breaches: Vec<(String, String)>,
+    /// What breaks it.
+    pub breaches: Vec<Breach>,
+}
+
+/// What breaks an assumption.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Breach {
+    /// The element.
+    pub element: String,
+    /// Why.
+    pub why: String,
 }
 
 /// One of the eight classes of Tables 4.1 and 4.2, with the constraint that belongs to it.
@@ -91,10 +100,30 @@ pub struct ConstraintClass {
 /// Where a model was linearised.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OperatingPoint {
-    /// Shaft and angle, rad.
-    pub angles: Vec<(String, f64)>,
-    /// Every friction direction: element, Coulomb torque in N m, and whether it is stuck (then it is a constraint).
-    pub friction: Vec<(String, f64, bool)>,
+    /// The angle of every shaft.
+    pub angles: Vec<ShaftAngle>,
+    /// Every friction direction.
+    pub friction: Vec<FrictionState>,
+}
+
+/// Where a shaft is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShaftAngle {
+    /// The shaft.
+    pub shaft: String,
+    /// Its angle, rad.
+    pub angle: f64,
+}
+
+/// What a friction direction does at an operating point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrictionState {
+    /// The element.
+    pub element: String,
+    /// Its Coulomb torque, N m.
+    pub coulomb_torque: f64,
+    /// Whether it is stuck; then it is a constraint.
+    pub stuck: bool,
 }
 
 /// The model in one basis of the constraint kernel \[diss. Theorems 4.1-4.4\].
@@ -160,18 +189,64 @@ pub struct Mode {
     pub natural_frequency: f64,
     /// −Re λ / |λ|; 1 for λ = 0.
     pub damping_ratio: f64,
-    /// Shaft (or state) with its motion relative to the largest one: `(name, real part, imaginary part)`.
-    pub shape: Vec<(String, f64, f64)>,
-    /// Shares of the energy stored during the motion, kinetic and potential, by element: `(element, kind, share)`.
-    pub stored: Vec<(String, EnergyKind, f64)>,
+    /// What moves in it, and how.
+    pub shape: Vec<ShapePart>,
+    /// Shares of the energy stored during the motion, kinetic and potential, by element.
+    pub stored: Vec<StoredShare>,
     /// Shares of the loss by element.
-    pub dissipated: Vec<(String, f64)>,
+    pub dissipated: Vec<ElementShare>,
     /// The exact factor of the characteristic polynomial that it is a root of: `s + 2`.
     pub factor: String,
     /// Whether the inputs reach it (Hautus).
     pub controllable: bool,
     /// Whether the outputs show it (Hautus).
     pub observable: bool,
+}
+
+/// What moves in a mode.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShapePart {
+    /// The shaft or state.
+    pub name: String,
+    /// Its motion relative to the largest one.
+    pub value: Complex,
+}
+
+impl ShapePart {
+    /// The same without its imaginary part.
+    #[must_use]
+    pub fn real(self) -> Self {
+        Self { value: Complex { im: 0.0, ..self.value }, ..self }
+    }
+}
+
+/// What an element has of the energy stored during a motion.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StoredShare {
+    /// The element.
+    pub element: String,
+    /// As what it is stored.
+    pub energy: EnergyKind,
+    /// The share.
+    pub share: f64,
+}
+
+/// What an element has of a whole: of the energy stored, of the loss.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ElementShare {
+    /// The element.
+    pub element: String,
+    /// The share.
+    pub share: f64,
+}
+
+/// What has a part in a mode that fails.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NamedShare {
+    /// The shaft, state or element.
+    pub name: String,
+    /// The share.
+    pub share: f64,
 }
 
 /// Where energy is stored.
@@ -193,12 +268,12 @@ pub struct Structure {
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// Rank of the controllability matrix, exact; if `undecided[0]`, only a lower bound.
+    /// Rank of the controllability matrix, exact; if [`Undecided::controllability`], only a lower bound.
     pub controllable_rank: usize,
-    /// Rank of the observability matrix, exact; if `undecided[1]`, only a lower bound.
+    /// Rank of the observability matrix, exact; if [`Undecided::observability`], only a lower bound.
     pub observable_rank: usize,
-    /// A proof was asked for, and that the rank of the controllability (observability) matrix is not larger was not proven.
-    pub undecided: [bool; 2],
+    /// What a proof was asked for and not found.
+    pub undecided: Undecided,
     /// Coprime square-free factors of the characteristic polynomial, with what holds for all their roots.
     pub factors: Vec<Factor>,
     /// Modes that the inputs do not reach.
@@ -223,6 +298,15 @@ pub struct Structure {
     pub certificate: Certificate,
 }
 
+/// A proof was asked for that a rank is not larger, and not found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Undecided {
+    /// Of the controllability matrix.
+    pub controllability: bool,
+    /// Of the observability matrix.
+    pub observability: bool,
+}
+
 impl Structure {
     /// Whether every state can be reached; `false` also where that is not decided.
     pub fn controllable(&self) -> bool {
@@ -236,12 +320,12 @@ impl Structure {
 
     /// Whether every state can be reached, if that is decided.
     pub fn controllability(&self) -> Option<bool> {
-        (!self.undecided[0]).then(|| self.controllable())
+        (!self.undecided.controllability).then(|| self.controllable())
     }
 
     /// Whether every state can be told from the outputs, if that is decided.
     pub fn observability(&self) -> Option<bool> {
-        (!self.undecided[1]).then(|| self.observable())
+        (!self.undecided.observability).then(|| self.observable())
     }
 
     /// Whether it is controllable and observable, if that is decided: one that fails decides it.
@@ -285,10 +369,10 @@ pub struct FailingMode {
     pub eigenvalue: Pole,
     /// Number of independent motions at this eigenvalue that fail.
     pub defect: usize,
-    /// Shafts (or states) that move in it: `(name, share)`, largest first; shares relative to the largest.
-    pub shafts: Vec<(String, f64)>,
+    /// Shafts (or states) that move in it, largest first; shares relative to the largest.
+    pub shafts: Vec<NamedShare>,
     /// Elements that take part, with their share of the stored energy.
-    pub elements: Vec<(String, f64)>,
+    pub elements: Vec<NamedShare>,
 }
 
 /// Invariant zeros of `[sI − A, −B; C, D]`.
@@ -304,8 +388,25 @@ pub struct Zeros {
     pub normal_rank: usize,
 }
 
-/// An entry of a sparse matrix: row, column, and the value as a fraction.
-pub type Entry = (usize, usize, String);
+/// An entry of a sparse matrix.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Entry {
+    /// Its row, from 0.
+    pub row: usize,
+    /// Its column, from 0.
+    pub column: usize,
+    /// Its value, a fraction.
+    pub value: String,
+}
+
+/// A sparse matrix with a name.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SparseMatrix {
+    /// `E`, `A`, `B`, `C` or `D`.
+    pub name: String,
+    /// Its entries that are not zero.
+    pub entries: Vec<Entry>,
+}
 
 /// An input matrix with the least number of columns, built by the procedure of Theorem 5.2 \[diss. (5.7)\] as corrected.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -344,8 +445,8 @@ pub struct Certificate {
     pub primes: Vec<u64>,
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
-    /// The pencil `E x' = A x + B u`, `y = C x + D u`: sparse rows of fractions `(row, column, value)`.
-    pub pencil: Vec<(String, Vec<Entry>)>,
+    /// The pencil `E x' = A x + B u`, `y = C x + D u`.
+    pub pencil: Vec<SparseMatrix>,
     /// Proof of `min_inputs`.
     pub inputs: Option<Count>,
     /// Proof of `min_outputs`, for the transposed pencil.
@@ -380,12 +481,21 @@ pub struct Count {
 pub struct Minor {
     /// The prime.
     pub prime: u64,
-    /// `(input, power)` of each column.
-    pub columns: Vec<(usize, usize)>,
+    /// Its columns.
+    pub columns: Vec<MinorColumn>,
     /// Rows of the minor.
     pub rows: Vec<usize>,
     /// The minor modulo the prime; not zero.
     pub value: u64,
+}
+
+/// The column `(E⁻¹A)^power b` of an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MinorColumn {
+    /// The input, from 0.
+    pub input: usize,
+    /// The power.
+    pub power: usize,
 }
 
 /// Independent rows Y with `Y A = M Y E` and `Y B = 0`: what no input reaches.
@@ -409,8 +519,8 @@ pub struct Placement {
 /// The outcome of one search.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlacementSearch {
-    /// The candidates: `(place, cost)`.
-    pub candidates: Vec<(String, f64)>,
+    /// The candidates.
+    pub candidates: Vec<Place>,
     /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
@@ -431,6 +541,15 @@ pub struct PlacementSearch {
     pub none_because: Option<String>,
 }
 
+/// Where a motor or a sensor may sit.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Place {
+    /// The place.
+    pub place: String,
+    /// What it costs, as the user says.
+    pub cost: f64,
+}
+
 /// A set of places that keeps the model controllable (observable).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlacedSet {
@@ -447,12 +566,27 @@ pub struct PlacedSet {
 /// How far away the next change of structure is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sensitivity {
-    /// `(parameter, nominal value, lower end, upper end, unit)`.
-    pub parameters: Vec<(String, f64, f64, f64, String)>,
+    /// The box of parameters.
+    pub parameters: Vec<ParameterRange>,
     /// Of controllability.
     pub controllability: Option<LossSearch>,
     /// Of observability.
     pub observability: Option<LossSearch>,
+}
+
+/// A parameter with its tolerance.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ParameterRange {
+    /// The parameter.
+    pub name: String,
+    /// Its nominal value, SI.
+    pub nominal: f64,
+    /// Lower end, SI.
+    pub lower: f64,
+    /// Upper end, SI.
+    pub upper: f64,
+    /// SI unit.
+    pub unit: String,
 }
 
 /// The search for the nearest loss of controllability or observability.
@@ -477,14 +611,25 @@ pub struct LossSearch {
 pub struct Loss {
     /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
     pub distance: f64,
-    /// `(parameter, value, unit)` of the parameters that differ from their nominal values; at distance 0 of all.
-    pub at: Vec<(String, f64, String)>,
+    /// The parameters that differ from their nominal values; at distance 0 all of them.
+    pub at: Vec<ParameterPoint>,
     /// Eigenvalue that is lost there, 1/s.
     pub eigenvalue: Pole,
     /// Residual of the defining equations there, relative; 0 if the loss was decided exactly.
     pub residual: f64,
-    /// Shafts that move in the lost mode: `(name, share)`.
-    pub shafts: Vec<(String, f64)>,
+    /// Shafts that move in the lost mode.
+    pub shafts: Vec<NamedShare>,
+}
+
+/// A value of a parameter.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ParameterPoint {
+    /// The parameter.
+    pub parameter: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// SI unit.
+    pub unit: String,
 }
 
 /// What is known over a whole box of parameters.
@@ -513,7 +658,11 @@ pub struct Sampling {
     /// Fraction of samples below the threshold.
     pub probability: f64,
     /// 95 % confidence interval of that probability (Wilson).
-    pub interval: (f64, f64),
-    /// Smallest, median and largest measure found.
-    pub quantiles: (f64, f64, f64),
+    pub interval: Interval,
+    /// Smallest measure found.
+    pub smallest: f64,
+    /// Median of the measures.
+    pub median: f64,
+    /// Largest measure found.
+    pub largest: f64,
 }

@@ -82,15 +82,24 @@ pub struct Bench {
 }
 
 /// One of the things in which the bench differs from the simulation, and how far an output gets from the simulation by it: largest
-/// distances in the transient, in the unit of the output; NaN where such a plant cannot be, or its run failed.
+/// distances in the transient, in the unit of the output; `None` where such a plant cannot be, or its run failed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Difference {
     /// `compliance of hd`, `sampling, delay and sensors`.
     pub what: String,
     /// Put into the simulation alone.
-    pub alone: f64,
+    pub alone: Option<f64>,
     /// Taken from the bench alone.
-    pub without: f64,
+    pub without: Option<f64>,
+}
+
+/// A number in the simulation and on the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Compared {
+    /// In the simulation.
+    pub simulation: f64,
+    /// On the bench.
+    pub bench: f64,
 }
 
 /// An output of a controller in the simulation and on the bench.
@@ -104,12 +113,14 @@ pub struct Response {
     pub reference: String,
     /// What it is.
     pub physical: Physical,
-    /// Mean over the last tenth of the run: simulation, bench.
-    pub settled: (f64, f64),
-    /// Farthest from the reference in the transient: simulation, bench.
-    pub farthest: (f64, f64),
-    /// Largest distance between simulation and bench in the transient, and when, s.
-    pub distance: (f64, f64),
+    /// Mean over the last tenth of the run.
+    pub settled: Compared,
+    /// Farthest from the reference in the transient.
+    pub farthest: Compared,
+    /// Largest distance between simulation and bench in the transient.
+    pub distance: f64,
+    /// When that is, s.
+    pub distance_at: f64,
     /// What makes them differ.
     pub differences: Vec<Difference>,
 }

@@ -1,6 +1,9 @@
 //! What a design gives: chapter 6 of the source for one controller, proven and measured.
 
-use super::{Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness, ScenarioStrain};
+use super::{
+    Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness, ScenarioStrain,
+    ShapePart,
+};
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,9 +47,9 @@ pub struct Design {
     pub inputs: Vec<String>,
     /// Outputs that it controls.
     pub outputs: Vec<String>,
-    /// States that stand for combinations of coordinates, `(z1, wg.phi - 51 rk.phi + 50 fs.phi)`; a combination that is short
+    /// States that stand for combinations of coordinates, such as `wg.phi - 51 rk.phi + 50 fs.phi`; a combination that is short
     /// enough to be a name itself is not listed.
-    pub definitions: Vec<(String, String)>,
+    pub definitions: Vec<Definition>,
     /// What of the model the outputs do not show: eigenvalues that the reduction took away.
     pub hidden: Vec<Pole>,
     /// Relative degree of each output: derivatives until an input appears (6.64). `None`: no input ever reaches it.
@@ -150,10 +153,19 @@ pub struct Decouplability {
     pub possible: Feedback,
     /// Finest blocks of outputs that static feedback can decouple, as numbers of outputs; empty if there are none.
     pub blocks: Vec<Vec<usize>>,
-    /// Integrators that a dynamic extension puts before inputs: (combination of inputs in words, how many).
-    pub integrators: Vec<(String, usize)>,
+    /// Integrators that a dynamic extension puts before inputs.
+    pub integrators: Vec<Integrators>,
     /// The proof of impossibility or the reason why static feedback fails, in terms of shafts; one sentence each.
     pub reasons: Vec<String>,
+}
+
+/// Integrators before an input.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Integrators {
+    /// The input, or a combination of inputs in words.
+    pub input: String,
+    /// How many.
+    pub count: usize,
 }
 
 /// The canonically decoupled form of the integrator-decoupled system \[diss. (6.73)-(6.81)\].
@@ -209,11 +221,11 @@ pub struct ZeroMode {
     /// −Re λ/|λ|; 1 for λ = 0.
     pub damping_ratio: f64,
     /// Share of the energy stored during the motion, by element; adds up to one.
-    pub stored: Vec<(String, f64)>,
+    pub stored: Vec<ElementShare>,
     /// Shares of the loss by element.
-    pub dissipated: Vec<(String, f64)>,
-    /// Shape of the motion in words: `cj 1, wg -51`.
-    pub shape: Vec<(String, f64, f64)>,
+    pub dissipated: Vec<ElementShare>,
+    /// What moves in it, and how: `cj 1, wg -51`.
+    pub shape: Vec<ShapePart>,
     /// Set if the cancellation is dangerous: unstable, on the axis, or lightly damped.
     pub warning: Option<String>,
 }
@@ -265,10 +277,10 @@ pub struct CrossCoupling {
     pub unit: String,
     /// Whether the output belongs to the same channel.
     pub own: bool,
-    /// Largest deviation from the start, SI.
-    pub peak: f64,
-    /// Root mean square of the deviation over the window, SI.
-    pub rms: f64,
+    /// Largest deviation from the start, SI; `None` if the output has no signal.
+    pub peak: Option<f64>,
+    /// Root mean square of the deviation over the window, SI; `None` if the output has no signal.
+    pub rms: Option<f64>,
     /// Length of the window, s.
     pub window: f64,
     /// Why there is no number (the run failed), if so.
@@ -297,16 +309,64 @@ pub struct Flatness {
 pub struct ControllerData {
     /// The block: `StateSpace`, `Noninteracting`, …
     pub block: String,
-    /// Signals that it reads, in order, with units.
-    pub reads: Vec<(String, String)>,
+    /// Signals that it reads, in order.
+    pub reads: Vec<ReadSignal>,
     /// Inputs that it writes.
     pub writes: Vec<String>,
     /// Sample time, s; `None`: continuous time.
     pub sample_time: Option<f64>,
     /// Whether it computes in single precision.
     pub single: bool,
-    /// Its matrices, row by row: name and entries.
-    pub matrices: Vec<(String, Vec<Vec<f64>>)>,
-    /// Its numbers by name.
-    pub numbers: Vec<(String, f64)>,
+    /// Its matrices.
+    pub matrices: Vec<DataMatrix>,
+    /// Its numbers.
+    pub numbers: Vec<DataNumber>,
+}
+
+/// A signal that a controller reads.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadSignal {
+    /// Its name.
+    pub signal: String,
+    /// SI unit.
+    pub unit: String,
+}
+
+impl ReadSignal {
+    /// A signal with its unit.
+    pub fn new(signal: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { signal: signal.into(), unit: unit.into() }
+    }
+}
+
+/// A matrix of a controller.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DataMatrix {
+    /// Its name.
+    pub name: String,
+    /// Its entries, row by row.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl DataMatrix {
+    /// A matrix with its name.
+    pub fn new(name: impl Into<String>, values: Vec<Vec<f64>>) -> Self {
+        Self { name: name.into(), values }
+    }
+}
+
+/// A number of a controller.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DataNumber {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+}
+
+impl DataNumber {
+    /// A number with its name.
+    pub fn new(name: impl Into<String>, value: f64) -> Self {
+        Self { name: name.into(), value }
+    }
 }

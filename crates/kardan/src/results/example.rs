@@ -1,13 +1,33 @@
 //! Analyses and designs made by hand, for tests of what displays and writes them, here and in other crates.
 
 use super::*;
+use crate::results::{
+    Breach, Complex, DataMatrix, DataNumber, Definition, ElementShare, FrictionState, Integrators, Interval,
+    NamedShare, ParameterPoint, ParameterRange, ReadSignal, ShaftAngle, ShapePart, SparseMatrix, StoredShare,
+};
 
 fn texts(words: &[&str]) -> Vec<String> {
     words.iter().map(|&word| word.into()).collect()
 }
 
-fn named(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
-    pairs.iter().map(|&(name, value)| (name.into(), value)).collect()
+fn named<T>(one: fn(String, f64) -> T, pairs: &[(&str, f64)]) -> Vec<T> {
+    pairs.iter().map(|&(name, value)| one(name.into(), value)).collect()
+}
+
+fn element_share(element: String, share: f64) -> ElementShare {
+    ElementShare { element, share }
+}
+
+fn named_share(name: String, share: f64) -> NamedShare {
+    NamedShare { name, share }
+}
+
+fn angle(shaft: String, angle: f64) -> ShaftAngle {
+    ShaftAngle { shaft, angle }
+}
+
+fn place(place: String, cost: f64) -> Place {
+    Place { place, cost }
 }
 
 fn matrix(title: &str, unit: &str, names: &[&str], columns: &[&str], values: &[&[f64]]) -> NamedMatrix {
@@ -30,8 +50,12 @@ fn bounds(matrix: &str, unit: &str, eigenvalues: &[f64], centres: &[f64], radii:
     }
 }
 
-fn entries(list: &[(usize, usize, i64)]) -> Vec<(usize, usize, String)> {
-    list.iter().map(|&(row, column, value)| (row, column, value.to_string())).collect()
+fn entries(list: &[(usize, usize, i64)]) -> Vec<Entry> {
+    list.iter().map(|&(row, column, value)| Entry { row, column, value: value.to_string() }).collect()
+}
+
+fn stored(element: &str, energy: EnergyKind, share: f64) -> StoredShare {
+    StoredShare { element: element.into(), energy, share }
 }
 
 const PRIME: u64 = (1 << 61) - 1;
@@ -40,23 +64,26 @@ const PRIME: u64 = (1 << 61) - 1;
 pub fn two_bodies() -> Analysis {
     let bodies = ["body_1", "body_2"];
     let mode = |eigenvalue: f64, shape: [f64; 2], factor: &str, good: bool| Mode {
-        eigenvalue: (eigenvalue, 0.0),
+        eigenvalue: Complex::new(eigenvalue, 0.0),
         natural_frequency: eigenvalue.abs(),
         damping_ratio: 1.0,
-        shape: vec![("body_1".into(), shape[0], 0.0), ("body_2".into(), shape[1], 0.0)],
-        stored: vec![
-            ("body_1".into(), EnergyKind::Kinetic, 0.25),
-            ("body_2".into(), EnergyKind::Kinetic, 0.25),
-            ("spring".into(), EnergyKind::Potential, 0.5),
+        shape: vec![
+            ShapePart { name: "body_1".into(), value: Complex { re: shape[0], im: 0.0 } },
+            ShapePart { name: "body_2".into(), value: Complex { re: shape[1], im: 0.0 } },
         ],
-        dissipated: named(&[("spring", 0.6), ("body_1", 0.2), ("body_2", 0.2)]),
+        stored: vec![
+            StoredShare { element: "body_1".into(), energy: EnergyKind::Kinetic, share: 0.25 },
+            StoredShare { element: "body_2".into(), energy: EnergyKind::Kinetic, share: 0.25 },
+            StoredShare { element: "spring".into(), energy: EnergyKind::Potential, share: 0.5 },
+        ],
+        dissipated: named(element_share, &[("spring", 0.6), ("body_1", 0.2), ("body_2", 0.2)]),
         factor: factor.into(),
         controllable: good,
         observable: good,
     };
     let factor = |polynomial: &str, root: f64, times: usize, defect: usize| Factor {
         polynomial: polynomial.into(),
-        roots: vec![(root, 0.0)],
+        roots: vec![Complex::new(root, 0.0)],
         algebraic: times,
         geometric: times,
         input_defect: defect,
@@ -64,20 +91,20 @@ pub fn two_bodies() -> Analysis {
     };
     let failing = |shafts: &[(&str, f64)]| FailingMode {
         factor: "s + 1".into(),
-        eigenvalue: (-1.0, 0.0),
+        eigenvalue: Complex::new(-1.0, 0.0),
         defect: 1,
-        shafts: named(shafts),
-        elements: named(&[("spring", 0.5), ("body_2", 0.5)]),
+        shafts: named(named_share, shafts),
+        elements: named(named_share, &[("spring", 0.5), ("body_2", 0.5)]),
     };
     let minor = |columns: &[(usize, usize)], rows: &[usize]| Minor {
         prime: PRIME,
-        columns: columns.to_vec(),
+        columns: columns.iter().map(|&(input, power)| MinorColumn { input, power }).collect(),
         rows: rows.to_vec(),
         value: 1,
     };
     let full = || minor(&[(0, 0), (1, 0), (0, 1), (1, 1)], &[0, 1, 2, 3]);
     let search = |places: &[&str], measure: &str| PlacementSearch {
-        candidates: places.iter().map(|&place| (place.into(), 1.0)).collect(),
+        candidates: places.iter().map(|&name| place(name.into(), 1.0)).collect(),
         method: "only all 2 places together are enough".into(),
         exhaustive: true,
         gap: 0.0,
@@ -91,10 +118,13 @@ pub fn two_bodies() -> Analysis {
     let loss = |shaft: &str| LossSearch {
         nearest: Some(Loss {
             distance: 0.0,
-            at: vec![("d".into(), 1.0, "N m s/rad".into()), ("s".into(), 1.0, "N m/rad".into())],
-            eigenvalue: (-1.0, 0.0),
+            at: vec![
+                ParameterPoint { parameter: "d".into(), value: 1.0, unit: "N m s/rad".into() },
+                ParameterPoint { parameter: "s".into(), value: 1.0, unit: "N m/rad".into() },
+            ],
+            eigenvalue: Complex::new(-1.0, 0.0),
             residual: 1e-16,
-            shafts: named(&[(shaft, 1.0)]),
+            shafts: named(named_share, &[(shaft, 1.0)]),
         }),
         starts: 0,
         proven_distance: 0.0,
@@ -119,7 +149,10 @@ pub fn two_bodies() -> Analysis {
             .map(|statement| Assumption { statement: statement.into(), holds: true, breaches: vec![] })
             .to_vec(),
             constraints: vec![],
-            operating_point: OperatingPoint { angles: named(&[("body_1", 0.0), ("body_2", 0.0)]), friction: vec![] },
+            operating_point: OperatingPoint {
+                angles: named(angle, &[("body_1", 0.0), ("body_2", 0.0)]),
+                friction: vec![],
+            },
         }),
         coordinates: texts(&bodies),
         bases: vec![Basis {
@@ -149,12 +182,17 @@ pub fn two_bodies() -> Analysis {
             outputs: texts(&["body_2.phi"]),
             controllable_rank: 3,
             observable_rank: 3,
-            undecided: [false; 2],
+            undecided: Undecided::default(),
             factors: vec![factor("s", 0.0, 1, 0), factor("s + 1", -1.0, 2, 1), factor("s + 2", -2.0, 1, 0)],
             uncontrollable: vec![failing(&[("body_2", 1.0)])],
             unobservable: vec![failing(&[("body_1", 1.0)])],
             relative_degrees: vec![vec![Some(3)]],
-            zeros: Zeros { polynomial: "s + 1".into(), values: vec![(-1.0, 0.0)], growing: Some(0), normal_rank: 1 },
+            zeros: Zeros {
+                polynomial: "s + 1".into(),
+                values: vec![Complex::new(-1.0, 0.0)],
+                growing: Some(0),
+                normal_rank: 1,
+            },
             invariant_factors: texts(&["s + 1", "s^3 + 3 s^2 + 2 s"]),
             min_inputs: 2,
             min_outputs: 2,
@@ -178,10 +216,10 @@ pub fn two_bodies() -> Analysis {
                 primes: vec![PRIME],
                 statements: texts(&["the ranks hold over the rationals: minors that do not vanish, and exact vectors"]),
                 pencil: vec![
-                    ("E".into(), entries(&[(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 3, 1)])),
-                    (
-                        "A".into(),
-                        entries(&[
+                    SparseMatrix { name: "E".into(), entries: entries(&[(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 3, 1)]) },
+                    SparseMatrix {
+                        name: "A".into(),
+                        entries: entries(&[
                             (0, 2, 1),
                             (1, 3, 1),
                             (2, 0, -1),
@@ -193,10 +231,10 @@ pub fn two_bodies() -> Analysis {
                             (3, 2, 1),
                             (3, 3, -2),
                         ]),
-                    ),
-                    ("B".into(), entries(&[(2, 0, 1)])),
-                    ("C".into(), entries(&[(0, 1, 1)])),
-                    ("D".into(), vec![]),
+                    },
+                    SparseMatrix { name: "B".into(), entries: entries(&[(2, 0, 1)]) },
+                    SparseMatrix { name: "C".into(), entries: entries(&[(0, 1, 1)]) },
+                    SparseMatrix { name: "D".into(), entries: vec![] },
                 ],
                 inputs: Some(Count {
                     number: 2,
@@ -224,8 +262,8 @@ pub fn two_bodies() -> Analysis {
         },
         sensitivity: Some(Sensitivity {
             parameters: vec![
-                ("d".into(), 1.0, 0.9, 1.1, "N m s/rad".into()),
-                ("s".into(), 1.0, 0.9, 1.1, "N m/rad".into()),
+                ParameterRange { name: "d".into(), nominal: 1.0, lower: 0.9, upper: 1.1, unit: "N m s/rad".into() },
+                ParameterRange { name: "s".into(), nominal: 1.0, lower: 0.9, upper: 1.1, unit: "N m/rad".into() },
             ],
             controllability: Some(loss("body_2")),
             observability: Some(loss("body_1")),
@@ -248,21 +286,26 @@ pub fn train() -> Analysis {
             let share = |i: usize| amplitude(i).powi(2) / (0..8).map(|i| amplitude(i).powi(2)).sum::<f64>();
             let shape = |i: usize| {
                 let value = amplitude(i) / largest;
-                (shafts[i].to_string(), value, if k == 1 { 0.4 * value * value } else { 0.0 })
+                let value = Complex { re: value, im: if k == 1 { 0.4 * value * value } else { 0.0 } };
+                ShapePart { name: shafts[i].to_string(), value }
             };
-            let kinetic = (0..8).map(|i| (shafts[i].to_string(), EnergyKind::Kinetic, 0.5 * share(i)));
+            let kinetic = (0..8).map(|i| stored(shafts[i], EnergyKind::Kinetic, 0.5 * share(i)));
             let potential = (0..7).map(|i| {
                 let stretch = (amplitude(i) - amplitude(i + 1)).powi(2);
                 let all: f64 = (0..7).map(|i| (amplitude(i) - amplitude(i + 1)).powi(2)).sum();
-                (springs[i].to_string(), EnergyKind::Potential, 0.5 * stretch / all)
+                stored(springs[i], EnergyKind::Potential, 0.5 * stretch / all)
             });
             Mode {
-                eigenvalue: (-zeta * w, w * (1.0 - zeta * zeta).max(0.0).sqrt()),
+                eigenvalue: Complex { re: -zeta * w, im: w * (1.0 - zeta * zeta).max(0.0).sqrt() },
                 natural_frequency: w,
                 damping_ratio: zeta,
                 shape: (0..8).map(shape).collect(),
                 stored: if k == 0 { vec![] } else { kinetic.chain(potential).collect() },
-                dissipated: if k == 0 { vec![] } else { named(&[("tyre", 0.7), ("bar", 0.2), ("wheel", 0.1)]) },
+                dissipated: if k == 0 {
+                    vec![]
+                } else {
+                    named(element_share, &[("tyre", 0.7), ("bar", 0.2), ("wheel", 0.1)])
+                },
                 factor: if k == 0 { "s^2".into() } else { format!("s^2 + {} s + {}", 2.0 * zeta * w, w * w) },
                 controllable: k != 3,
                 observable: k != 5,
@@ -273,8 +316,8 @@ pub fn train() -> Analysis {
         factor: mode.factor.clone(),
         eigenvalue: mode.eigenvalue,
         defect: 1,
-        shafts: named(&[("driver", 1.0), ("wheel", 0.8), ("rack", 0.35), ("motor", 0.2), ("output", 0.1)]),
-        elements: named(&[("tyre", 0.5), ("wheel", 0.5)]),
+        shafts: named(named_share, &[("driver", 1.0), ("wheel", 0.8), ("rack", 0.35), ("motor", 0.2), ("output", 0.1)]),
+        elements: named(named_share, &[("tyre", 0.5), ("wheel", 0.5)]),
     };
     let base = two_bodies();
     let set = |places: &[&str], cost: f64, score: f64| PlacedSet {
@@ -290,7 +333,7 @@ pub fn train() -> Analysis {
             motions: 1,
             direction: "joint - 2 rack".into(),
             removed: texts(&["joint.w", "rack.w"]),
-            definitions: vec![("z1".into(), "2 joint.w + rack.w".into())],
+            definitions: vec![Definition { state: "z1".into(), is: "2 joint.w + rack.w".into() }],
         }),
         description: "A chain of eight shafts.\n\nIt has a universal joint and friction.".into(),
         class: Some(Class {
@@ -304,12 +347,18 @@ pub fn train() -> Analysis {
                 Assumption {
                     statement: "the damping is linear (4.28)".into(),
                     holds: false,
-                    breaches: vec![("rack_friction".into(), "Coulomb friction of 10.8 N m".into())],
+                    breaches: vec![Breach {
+                        element: "rack_friction".into(),
+                        why: "Coulomb friction of 10.8 N m".into(),
+                    }],
                 },
                 Assumption {
                     statement: "the constraints are linear with constant coefficients (4.31)".into(),
                     holds: false,
-                    breaches: vec![("joint".into(), "its ratio depends on the angle of driver".into())],
+                    breaches: vec![Breach {
+                        element: "joint".into(),
+                        why: "its ratio depends on the angle of driver".into(),
+                    }],
                 },
             ],
             constraints: vec![
@@ -331,8 +380,11 @@ pub fn train() -> Analysis {
                 },
             ],
             operating_point: OperatingPoint {
-                angles: named(&[("driver", 0.3), ("rack", 0.0), ("shaft_3", 0.31)]),
-                friction: vec![("rack_friction".into(), 10.8, true), ("column_friction".into(), 0.2, false)],
+                angles: named(angle, &[("driver", 0.3), ("rack", 0.0), ("shaft_3", 0.31)]),
+                friction: vec![
+                    FrictionState { element: "rack_friction".into(), coulomb_torque: 10.8, stuck: true },
+                    FrictionState { element: "column_friction".into(), coulomb_torque: 0.2, stuck: false },
+                ],
             },
         }),
         coordinates: texts(&shafts[..6]),
@@ -349,10 +401,10 @@ pub fn train() -> Analysis {
             outputs: texts(&["rack.phi", "driver.tau", "wheel.w"]),
             controllable_rank: 14,
             observable_rank: 14,
-            undecided: [false; 2],
+            undecided: Undecided::default(),
             factors: vec![Factor {
                 polynomial: "s^2".into(),
-                roots: vec![(0.0, 0.0)],
+                roots: vec![Complex::default()],
                 algebraic: 2,
                 geometric: 1,
                 input_defect: 0,
@@ -363,7 +415,12 @@ pub fn train() -> Analysis {
             relative_degrees: vec![vec![Some(2), Some(4)], vec![Some(1), None], vec![None, Some(1)]],
             zeros: Zeros {
                 polynomial: "s^3 + 21 s^2 + 10100 s + 100000".into(),
-                values: vec![(-10.0, 0.0), (-5.5, 99.9), (-5.5, -99.9), (420.0, 0.0)],
+                values: vec![
+                    Complex::new(-10.0, 0.0),
+                    Complex::new(-5.5, 99.9),
+                    Complex::new(-5.5, -99.9),
+                    Complex::new(420.0, 0.0),
+                ],
                 growing: Some(1),
                 normal_rank: 2,
             },
@@ -382,7 +439,7 @@ pub fn train() -> Analysis {
                     witness: vec![vec![1]; 16],
                     minor: Minor {
                         prime: PRIME,
-                        columns: (0..16).map(|power| (0, power)).collect(),
+                        columns: (0..16).map(|power| MinorColumn { input: 0, power }).collect(),
                         rows: (0..16).collect(),
                         value: 7,
                     },
@@ -394,7 +451,7 @@ pub fn train() -> Analysis {
         },
         placement: Placement {
             inputs: Some(PlacementSearch {
-                candidates: shafts.iter().map(|&shaft| (shaft.into(), 1.0)).collect(),
+                candidates: shafts.iter().map(|&shaft| place(shaft.into(), 1.0)).collect(),
                 method: "bounded search".into(),
                 exhaustive: false,
                 gap: 0.125,
@@ -408,7 +465,7 @@ pub fn train() -> Analysis {
                 none_because: None,
             }),
             outputs: Some(PlacementSearch {
-                candidates: named(&[("rack.phi", 1.0), ("wheel.w", 3.0)]),
+                candidates: named(place, &[("rack.phi", 1.0), ("wheel.w", 3.0)]),
                 method: "only all 2 places together are enough".into(),
                 exhaustive: true,
                 tried: 3,
@@ -418,19 +475,31 @@ pub fn train() -> Analysis {
         },
         sensitivity: Some(Sensitivity {
             parameters: vec![
-                ("bar_stiffness".into(), 120.0, 108.0, 132.0, "N m/rad".into()),
-                ("rack_inertia".into(), 0.0042, 0.0040, 0.0044, "kg m^2".into()),
+                ParameterRange {
+                    name: "bar_stiffness".into(),
+                    nominal: 120.0,
+                    lower: 108.0,
+                    upper: 132.0,
+                    unit: "N m/rad".into(),
+                },
+                ParameterRange {
+                    name: "rack_inertia".into(),
+                    nominal: 0.0042,
+                    lower: 0.0040,
+                    upper: 0.0044,
+                    unit: "kg m^2".into(),
+                },
             ],
             controllability: Some(LossSearch {
                 nearest: Some(Loss {
                     distance: 2.4,
                     at: vec![
-                        ("bar_stiffness".into(), 148.8, "N m/rad".into()),
-                        ("rack_inertia".into(), 0.00372, "kg m^2".into()),
+                        ParameterPoint { parameter: "bar_stiffness".into(), value: 148.8, unit: "N m/rad".into() },
+                        ParameterPoint { parameter: "rack_inertia".into(), value: 0.00372, unit: "kg m^2".into() },
                     ],
-                    eigenvalue: (-1.2, 88.0),
+                    eigenvalue: Complex::new(-1.2, 88.0),
                     residual: 4e-13,
-                    shafts: named(&[("rack", 1.0), ("wheel", 0.4)]),
+                    shafts: named(named_share, &[("rack", 1.0), ("wheel", 0.4)]),
                 }),
                 starts: 96,
                 proven_distance: 0.0,
@@ -442,8 +511,10 @@ pub fn train() -> Analysis {
                     threshold: 1e-9,
                     unit: "rad^2".into(),
                     probability: 0.0012,
-                    interval: (0.0007, 0.0021),
-                    quantiles: (3.2e-10, 4.4e-6, 9.1e-5),
+                    interval: Interval { lower: 0.0007, upper: 0.0021 },
+                    smallest: 3.2e-10,
+                    median: 4.4e-6,
+                    largest: 9.1e-5,
                 }),
             }),
             observability: Some(LossSearch {
@@ -472,34 +543,47 @@ pub fn hostile(bad: &str) -> Analysis {
     analysis.description = bad();
     analysis.coordinates = vec![bad()];
     analysis.notes = vec![bad()];
-    analysis.elimination =
-        Some(Elimination { motions: 2, direction: bad(), removed: vec![bad(); 50], definitions: vec![(bad(), bad())] });
+    analysis.elimination = Some(Elimination {
+        motions: 2,
+        direction: bad(),
+        removed: vec![bad(); 50],
+        definitions: vec![Definition { state: bad(), is: bad() }],
+    });
     if let Some(class) = &mut analysis.class {
         class.constant_linear = false;
         class.assumptions[1].holds = false;
-        class.assumptions[1].breaches = vec![(bad(), bad())];
+        class.assumptions[1].breaches = vec![Breach { element: bad(), why: bad() }];
         class.constraints = vec![ConstraintClass { element: bad(), equation: bad(), ..ConstraintClass::default() }];
-        class.operating_point =
-            OperatingPoint { angles: vec![(bad(), f64::NAN)], friction: vec![(bad(), f64::INFINITY, true)] };
+        class.operating_point = OperatingPoint {
+            angles: vec![ShaftAngle { shaft: bad(), angle: f64::NAN }],
+            friction: vec![FrictionState { element: bad(), coulomb_torque: f64::INFINITY, stuck: true }],
+        };
     }
     let mode = &mut analysis.modes[1];
-    mode.eigenvalue = (f64::NAN, f64::INFINITY);
+    mode.eigenvalue = Complex { re: f64::NAN, im: f64::INFINITY };
     mode.natural_frequency = f64::NAN;
     mode.damping_ratio = f64::NAN;
-    mode.shape = vec![(bad(), f64::NAN, f64::INFINITY), ("wheel".into(), -7.0, 0.0)];
-    mode.stored = vec![(bad(), EnergyKind::Potential, f64::NAN), ("wheel".into(), EnergyKind::Kinetic, 3.0)];
-    mode.dissipated = vec![(bad(), f64::NEG_INFINITY)];
+    mode.shape = vec![
+        ShapePart { name: bad(), value: Complex { re: f64::NAN, im: f64::INFINITY } },
+        ShapePart { name: "wheel".into(), value: Complex::new(-7.0, 0.0) },
+    ];
+    mode.stored = vec![
+        StoredShare { element: bad(), energy: EnergyKind::Potential, share: f64::NAN },
+        StoredShare { element: "wheel".into(), energy: EnergyKind::Kinetic, share: 3.0 },
+    ];
+    mode.dissipated = vec![ElementShare { element: bad(), share: f64::NEG_INFINITY }];
     mode.factor = bad();
     let structure = &mut analysis.structure;
     structure.states[0] = bad();
     structure.inputs[0] = bad();
     structure.outputs = vec![bad(), bad()];
     structure.kind = bad();
-    structure.zeros = Zeros { polynomial: bad(), values: vec![(f64::NAN, 0.0)], growing: None, normal_rank: 1 };
+    structure.zeros =
+        Zeros { polynomial: bad(), values: vec![Complex { re: f64::NAN, im: 0.0 }], growing: None, normal_rank: 1 };
     structure.factors[0].polynomial = bad();
-    structure.factors[0].roots = vec![(f64::NAN, 1.0)];
-    structure.uncontrollable[0].shafts = vec![(bad(), f64::NAN)];
-    structure.uncontrollable[0].elements = vec![(bad(), f64::NAN)];
+    structure.factors[0].roots = vec![Complex { re: f64::NAN, im: 1.0 }];
+    structure.uncontrollable[0].shafts = vec![NamedShare { name: bad(), share: f64::NAN }];
+    structure.uncontrollable[0].elements = vec![NamedShare { name: bad(), share: f64::NAN }];
     structure.certificate.statements = vec![bad()];
     structure.certificate.failure_probability = f64::NAN;
     structure.certificate.proven = false;
@@ -516,10 +600,11 @@ pub fn hostile(bad: &str) -> Analysis {
             .to_vec();
     }
     if let Some(sensitivity) = &mut analysis.sensitivity {
-        sensitivity.parameters[0] = (bad(), f64::NAN, f64::NAN, f64::NAN, bad());
+        sensitivity.parameters[0] =
+            ParameterRange { name: bad(), nominal: f64::NAN, lower: f64::NAN, upper: f64::NAN, unit: bad() };
         if let Some(Some(loss)) = sensitivity.controllability.as_mut().map(|search| search.nearest.as_mut()) {
-            loss.at[0] = (bad(), f64::NAN, bad());
-            loss.shafts = vec![(bad(), f64::NAN)];
+            loss.at[0] = ParameterPoint { parameter: bad(), value: f64::NAN, unit: bad() };
+            loss.shafts = vec![NamedShare { name: bad(), share: f64::NAN }];
             loss.distance = f64::NAN;
         }
     }
@@ -550,8 +635,8 @@ fn coupling(reference: &str, output: &str, own: bool, peak: f64, rms: f64) -> Cr
         output: output.into(),
         unit: "rad".into(),
         own,
-        peak,
-        rms,
+        peak: Some(peak),
+        rms: Some(rms),
         window: 2.0,
         failure: None,
     }
@@ -569,7 +654,7 @@ pub fn decoupled_steering() -> Design {
         exact("K", "state gain, u = -K x + L r", "", &inputs, &states, &state_gain),
         exact("L", "reference gain", "N m/rad", &inputs, &references, &[&["0", "-26087/55"], &["20", "0"]]),
     ];
-    let pair = |re: f64, im: f64| [(re, im), (re, -im)];
+    let pair = |re: f64, im: f64| [Pole::new(re, im), Pole::new(re, -im)];
     let channel = |output: &str, reference: &str| ChannelResult {
         output: output.into(),
         reference: reference.into(),
@@ -583,7 +668,7 @@ pub fn decoupled_steering() -> Design {
         numerator: if own { texts(&["400"]) } else { vec![] },
         denominator: if own { texts(&["400", "28", "1"]) } else { texts(&["1"]) },
     };
-    let zero = (-93.636_363_636_363_6, 948.853_587_154);
+    let zero = Pole::new(-93.636_363_636_363_6, 948.853_587_154);
     Design {
         unfinished: None,
         model: "sia-steering".into(),
@@ -617,29 +702,40 @@ pub fn decoupled_steering() -> Design {
             reads: states
                 .iter()
                 .chain(&references)
-                .map(|&name| (name.into(), if name.ends_with(".w") { "rad/s" } else { "rad" }.into()))
+                .map(|&name| ReadSignal::new(name, if name.ends_with(".w") { "rad/s" } else { "rad" }))
                 .collect(),
             writes: texts(&inputs),
             sample_time: None,
             single: false,
-            matrices: gains.iter().map(|gain| (gain.name.clone(), gain.values.clone())).collect(),
-            numbers: named(&[("filter", 0.1)]),
+            matrices: gains.iter().map(|gain| DataMatrix::new(&gain.name, gain.values.clone())).collect(),
+            numbers: named(DataNumber::new, &[("filter", 0.1)]),
         },
         gains,
         canonical: None,
         channels: vec![channel("rk.phi", "ref_rk"), channel("fs.phi", "ref_fs")],
         exact_poles: true,
-        closed_loop_poles: [pair(-14.0, 14.282_856_857_085_7), pair(-14.0, 14.282_856_857_085_7), pair(zero.0, zero.1)]
-            .concat(),
+        closed_loop_poles: [
+            pair(-14.0, 14.282_856_857_085_7),
+            pair(-14.0, 14.282_856_857_085_7),
+            pair(zero.re, zero.im),
+        ]
+        .concat(),
         zero_dynamics: ZeroDynamics {
             polynomial: "11 s^2 + 2060 s + 10000000".into(),
             modes: vec![ZeroMode {
                 pole: zero,
                 natural_frequency: 953.462_589_245_6,
                 damping_ratio: 0.098_206_697_3,
-                stored: named(&[("torsion_bar", 0.5), ("wg", 0.499_577), ("cs", 0.000_384), ("cj", 0.000_039)]),
-                dissipated: named(&[("wg", 0.984), ("torsion_bar", 0.015), ("cs", 0.001)]),
-                shape: vec![("wg".into(), 1.0, 0.0), ("cj".into(), 0.0196, 0.0), ("cs".into(), 0.0196, 0.0)],
+                stored: named(
+                    element_share,
+                    &[("torsion_bar", 0.5), ("wg", 0.499_577), ("cs", 0.000_384), ("cj", 0.000_039)],
+                ),
+                dissipated: named(element_share, &[("wg", 0.984), ("torsion_bar", 0.015), ("cs", 0.001)]),
+                shape: vec![
+                    ShapePart { name: "wg".into(), value: Complex::new(1.0, 0.0) },
+                    ShapePart { name: "cj".into(), value: Complex::new(0.0196, 0.0) },
+                    ShapePart { name: "cs".into(), value: Complex::new(0.0196, 0.0) },
+                ],
                 warning: Some("lightly damped: 0.098 of critical; what excites it rings for 0.04 s".into()),
             }],
             stable: true,
@@ -667,7 +763,7 @@ pub fn decoupled_steering() -> Design {
             outputs: texts(&outputs),
             flat: false,
             remainder: "11 s^2 + 2060 s + 10000000".into(),
-            poles: pair(zero.0, zero.1).to_vec(),
+            poles: pair(zero.re, zero.im).to_vec(),
             derivatives: vec![4, 4],
             statement: "Not flat: what the outputs leave open follows from a filter of order 2.".into(),
         }),
@@ -714,8 +810,11 @@ pub fn observed_train() -> Design {
         states: names.clone(),
         inputs: texts(&inputs),
         outputs: texts(&outputs),
-        definitions: names.iter().map(|z| (z.clone(), "wg.phi - 51 rk.phi + 50 fs.phi".into())).collect(),
-        hidden: vec![(-3.0, 4.0), (-3.0, -4.0), (0.0, 0.0)],
+        definitions: names
+            .iter()
+            .map(|z| Definition { state: z.clone(), is: "wg.phi - 51 rk.phi + 50 fs.phi".into() })
+            .collect(),
+        hidden: vec![Complex::new(-3.0, 4.0), Complex::new(-3.0, -4.0), Complex::default()],
         relative_degrees: vec![Some(2), Some(4), None],
         decoupling_matrix: exact(
             "G",
@@ -730,7 +829,7 @@ pub fn observed_train() -> Design {
             normal_rank: 2,
             possible: Feedback::Dynamic,
             blocks: vec![vec![0, 1], vec![2]],
-            integrators: vec![("motor - 2 wheel_motor".into(), 2)],
+            integrators: vec![Integrators { input: "motor - 2 wheel_motor".into(), count: 2 }],
             reasons: texts(&[
                 "the rows of rack.phi and driver.tau in G are parallel: both feel motor only through the joint",
                 "no input reaches wheel.w: the belt is cut",
@@ -738,12 +837,15 @@ pub fn observed_train() -> Design {
         },
         controller_data: ControllerData {
             block: "Noninteracting".into(),
-            reads: vec![("rack.phi".into(), "rad".into())],
+            reads: vec![ReadSignal { signal: "rack.phi".into(), unit: "rad".into() }],
             writes: texts(&inputs),
             sample_time: Some(1e-3),
             single: false,
-            matrices: vec![("A".into(), vec![vec![0.1 + 0.2, -1.0 / 3.0], vec![5e-324, -0.0]])],
-            numbers: named(&[("limit", 1e23), ("gain", f64::MAX)]),
+            matrices: vec![DataMatrix {
+                name: "A".into(),
+                values: vec![vec![0.1 + 0.2, -1.0 / 3.0], vec![5e-324, -0.0]],
+            }],
+            numbers: named(DataNumber::new, &[("limit", 1e23), ("gain", f64::MAX)]),
         },
         gains,
         canonical: Some(Canonical {
@@ -759,28 +861,38 @@ pub fn observed_train() -> Design {
             reference: "ref_torque".into(),
             kind: "torque".into(),
             transfer: "1000000/(s^4 + 21 s^3 + 12345/7 s^2 + 300000 s + 1000000)".into(),
-            poles: vec![(-10.0, 0.0), (-10.0, 0.0)],
+            poles: vec![Complex::new(-10.0, 0.0), Complex::new(-10.0, 0.0)],
         }],
         exact_poles: true,
-        closed_loop_poles: vec![(0.0, 0.0), (-10.0, 0.0), (-10.0, 0.0), (-3.0, 4.0), (-3.0, -4.0), (420.0, 0.0)],
+        closed_loop_poles: vec![
+            Complex::default(),
+            Complex::new(-10.0, 0.0),
+            Complex::new(-10.0, 0.0),
+            Complex::new(-3.0, 4.0),
+            Complex::new(-3.0, -4.0),
+            Complex::new(420.0, 0.0),
+        ],
         zero_dynamics: ZeroDynamics {
             polynomial: "s^2 - 420 s".into(),
             modes: vec![
                 ZeroMode {
-                    pole: (0.0, 0.0),
+                    pole: Complex::default(),
                     natural_frequency: 0.0,
                     damping_ratio: 1.0,
-                    shape: vec![("driver".into(), 1.0, 0.0), ("rack".into(), 0.5, 0.5)],
+                    shape: vec![
+                        ShapePart { name: "driver".into(), value: Complex::new(1.0, 0.0) },
+                        ShapePart { name: "rack".into(), value: Complex::new(0.5, 0.5) },
+                    ],
                     warning: Some("on the imaginary axis: the wheel drifts".into()),
                     ..ZeroMode::default()
                 },
                 ZeroMode {
-                    pole: (420.0, 0.0),
+                    pole: Complex::new(420.0, 0.0),
                     natural_frequency: 420.0,
                     damping_ratio: -1.0,
-                    stored: named(&[("tyre", 0.9), ("bar", 0.1)]),
-                    dissipated: named(&[("tyre", 1.0)]),
-                    shape: vec![("driver".into(), 1.0, 0.0)],
+                    stored: named(element_share, &[("tyre", 0.9), ("bar", 0.1)]),
+                    dissipated: named(element_share, &[("tyre", 1.0)]),
+                    shape: vec![ShapePart { name: "driver".into(), value: Complex::new(1.0, 0.0) }],
                     warning: Some("unstable: the motion grows while the outputs rest".into()),
                 },
             ],
@@ -790,7 +902,7 @@ pub fn observed_train() -> Design {
             sensors: texts(&["rack.phi", "wheel.phi"]),
             states: texts(&["rack.phi", "rack.w", "load"]),
             disturbances: texts(&["rack"]),
-            poles: vec![(-60.0, 0.0), (-50.0, 20.0), (-50.0, -20.0)],
+            poles: vec![Complex::new(-60.0, 0.0), Complex::new(-50.0, 20.0), Complex::new(-50.0, -20.0)],
             method: "kalman".into(),
             gain: floating("observer_gain", "L", "", &["rack.phi", "rack.w", "load"], &["rack.phi", "wheel.phi"]),
             distinguishable: texts(&["A torque along rack can be told from one along wheel."]),
@@ -807,8 +919,8 @@ pub fn observed_train() -> Design {
             coupling("ref_rack", "driver.tau", false, 0.41, 0.2),
             CrossCoupling {
                 failure: Some("the run stopped at 0.3 s: step size below 1e-14".into()),
-                peak: f64::NAN,
-                rms: f64::NAN,
+                peak: None,
+                rms: None,
                 ..coupling("ref_torque", "rack.phi", false, 0.0, 0.0)
             },
             coupling("ref_torque", "driver.tau", true, 2.0, 1.1),
@@ -854,31 +966,31 @@ pub fn hostile_design(bad: &str) -> Design {
     design.states[0] = bad();
     design.inputs = vec![bad()];
     design.outputs = vec![bad(), bad()];
-    design.definitions[0] = (bad(), bad());
-    design.hidden = vec![(f64::NAN, f64::INFINITY)];
+    design.definitions[0] = Definition { state: bad(), is: bad() };
+    design.hidden = vec![Complex { re: f64::NAN, im: f64::INFINITY }];
     design.decoupling_matrix = matrix(&bad());
     design.decouplability.blocks = vec![vec![0, 99], vec![]];
-    design.decouplability.integrators = vec![(bad(), 1)];
+    design.decouplability.integrators = vec![Integrators { input: bad(), count: 1 }];
     design.decouplability.reasons = vec![bad()];
     design.gains = vec![matrix(&bad()), matrix(&bad()), matrix("")];
     let channel = &mut design.channels[0];
     (channel.output, channel.reference, channel.kind, channel.transfer) = (bad(), bad(), bad(), bad());
-    channel.poles = vec![(f64::NAN, 1.0)];
-    design.closed_loop_poles[0] = (f64::NAN, f64::NEG_INFINITY);
+    channel.poles = vec![Complex { re: f64::NAN, im: 1.0 }];
+    design.closed_loop_poles[0] = Complex { re: f64::NAN, im: f64::NEG_INFINITY };
     design.zero_dynamics.polynomial = bad();
     let mode = &mut design.zero_dynamics.modes[0];
-    mode.pole = (f64::INFINITY, f64::NAN);
+    mode.pole = Complex { re: f64::INFINITY, im: f64::NAN };
     mode.natural_frequency = f64::NAN;
     mode.damping_ratio = f64::NAN;
-    mode.stored = vec![(bad(), f64::NAN)];
-    mode.dissipated = vec![(bad(), f64::INFINITY)];
-    mode.shape = vec![(bad(), f64::NAN, f64::INFINITY)];
+    mode.stored = vec![ElementShare { element: bad(), share: f64::NAN }];
+    mode.dissipated = vec![ElementShare { element: bad(), share: f64::INFINITY }];
+    mode.shape = vec![ShapePart { name: bad(), value: Complex { re: f64::NAN, im: f64::INFINITY } }];
     mode.warning = Some(bad());
     if let Some(observer) = &mut design.observer {
         observer.sensors = vec![bad()];
         observer.states = vec![bad()];
         observer.disturbances = vec![bad()];
-        observer.poles = vec![(f64::NAN, 0.0)];
+        observer.poles = vec![Complex { re: f64::NAN, im: 0.0 }];
         observer.method = bad();
         observer.gain = matrix(&bad());
         observer.distinguishable = vec![bad()];
@@ -894,8 +1006,8 @@ pub fn hostile_design(bad: &str) -> Design {
         unit: bad(),
         step_unit: bad(),
         step: f64::NAN,
-        peak: f64::INFINITY,
-        rms: f64::NAN,
+        peak: Some(f64::INFINITY),
+        rms: None,
         window: f64::NAN,
         own: true,
         failure: None,
@@ -904,16 +1016,17 @@ pub fn hostile_design(bad: &str) -> Design {
     if let Some(flatness) = &mut design.flatness {
         flatness.outputs = vec![bad()];
         flatness.remainder = bad();
-        flatness.poles = vec![(f64::NAN, 0.0)];
+        flatness.poles = vec![Complex { re: f64::NAN, im: 0.0 }];
         flatness.statement = bad();
     }
     let data = &mut design.controller_data;
     data.block = bad();
-    data.reads = vec![(bad(), bad())];
+    data.reads = vec![ReadSignal { signal: bad(), unit: bad() }];
     data.writes = vec![bad()];
     data.sample_time = Some(f64::NAN);
-    data.matrices = vec![(bad(), vec![vec![f64::NAN]]), (bad(), vec![])];
-    data.numbers = vec![(bad(), f64::INFINITY)];
+    data.matrices =
+        vec![DataMatrix { name: bad(), values: vec![vec![f64::NAN]] }, DataMatrix { name: bad(), values: vec![] }];
+    data.numbers = vec![DataNumber { name: bad(), value: f64::INFINITY }];
     design.warnings = vec![bad()];
     design.notes = vec![bad()];
     design

@@ -15,8 +15,8 @@ pub struct Exploration {
     pub failed: usize,
     /// Combinations that are not judged: their sample times have no short common period.
     pub not_judged: usize,
-    /// What more sensors would bring, the best first: the sensor, and the design with it.
-    pub sensors: Vec<(String, Alternative)>,
+    /// What more sensors would bring, the best first.
+    pub sensors: Vec<WithSensor>,
     /// What to take from it, one sentence each.
     pub advice: Vec<String>,
 }
@@ -34,6 +34,15 @@ impl Exploration {
     pub fn amount(&self, torque: f64, decimals: usize) -> String {
         if self.limited { format!("{:.decimals$} %", 100.0 * torque) } else { format!("{torque:.2e} N m") }
     }
+}
+
+/// A design with one more sensor.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WithSensor {
+    /// The sensor.
+    pub name: String,
+    /// The design.
+    pub design: Alternative,
 }
 
 /// One design.

@@ -1,6 +1,6 @@
 //! What an identification gives.
 
-use super::NamedMatrix;
+use super::{Interval, NamedMatrix, Span, Verdict};
 
 /// Parameters found in measured logs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,8 +47,8 @@ pub struct Identification {
     pub freedom: usize,
     /// Lags over which errors were taken as correlated; 0: none.
     pub lags: usize,
-    /// The reduced damping matrix at what was found, N m s/rad, and whether the damping is passive.
-    pub damping: Option<(NamedMatrix, bool)>,
+    /// The reduced damping matrix at what was found.
+    pub damping: Option<FoundDamping>,
     /// Tests of what is left over.
     pub tests: Vec<ResidualTest>,
     /// Each row of the balance: how well segments are predicted that the fit has not seen.
@@ -79,23 +79,23 @@ const LOUD: f64 = 10.0;
 const NAMED: usize = 3;
 
 impl Identification {
-    /// What came of it in one sentence, with all that stands against it; `true` if every parameter has an interval, the logs are
+    /// What came of it in one sentence, with all that stands against it; sound if every parameter has an interval, the logs are
     /// whole and their clocks sound, there is no warning, and nothing ended early.
     ///
     /// ```
-    /// use kardan::results::{Found, Identification, LogRead};
-    /// let one = Found { name: "a.damping".into(), value: 2.0, interval: (1.9, 2.1), ..Found::default() };
+    /// use kardan::results::{Found, Identification, Interval, LogRead};
+    /// let interval = Some(Interval { lower: 1.9, upper: 2.1 });
+    /// let one = Found { name: "a.damping".into(), value: Some(2.0), interval, ..Found::default() };
     /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
     /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("900 rows of it are used".into()), ..LogRead::default() });
-    /// let (sound, verdict) = found.verdict();
-    /// assert!(!sound && verdict.starts_with(
+    /// let verdict = found.verdict();
+    /// assert!(!verdict.sound && verdict.text.starts_with(
     ///     "All 2 parameters are determined, from a log that is damaged (b.csv: 900 rows of it are used)"
     /// ));
     /// ```
-    pub fn verdict(&self) -> (bool, String) {
+    pub fn verdict(&self) -> Verdict {
         let all = self.parameters.len();
-        let told =
-            self.parameters.iter().filter(|one| one.interval.0.is_finite() && one.combination.is_empty()).count();
+        let told = self.parameters.iter().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
         let parameters = match (told, all) {
             (1, 1) => "The parameter is determined".into(),
             (0, 1) => "The parameter is not determined".into(),
@@ -110,7 +110,7 @@ impl Identification {
         };
         let sound = told == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
         let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
-        (sound, format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()))
+        Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
     }
 
     /// `; what is left over looks like noise`
@@ -152,6 +152,15 @@ impl Identification {
     }
 }
 
+/// The reduced damping matrix at what was found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FoundDamping {
+    /// The matrix, N m s/rad.
+    pub matrix: NamedMatrix,
+    /// Whether the damping is passive.
+    pub passive: bool,
+}
+
 /// A value for a model file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FileValue {
@@ -160,7 +169,7 @@ pub struct FileValue {
     /// SI.
     pub value: f64,
     /// The confidence interval, if there is one of this value alone.
-    pub interval: Option<(f64, f64)>,
+    pub interval: Option<Interval>,
 }
 
 /// A log as it was read.
@@ -172,8 +181,8 @@ pub struct LogRead {
     pub channels: Vec<ChannelRead>,
     /// Rows read.
     pub rows: u64,
-    /// First and last time, s.
-    pub span: (f64, f64),
+    /// First and last time, s; `None` if it has no row.
+    pub span: Option<Span>,
     /// Gaps, clock jumps, rows that could not be read, a damaged end.
     pub remarks: Vec<String>,
     /// How much of a damaged log is used: `its first 1234 rows are used`; `None` if it is whole.
@@ -225,12 +234,12 @@ pub struct Found {
     pub unit: &'static str,
     /// Its value in the model file; none if the file does not give it.
     pub before: Option<f64>,
-    /// What was found.
-    pub value: f64,
-    /// Standard error; infinite if it is not determined.
-    pub standard_error: f64,
-    /// The confidence interval.
-    pub interval: (f64, f64),
+    /// What was found, or what the file gives; `None` if it is not determined and the file does not give it.
+    pub value: Option<f64>,
+    /// Standard error; infinite if it is not determined, `None` of a parameter at its bound.
+    pub standard_error: Option<f64>,
+    /// The confidence interval, if there is one.
+    pub interval: Option<Interval>,
     /// What else enters the value: `+ 0.96 cs.damping`; such a combination is all that can be told.
     pub combination: String,
     /// Why there is no interval: not determined, at its bound.
@@ -259,8 +268,8 @@ pub struct Validation {
     pub torque: f64,
     /// Root mean square of the residual on the samples of the fit, N m.
     pub seen: f64,
-    /// The same on samples left out of the fit, each once.
-    pub unseen: f64,
+    /// The same on samples left out of the fit, each once; `None` if there are too few.
+    pub unseen: Option<f64>,
 }
 
 /// A model compared with others.
@@ -270,12 +279,21 @@ pub struct Candidate {
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<String>,
-    /// Root mean square of standard residuals on segments left out, and its standard error over the folds.
-    pub error: (f64, f64),
+    /// How well it predicts; `None` if it could not be fitted.
+    pub error: Option<PredictionError>,
     /// The simplest within one standard error of the best.
     pub chosen: bool,
     /// Why it could not be fitted.
     pub failure: String,
+}
+
+/// How well segments left out of a fit are predicted.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PredictionError {
+    /// Root mean square of standard residuals.
+    pub mean: f64,
+    /// Its standard error over the folds.
+    pub spread: f64,
 }
 
 /// Friction along one direction over its speed.
@@ -283,10 +301,19 @@ pub struct Candidate {
 pub struct FrictionCurve {
     /// The element.
     pub element: String,
-    /// Speeds, rad/s, and the torque measured less all other terms, N m.
-    pub points: Vec<(f64, f64)>,
+    /// What was measured, less all other terms.
+    pub points: Vec<FrictionPoint>,
     /// What was found: damping, Coulomb, Stribeck.
-    pub line: Vec<(f64, f64)>,
+    pub line: Vec<FrictionPoint>,
+}
+
+/// A friction torque at a speed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FrictionPoint {
+    /// The speed, rad/s.
+    pub speed: f64,
+    /// The torque, N m.
+    pub torque: f64,
 }
 
 /// A row of the balance over time.
@@ -294,6 +321,19 @@ pub struct FrictionCurve {
 pub struct Trace {
     /// The row.
     pub row: String,
-    /// `(log, time s, measured N m, predicted without having seen it N m)`
-    pub points: Vec<(usize, f64, f64, f64)>,
+    /// Its points, log by log.
+    pub points: Vec<TracePoint>,
+}
+
+/// A row of the balance at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TracePoint {
+    /// The log, from 0.
+    pub log: usize,
+    /// s
+    pub time: f64,
+    /// The torque measured, N m.
+    pub measured: f64,
+    /// The torque predicted without having seen it, N m.
+    pub predicted: f64,
 }

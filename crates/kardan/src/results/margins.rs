@@ -111,8 +111,8 @@ pub struct ChannelMargin {
     pub delay_frequency: Option<f64>,
     /// The balanced disk margin α: errors of gain and phase at once, `(1 + δ/2)/(1 − δ/2)` with |δ| < α.
     pub disk: f64,
-    /// Where a larger disk is too large; NaN where that is not known.
-    pub disk_frequency: f64,
+    /// Where a larger disk is too large; `None` where that is not known.
+    pub disk_frequency: Option<f64>,
     /// What that delay is to be compared with, s: the lag of the motor, or the sample time; `None` if there is none.
     pub own_time: Option<f64>,
     /// Whether the controller of that motor is sampled.
@@ -133,8 +133,19 @@ pub struct TogetherMargin {
     pub disk: [f64; 2],
     /// Of that set, rad/s.
     pub frequency: f64,
-    /// Motor, factor of size and turn of the phase (rad) of that set, which makes the loop unstable.
-    pub worst: Vec<(String, f64, f64)>,
+    /// That set, which makes the loop unstable.
+    pub worst: Vec<WrongTorque>,
+}
+
+/// How wrong the torque of a motor is.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WrongTorque {
+    /// The motor.
+    pub motor: String,
+    /// Factor of its size.
+    pub factor: f64,
+    /// Turn of its phase, rad.
+    pub turn: f64,
 }
 
 /// What a step of a reference asks of a motor.

@@ -97,10 +97,10 @@ impl Series {
         self.signals.iter().find(|signal| signal.name == name)
     }
 
-    /// Largest torque asked of a motor in the rows, before its limits, N m; not a number if there is no such motor.
-    pub fn largest_torque_asked(&self, motor: &str) -> f64 {
+    /// Largest torque asked of a motor in the rows, before its limits, N m; `None` if there is no such motor.
+    pub fn largest_torque_asked(&self, motor: &str) -> Option<f64> {
         let signal = self.signal(&format!("{motor}.command")).or_else(|| self.signal(&format!("{motor}.tau")));
-        signal.map_or(f64::NAN, |signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
+        signal.map(|signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
     }
 }
 
@@ -158,8 +158,8 @@ pub struct ParameterValue {
 pub struct RequirementResult {
     /// In words: `max |driver.tau| from 1 s to 3 s < 0.01 N m`.
     pub text: String,
-    /// The measured value, SI; NaN if the run ended before it could be measured.
-    pub measured: f64,
+    /// The measured value, SI; `None` if the run ended before it could be measured.
+    pub measured: Option<f64>,
     /// Its unit.
     pub unit: String,
     /// Whether it holds.
@@ -179,18 +179,19 @@ pub struct MotorStrain {
     pub rate_limit: Option<f64>,
     /// Largest torque asked of it in the rows of the run, N m.
     pub asked: f64,
-    /// When it was at its torque limit: `(from, until)`, s, in order.
-    pub at_torque_limit: Vec<(f64, f64)>,
-    /// When it moved at its rate limit: `(from, until)`, s, in order.
-    pub at_rate_limit: Vec<(f64, f64)>,
+    /// When it was at its torque limit, s, in order.
+    pub at_torque_limit: Vec<Span>,
+    /// When it moved at its rate limit, s, in order.
+    pub at_rate_limit: Vec<Span>,
 }
 
 impl MotorStrain {
     /// How long it was at its torque limit within a window, s.
     ///
     /// ```
-    /// use kardan::results::MotorStrain;
-    /// let strain = MotorStrain { at_torque_limit: vec![(1.0, 1.5), (3.0, 4.0)], ..MotorStrain::default() };
+    /// use kardan::results::{MotorStrain, Span};
+    /// let spans = vec![Span { from: 1.0, until: 1.5 }, Span { from: 3.0, until: 4.0 }];
+    /// let strain = MotorStrain { at_torque_limit: spans, ..MotorStrain::default() };
     /// assert_eq!(strain.seconds_at_limit(0.0, f64::INFINITY), 1.5);
     /// assert_eq!(strain.seconds_at_limit(1.25, 3.25), 0.5);
     /// ```
@@ -216,9 +217,9 @@ impl MotorStrain {
     /// assert_eq!(MotorStrain::default().in_words(9.0), None);
     /// ```
     pub fn in_words(&self, duration: f64) -> Option<String> {
-        let total = |spans: &[(f64, f64)]| length(spans, 0.0, f64::INFINITY);
-        let of = |spans: &[(f64, f64)]| {
-            let first = spans.first().map_or(0.0, |span| span.0);
+        let total = |spans: &[Span]| length(spans, 0.0, f64::INFINITY);
+        let of = |spans: &[Span]| {
+            let first = spans.first().map_or(0.0, |span| span.from);
             format!("for {} s of {duration} s, first at {} s", rounded(total(spans)), rounded(first))
         };
         let torque = self.torque_limit.filter(|_| !self.at_torque_limit.is_empty()).map(|limit| {
@@ -254,8 +255,8 @@ fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-fn length(spans: &[(f64, f64)], from: f64, until: f64) -> f64 {
-    spans.iter().map(|(start, end)| (end.min(until) - start.max(from)).max(0.0)).sum()
+fn length(spans: &[Span], from: f64, until: f64) -> f64 {
+    spans.iter().map(|span| (span.until.min(until) - span.from.max(from)).max(0.0)).sum()
 }
 
 /// What the integrator did.
@@ -334,8 +335,78 @@ pub struct LawSummary {
     pub notes: Vec<String>,
 }
 
-/// A complex number for display: `(real, imaginary)`, 1/s.
-pub type Pole = (f64, f64);
+/// A complex number.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Complex {
+    /// Real part.
+    pub re: f64,
+    /// Imaginary part.
+    pub im: f64,
+}
+
+impl Complex {
+    /// `re + i im`.
+    pub const fn new(re: f64, im: f64) -> Self {
+        Self { re, im }
+    }
+
+    /// The numbers of pairs `(re, im)`.
+    pub fn list(pairs: impl IntoIterator<Item = (f64, f64)>) -> Vec<Self> {
+        pairs.into_iter().map(Self::from).collect()
+    }
+
+    /// The absolute value.
+    pub fn abs(self) -> f64 {
+        self.re.hypot(self.im)
+    }
+}
+
+impl From<(f64, f64)> for Complex {
+    fn from((re, im): (f64, f64)) -> Self {
+        Self { re, im }
+    }
+}
+
+/// A pole, a zero or an eigenvalue, 1/s.
+pub type Pole = Complex;
+
+/// From one value to another, in order: of a time, of an angle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Span {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub until: f64,
+}
+
+/// The ends of a range in which a number lies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Interval {
+    /// Lower end.
+    pub lower: f64,
+    /// Upper end.
+    pub upper: f64,
+}
+
+/// A state that stands for a combination of others.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Definition {
+    /// Its name: `z1`.
+    pub state: String,
+    /// What it is: `a.w + b.w`.
+    pub is: String,
+}
+
+/// An element of a model, in words.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ElementSummary {
+    /// `harmonic_drive`
+    pub kind: String,
+    /// Its name.
+    pub name: String,
+    /// Its values as one line.
+    pub values: String,
+}
 
 /// What the model is.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -344,8 +415,8 @@ pub struct ModelSummary {
     pub name: String,
     /// From the file.
     pub description: String,
-    /// `(kind, name, values as one line)` of every element.
-    pub elements: Vec<(String, String, String)>,
+    /// Every element.
+    pub elements: Vec<ElementSummary>,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
     /// The reduced matrices at the initial position.

@@ -1,3 +1,5 @@
+use super::Span;
+
 /// The loop of a controller with the parameters of its variant, linear at positions that its joints pass: in floating point,
 /// without Coulomb friction and limits.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -7,7 +9,7 @@ pub struct Passage {
     /// Positions that are looked at.
     pub positions: usize,
     /// The angles of what turns, from and to, rad.
-    pub range: (f64, f64),
+    pub range: Span,
     /// Whether nothing grows at any of them.
     pub stable: bool,
     /// Growth of the motion that grows most, or decays least, 1/s; negative if it decays.

@@ -1,12 +1,14 @@
 //! What deviations of the plant do to a designed loop.
 
+use super::Interval;
+
 /// The linear loop of a design over a box of plants: sampled with a seed, and its worst corners searched for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Robustness {
     /// What varies, in words: `20 % of every inertia, damping and stiffness`.
     pub range: String,
-    /// Coefficients that vary: name, smallest and largest factor.
-    pub parameters: Vec<(String, f64, f64)>,
+    /// Coefficients that vary.
+    pub parameters: Vec<VariedParameter>,
     /// Plants drawn at random (uniformly, independently).
     pub samples: usize,
     /// Seed of the random numbers.
@@ -21,6 +23,15 @@ pub struct Robustness {
     pub interactions: Vec<Interaction>,
     /// Largest torque that a step asks of a motor.
     pub peaks: Vec<Interaction>,
+}
+
+/// A coefficient that varies.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct VariedParameter {
+    /// Its name.
+    pub name: String,
+    /// Its smallest and largest factor.
+    pub factors: Interval,
 }
 
 /// What a step does to a signal, over the box.

@@ -1,11 +1,20 @@
-//! What is said of a design in one sentence.
+//! What is said of a result in one sentence.
 
 use super::{Design, Feedback, Margins, Passage, Pole, ZeroDynamics};
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Verdict {
+    /// Whether nothing stands against it.
+    pub sound: bool,
+    /// In one sentence.
+    pub text: String,
+}
 
 impl Design {
     /// What came of it in one sentence; `true` if the loop is decoupled (or nobody claimed it), nothing grows, and it is not hardly
     /// stable.
-    pub fn verdict(&self) -> (bool, String) {
+    pub fn verdict(&self) -> Verdict {
         let impossible = self.decouplability.possible == Feedback::Impossible;
         let in_blocks = self.blocks_decoupled == Some(true) && self.decouplability.blocks.len() > 1;
         let (decoupled, first) = match (self.decoupled, self.feedback) {
@@ -61,15 +70,15 @@ impl Design {
         let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
         let hardly = self.margins.as_ref().is_some_and(|margins| margins.hardly);
         let good = decoupled && stable && !grows && !hardly && self.unfinished.is_none();
-        (good, format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}."))
+        Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}.") }
     }
 
     /// The motion of a pole of the closed loop: exact for exact poles. Eigenvalues in floating point decide nothing within a
     /// millionth of the fastest one around the axis, where rounding puts multiple poles at zero.
     pub fn motion(&self, pole: Pole) -> Motion {
-        let fastest = self.closed_loop_poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        let fastest = self.closed_loop_poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
         let unsure = if self.exact_poles { 0.0 } else { 1e-6 * fastest };
-        match pole.0 {
+        match pole.re {
             re if re < -unsure => Motion::Decays,
             re if re > unsure => Motion::Grows,
             _ if self.exact_poles => Motion::Stays,

@@ -1,6 +1,7 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
 use crate::num::Keeper;
+use crate::results::Span;
 
 /// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
 /// precision.
@@ -65,9 +66,9 @@ impl Spans {
     }
 
     /// All of them, the last one up to a time.
-    pub(super) fn until(&self, time: f64) -> Vec<(f64, f64)> {
+    pub(super) fn until(&self, time: f64) -> Vec<Span> {
         let open = self.since.filter(|from| *from < time).map(|from| (from, time));
-        self.closed.iter().copied().chain(open).collect()
+        self.closed.iter().copied().chain(open).map(|(from, until)| Span { from, until }).collect()
     }
 }
 
@@ -138,7 +139,7 @@ mod tests {
         {
             spans.now(time, holds);
         }
-        assert_eq!(spans.until(6.0), [(1.0, 2.0), (4.0, 6.0)]);
-        assert_eq!(spans.until(4.0), [(1.0, 2.0)]);
+        assert_eq!(spans.until(6.0), [Span { from: 1.0, until: 2.0 }, Span { from: 4.0, until: 6.0 }]);
+        assert_eq!(spans.until(4.0), [Span { from: 1.0, until: 2.0 }]);
     }
 }

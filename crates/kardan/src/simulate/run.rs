@@ -710,7 +710,9 @@ impl Runner {
             Outcome::Completed => self.scenario.duration,
         };
         let series = Series { time: self.time_grid, signals: self.outputs.signals };
-        let strains = self.machine.strains(&self.input_names, end, |motor| series.largest_torque_asked(motor));
+        let strains = self.machine.strains(&self.input_names, end, |motor| {
+            series.largest_torque_asked(motor).unwrap_or_default() // every input has a signal
+        });
         self.notes.extend(strains.iter().filter_map(|strain| {
             let control = strain.controller.as_ref();
             let meanwhile = control.map_or(String::new(), |control| {

@@ -32,7 +32,7 @@ pub(super) fn cross_coupling(
     decay: Option<f64>,
     progress: &dyn Progress,
 ) -> (Vec<CrossCoupling>, Vec<TorquePeak>, Vec<String>) {
-    let poles = design.closed_loop_poles.iter().map(|(re, _)| -re);
+    let poles = design.closed_loop_poles.iter().map(|pole| -pole.re);
     let slowest = poles.chain(decay).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
     let running = &variant.running;
     let samples: f64 = running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
@@ -81,17 +81,18 @@ pub(super) fn cross_coupling(
             ));
         }
         for input in design.inputs.iter().filter(|_| failure.is_none()) {
+            let Some(peak) = run.series.largest_torque_asked(input) else { continue };
             peaks.push(TorquePeak {
                 reference: reference.name.clone(),
                 step: 1.0,
                 step_unit: reference.physical.unit().into(),
                 input: input.clone(),
-                peak: run.series.largest_torque_asked(input),
+                peak,
                 limit: torque_limit(variant, input),
             });
         }
         for output in &design.outputs {
-            let (unit, peak, rms) = deviation(&run.series, &still.series, output, BEFORE * window);
+            let (unit, size) = deviation(&run.series, &still.series, output, BEFORE * window);
             found.push(CrossCoupling {
                 reference: reference.name.clone(),
                 step: 1.0,
@@ -99,8 +100,8 @@ pub(super) fn cross_coupling(
                 output: output.clone(),
                 unit: unit.into(),
                 own: output == own,
-                peak,
-                rms,
+                peak: size.map(|(peak, _)| peak),
+                rms: size.map(|(_, rms)| rms),
                 window,
                 failure: failure.clone(),
             });
@@ -140,9 +141,9 @@ fn step(scenario: &Scenario, reference: Option<&str>, window: f64) -> Scenario {
 }
 
 /// Unit, largest and root mean square difference of a run with a step from the one without, from the step on.
-fn deviation(moved: &Series, still: &Series, output: &str, at: f64) -> (&'static str, f64, f64) {
+fn deviation(moved: &Series, still: &Series, output: &str, at: f64) -> (&'static str, Option<(f64, f64)>) {
     let (Some(signal), Some(other)) = (moved.signal(output), still.signal(output)) else {
-        return (Physical::Torque.unit(), f64::NAN, f64::NAN);
+        return (Physical::Torque.unit(), None);
     };
     let rows = moved.time.len().min(still.time.len());
     let first = moved.time.partition_point(|time| *time < at).min(rows);
@@ -152,5 +153,5 @@ fn deviation(moved: &Series, still: &Series, output: &str, at: f64) -> (&'static
     let squares: f64 =
         (1..values.len()).map(|k| 0.5 * (values[k].powi(2) + values[k - 1].powi(2)) * (times[k] - times[k - 1])).sum();
     let length = times.last().copied().unwrap_or(at) - at;
-    (signal.physical.unit(), peak, if length > 0.0 { (squares / length).sqrt() } else { 0.0 })
+    (signal.physical.unit(), Some((peak, if length > 0.0 { (squares / length).sqrt() } else { 0.0 })))
 }

@@ -16,7 +16,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind, Measured};
 use crate::model::{ControlSpec, Document, read};
 use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, Design};
+use crate::results::{ControllerData, DataMatrix, Design};
 use crate::schema::{Field, Kind, Spanned, Value};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
@@ -124,7 +124,7 @@ pub(super) fn of_project(
     let taken: Vec<&str> = model
         .elements
         .iter()
-        .map(|(_, name, _)| name.as_str())
+        .map(|one| one.name.as_str())
         .chain(model.controls.iter().chain(&model.idle).map(|control| control.name.as_str()))
         .collect();
     let own = free(OWN, &taken);
@@ -403,14 +403,14 @@ pub(super) fn designed(
 ///
 /// False, and the block as it was, if its numbers overflow.
 fn sample(data: &mut ControllerData, time: f64) -> bool {
-    let place = |name: &str| data.matrices.iter().position(|(other, _)| other == name);
+    let place = |name: &str| data.matrices.iter().position(|matrix| matrix.name == name);
     let (a, b) = (place("A"), place("B"));
     if let Some(error) = place("error") {
         // Γ of the block `ModelObserver`.
-        let n = data.matrices[error].1.len();
-        let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].1[i][j]);
+        let n = data.matrices[error].values.len();
+        let a = Matrix::from_fn(n, n, |i, j| data.matrices[error].values[i][j]);
         let Some(held) = discretise(&a, &Matrix::identity(n), time) else { return false };
-        data.matrices.push(("held".into(), held.b.to_rows()));
+        data.matrices.push(DataMatrix::new("held", held.b.to_rows()));
         data.sample_time = Some(time);
         return true;
     }
@@ -419,16 +419,16 @@ fn sample(data: &mut ControllerData, time: f64) -> bool {
         return true;
     };
     let matrix = |rows: &[Vec<f64>], columns: usize| Matrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
-    let n = data.matrices[a].1.len();
+    let n = data.matrices[a].values.len();
     if n == 0 {
         data.sample_time = Some(time);
         return true;
     }
-    let signals = data.matrices[b].1.first().map_or(0, Vec::len);
-    let found = discretise(&matrix(&data.matrices[a].1, n), &matrix(&data.matrices[b].1, signals), time);
+    let signals = data.matrices[b].values.first().map_or(0, Vec::len);
+    let found = discretise(&matrix(&data.matrices[a].values, n), &matrix(&data.matrices[b].values, signals), time);
     let Some(found) = found else { return false };
-    data.matrices[a].1 = found.a.to_rows();
-    data.matrices[b].1 = found.b.to_rows();
+    data.matrices[a].values = found.a.to_rows();
+    data.matrices[b].values = found.b.to_rows();
     data.sample_time = Some(time);
     true
 }

@@ -52,7 +52,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
     if !laws.is_empty() && clocks.is_empty() {
         let linear = linearise(&variant.reduced, &variant.scenario.position);
         let poles = closed_loop_poles(&linear, laws).unwrap_or_default();
-        let largest = poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        let largest = poles.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
         if largest > 1.5 * found.rate {
             let names: Vec<String> = laws.iter().map(|law| format!("`{}`", law.describe().controller)).collect();
             found.element = None;

@@ -8,7 +8,7 @@ use crate::element::{Resolved, Values};
 use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
 use crate::reduce::linearise;
-use crate::results::{Alternative, Exploration};
+use crate::results::{Alternative, Exploration, WithSensor};
 use crate::synthesis::{BANDWIDTH, Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
 use crate::units::Exact;
 
@@ -135,12 +135,12 @@ pub(super) fn explore(
         }
     };
     let mut designs: Vec<Alternative> = Vec::new();
-    let mut sensors: Vec<(String, Alternative)> = Vec::new();
+    let mut sensors: Vec<WithSensor> = Vec::new();
     for (k, (change, found)) in changes.iter().zip(&tried).enumerate() {
         let Ok(found) = found else { continue };
         let one = alternative(change, found);
         match &change.sensors {
-            Sensors::AndAlso(name) if k >= added => sensors.push((name.clone(), one)),
+            Sensors::AndAlso(name) if k >= added => sensors.push(WithSensor { name: name.clone(), design: one }),
             _ => designs.push(one),
         }
     }
@@ -148,7 +148,7 @@ pub(super) fn explore(
     // What a sensor brings is not worth more than what it spoils.
     let own = designs.first().cloned().unwrap_or_default();
     let worth = |one: &Alternative| (one.noise / own.noise).max(one.interaction / own.interaction);
-    sensors.sort_by(|a, b| worth(&a.1).total_cmp(&worth(&b.1)));
+    sensors.sort_by(|a, b| worth(&a.design).total_cmp(&worth(&b.design)));
     let step = &subject.steps[i];
     let watched = &subject.watched[j];
     let mut out = Exploration {
@@ -342,7 +342,8 @@ fn advice(found: &Exploration) -> Vec<String> {
         ));
     }
     match found.sensors.first() {
-        Some((name, with)) if with.noise < 0.95 * own.noise && with.interaction < 1.05 * own.interaction => out.push(format!(
+        Some(WithSensor { name, design: with })
+            if with.noise < 0.95 * own.noise && with.interaction < 1.05 * own.interaction => out.push(format!(
             "The sensor to add first is {name}: the noise falls from {} to {}, the interaction goes from {:.3e} to {:.3e} {}.",
             found.amount(own.noise, 2),
             found.amount(with.noise, 2),

@@ -8,7 +8,7 @@ use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, eigenvalues, multiply, split_off};
 use crate::reduce::{LinearModel, linearise};
-use crate::results::{ChannelMargin, Design, FreeKnown, LoopLimit, Margins, RateLimit, TogetherMargin};
+use crate::results::{ChannelMargin, Design, FreeKnown, LoopLimit, Margins, RateLimit, TogetherMargin, WrongTorque};
 use crate::simulate::Profile;
 use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
 use crate::synthesis::{
@@ -375,7 +375,7 @@ fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
         delay: found.delay,
         delay_frequency: found.delay_frequency,
         disk: found.disk,
-        disk_frequency: found.disk_frequency,
+        disk_frequency: Some(found.disk_frequency),
         own_time: None,
         sampled: false,
         searched: false,
@@ -419,10 +419,9 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
         gain_frequency: [limited(&down), limited(&up)],
         phase: lifted.phase(),
         disk: lifted.disk(),
-        disk_frequency: f64::NAN,
         ..ChannelMargins::default()
     };
-    Some(ChannelMargin { searched: true, ..named(name, false, &found) })
+    Some(ChannelMargin { searched: true, disk_frequency: None, ..named(name, false, &found) })
 }
 
 /// How wrong each channel may be alone, and all motors at once.
@@ -450,7 +449,9 @@ fn errors(
         Some(TogetherMargin {
             disk: found.disk,
             frequency: found.frequency,
-            worst: worst.map(|(name, (re, im))| (name.clone(), re.hypot(*im), im.atan2(*re))).collect(),
+            worst: worst
+                .map(|(name, (re, im))| WrongTorque { motor: name.clone(), factor: re.hypot(*im), turn: im.atan2(*re) })
+                .collect(),
         })
     });
     (out, together)
@@ -510,15 +511,14 @@ fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
         if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
-    let place = |frequency: Option<f64>| frequency.map_or(String::new(), at);
     let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
     if low > 1.0 / HARDLY || high < HARDLY {
-        Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", place(frequency)))
+        Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", at(frequency)))
     } else if one.phase < PHASE {
         Some(format!(
             "{prefix}{:.1}° of phase in {what} make the loop unstable{}",
             one.phase.to_degrees(),
-            place(one.phase_frequency)
+            at(one.phase_frequency)
         ))
     } else {
         hardly(one).then(|| {
@@ -541,7 +541,7 @@ fn late(one: &ChannelMargin) -> Option<String> {
             "{} may come {} later, no more{}: that is {:.1} % of {}",
             of(one),
             time(delay),
-            one.delay_frequency.map_or(String::new(), at),
+            at(one.delay_frequency),
             100.0 * delay / own,
             if one.sampled {
                 format!("one sample, {}", time(own))
@@ -595,15 +595,12 @@ pub(super) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     }
 }
 
-fn at(frequency: f64) -> String {
-    if frequency == 0.0 {
-        ", at rest".into()
-    } else if frequency.is_finite() {
-        format!(", at {frequency:.4} rad/s")
-    } else if frequency.is_nan() {
-        String::new()
-    } else {
-        ", at infinite frequency".into()
+fn at(frequency: Option<f64>) -> String {
+    match frequency {
+        None => String::new(),
+        Some(0.0) => ", at rest".into(),
+        Some(frequency) if frequency.is_finite() => format!(", at {frequency:.4} rad/s"),
+        Some(_) => ", at infinite frequency".into(),
     }
 }
 
@@ -621,14 +618,14 @@ fn at_once(found: &TogetherMargin) -> String {
     let worst: Vec<String> = found
         .worst
         .iter()
-        .map(|(name, size, turn)| format!("`{name}` × {size:.3} ∠ {:.1}°", turn.to_degrees()))
+        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.turn.to_degrees()))
         .collect();
     format!(
         "with errors of all its motors at once the disk margin is between {:.4} and {:.4}: {} make the loop unstable{}",
         found.disk[0],
         found.disk[1],
         worst.join(", "),
-        at(found.frequency)
+        at(Some(found.frequency))
     )
 }
 
@@ -641,7 +638,7 @@ fn motion(limit: &Limit, design: &Design) -> String {
         return "a motion without oscillation".into();
     }
     let near = |frequency: f64| (frequency / limit.frequency).ln().abs() < SAME_MOTION;
-    let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.1 != 0.0 && near(mode.natural_frequency));
+    let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.im != 0.0 && near(mode.natural_frequency));
     match zero {
         Some(mode) if design.cancels_zeros => {
             format!("the zero dynamics ({:.4} rad/s, damping ratio {:.3})", mode.natural_frequency, mode.damping_ratio)
@@ -830,7 +827,11 @@ mod tests {
     /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
     #[test]
     fn all_at_once_are_not_overlooked() {
-        let together = TogetherMargin { disk: [0.05, 0.0501], frequency: 3.0, worst: vec![("a".into(), 1.05, 0.0)] };
+        let together = TogetherMargin {
+            disk: [0.05, 0.0501],
+            frequency: 3.0,
+            worst: vec![WrongTorque { motor: "a".into(), factor: 1.05, turn: 0.0 }],
+        };
         let found =
             Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
         let said = warnings(&found);

@@ -8,7 +8,7 @@ use crate::analysis::{
 };
 use crate::diagnostics::Diagnostic;
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
-use crate::results::Elimination;
+use crate::results::{Definition, Elimination};
 
 /// The equations `H q̈ + D q̇ + S q = F u` and their outputs, read from the blocks of a pencil that may have a singular E.
 pub(super) struct Mechanical<'a> {
@@ -95,7 +95,10 @@ impl<'a> Mechanical<'a> {
             definitions: eliminated
                 .definitions
                 .iter()
-                .map(|(name, terms)| (name.clone(), plain(&terms.iter().map(term).collect::<Vec<_>>())))
+                .map(|(name, terms)| Definition {
+                    state: name.clone(),
+                    is: plain(&terms.iter().map(term).collect::<Vec<_>>()),
+                })
                 .collect(),
         }
     }

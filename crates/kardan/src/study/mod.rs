@@ -353,21 +353,23 @@ fn judge(requirement: &Requirement, series: &Series, strains: &[MotorStrain], co
     let rows = series.time.iter().zip(values).filter(|(time, _)| (*from..=*until).contains(*time));
     let (times, window): (Vec<f64>, Vec<f64>) = rows.map(|(time, value)| (*time, *value)).unzip();
     let measured = match measure.as_str() {
-        _ if window.is_empty() => f64::NAN,
-        "max" => window.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        "min" => window.iter().copied().fold(f64::INFINITY, f64::min),
-        "max_abs" => window.iter().fold(0.0, |max: f64, x| max.max(x.abs())),
+        _ if window.is_empty() => None,
+        "max" => Some(window.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+        "min" => Some(window.iter().copied().fold(f64::INFINITY, f64::min)),
+        "max_abs" => Some(window.iter().fold(0.0, |max: f64, x| max.max(x.abs()))),
         TIME_AT_LIMIT => {
             let strain = strains.iter().find(|strain| motor_of(signal) == Some(strain.motor.as_str()));
-            strain.map_or(f64::NAN, |strain| strain.seconds_at_limit(*from, *until))
+            strain.map(|strain| strain.seconds_at_limit(*from, *until))
         }
-        "rms" => root_mean_square(&times, &window, 0.0),
-        "ripple" => root_mean_square(&times, &window, mean(&times, &window)),
-        _ => window.last().copied().unwrap_or(f64::NAN),
+        "rms" => Some(root_mean_square(&times, &window, 0.0)),
+        "ripple" => Some(root_mean_square(&times, &window, mean(&times, &window))),
+        _ => window.last().copied(),
     };
     // A run that ended inside the window cannot pass: nobody knows what would have come.
     let complete = completed || series.time.last().is_some_and(|last| last >= until);
-    let passed = complete && below.is_none_or(|bound| measured < bound) && above.is_none_or(|bound| measured > bound);
+    let passed = complete
+        && below.is_none_or(|bound| measured.is_some_and(|measured| measured < bound))
+        && above.is_none_or(|bound| measured.is_some_and(|measured| measured > bound));
     let name = match measure.as_str() {
         "max_abs" => format!("max |{signal}|"),
         TIME_AT_LIMIT => format!("time of {} at its torque limit", motor_of(signal).unwrap_or(signal)),

@@ -8,7 +8,7 @@ use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
-use crate::results::{Passage, PassedInteraction};
+use crate::results::{Passage, PassedInteraction, Span};
 use crate::synthesis::{Law, Plant, SampledPart, VariedPlant};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
@@ -109,7 +109,7 @@ fn along(
     Ok(Passage {
         turned: paths.iter().map(|path| path.turned.join(" and ")).collect::<Vec<_>>().join("; then "),
         positions: points.len(),
-        range: (angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max)),
+        range: Span { from: angles().fold(f64::INFINITY, f64::min), until: angles().fold(f64::NEG_INFINITY, f64::max) },
         stable: shown.iter().all(|shown| shown.stable),
         growth: growth(&shown[most]),
         growth_at: points[most].0,

@@ -278,7 +278,7 @@ fn prepare_variant(
     let (mut plants, mut designed, mut in_loop) = (Vec::new(), Vec::new(), Vec::new());
     for (control, design) in controls.iter().zip(design_models) {
         let Some(mut design) = design else { continue };
-        design.elements = model.elements.iter().map(|(kind, name, _)| (kind.clone(), name.clone())).collect();
+        design.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
         let before = out.len();
         for signal in signals_of(control.law.fields, &control.values) {
             let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::analysis::{LinearSystem, exact_modes_of_pencil, mode_of_motion, structure};
 use crate::num::{Matrix, Polynomial, Rational, Scalar, rational_from_f64};
 use crate::results::{
-    Canonical, ChannelResult, Decouplability, Design, Feedback, Flatness, Mode, Pole, TransferEntry, ZeroDynamics,
-    ZeroMode,
+    Canonical, ChannelResult, Complex, Decouplability, Design, ElementShare, Feedback, Flatness, Integrators, Mode,
+    Pole, StoredShare, TransferEntry, ZeroDynamics, ZeroMode,
 };
 use crate::synthesis::decoupling::{
     RationalFunction, canonical_form, characteristic_polynomial, coupled_entries, integrator_decoupled,
@@ -105,10 +105,10 @@ fn with_others(exact: &ExactLoop, plant: &Plant, others: &[&dyn Law]) -> Option<
 
 /// Warns where rounding the gains to 64 bits moves a pole over the axis.
 pub(super) fn check_rounding(floating: &[Pole], design: &mut Design) {
-    let size = floating.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
-    let worst = floating.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((re, im)) = worst.filter(|(re, _)| *re > 1e-3 * size) else { return };
-    if design.closed_loop_poles.iter().all(|pole| pole.0 < 0.5 * re) {
+    let size = floating.iter().map(|pole| pole.abs()).fold(0.0, f64::max);
+    let worst = floating.iter().copied().max_by(|a, b| a.re.total_cmp(&b.re));
+    let Some(Complex { re, im }) = worst.filter(|pole| pole.re > 1e-3 * size) else { return };
+    if design.closed_loop_poles.iter().all(|pole| pole.re < 0.5 * re) {
         design.warnings.push(format!(
             "the gains are so large that their rounding to 64 bits moves poles: to {} ± {} j 1/s; the exact loop is as said, the \
              one that runs is unstable as eigenvalues in floating point tell",
@@ -124,7 +124,7 @@ pub(super) fn exact_poles(exact: &ExactLoop, design: &Design) -> Vec<Pole> {
     let mut poles = roots(&characteristic_polynomial(&exact.closed.a));
     poles.extend(&design.hidden);
     poles.extend(design.observer.iter().flat_map(|observer| &observer.poles));
-    poles.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.0.total_cmp(&b.0)).then(b.1.total_cmp(&a.1)));
+    poles.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
     poles
 }
 
@@ -141,6 +141,7 @@ fn decouplability(system: &LinearSystem) -> Decouplability {
         _ => Feedback::Impossible,
     };
     let integrators = extension.map(|extension| extension.chains()).unwrap_or_default();
+    let integrators = integrators.into_iter().map(|(input, count)| Integrators { input, count }).collect();
     Decouplability { rank, normal_rank, possible, blocks, integrators, reasons: Vec::new() }
 }
 
@@ -187,14 +188,14 @@ fn zeros(system: &LinearSystem, plant: &Plant) -> ZeroDynamics {
 fn zeros_alone(polynomial: &Polynomial) -> ZeroDynamics {
     ZeroDynamics {
         polynomial: polynomial.primitive().to_string(),
-        modes: roots(polynomial).iter().filter(|(_, im)| *im >= 0.0).map(zero_mode_alone).collect(),
+        modes: roots(polynomial).iter().filter(|pole| pole.im >= 0.0).map(zero_mode_alone).collect(),
         stable: stability(polynomial) == Stability::Stable,
     }
 }
 
 fn zero_mode_alone(pole: &Pole) -> ZeroMode {
-    let natural_frequency = pole.0.hypot(pole.1);
-    let damping_ratio = if natural_frequency > 0.0 { -pole.0 / natural_frequency } else { 1.0 };
+    let natural_frequency = pole.abs();
+    let damping_ratio = if natural_frequency > 0.0 { -pole.re / natural_frequency } else { 1.0 };
     let warning = warning(*pole, natural_frequency, damping_ratio);
     ZeroMode { pole: *pole, natural_frequency, damping_ratio, warning, ..ZeroMode::default() }
 }
@@ -202,10 +203,10 @@ fn zero_mode_alone(pole: &Pole) -> ZeroMode {
 /// The motion behind a zero: which shafts move and where the energy is.
 fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Pole, mode: &Mode) -> ZeroMode {
     let state = |i: usize| {
-        let part = |pick: fn(&(String, f64, f64)) -> f64| {
-            mode.shape.iter().enumerate().map(|(j, entry)| basis[(i, j)] * pick(entry)).sum::<f64>()
+        let part = |pick: fn(&Complex) -> f64| {
+            mode.shape.iter().enumerate().map(|(j, entry)| basis[(i, j)] * pick(&entry.value)).sum::<f64>()
         };
-        (part(|entry| entry.1), part(|entry| entry.2))
+        (part(|value| value.re), part(|value| value.im))
     };
     let coordinates = &plant.linear.coordinates;
     let all = |tail: &str| -> Vec<(f64, f64)> {
@@ -225,19 +226,18 @@ fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Po
         })
         .collect();
     let found = mode_of_motion(&plant.constrained(&[]), pole, &shafts);
-    let stored = found.stored.iter().map(|(element, _, share)| (element.clone(), *share));
-    let mut shares: Vec<(String, f64)> = Vec::new();
-    for (element, share) in stored {
-        match shares.iter_mut().find(|(other, _)| *other == element) {
-            Some((_, sum)) => *sum += share,
-            None => shares.push((element, share)),
+    let mut stored: Vec<ElementShare> = Vec::new();
+    for StoredShare { element, share, .. } in found.stored {
+        match stored.iter_mut().find(|other| other.element == element) {
+            Some(other) => other.share += share,
+            None => stored.push(ElementShare { element, share }),
         }
     }
     ZeroMode {
         pole,
         natural_frequency: found.natural_frequency,
         damping_ratio: found.damping_ratio,
-        stored: shares,
+        stored,
         dissipated: found.dissipated,
         shape: found.shape,
         warning: warning(pole, found.natural_frequency, found.damping_ratio),
@@ -246,9 +246,13 @@ fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Po
 
 fn warning(pole: Pole, frequency: f64, damping: f64) -> Option<String> {
     match pole {
-        (re, _) if re > 0.0 => Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re))),
-        (0.0, 0.0) => Some("at zero: an integrator stays behind the outputs, its motion never comes back".into()),
-        (0.0, _) => {
+        Complex { re, .. } if re > 0.0 => {
+            Some(format!("unstable: it grows with {} 1/s behind the outputs", digits(re)))
+        }
+        Complex { re: 0.0, im: 0.0 } => {
+            Some("at zero: an integrator stays behind the outputs, its motion never comes back".into())
+        }
+        Complex { re: 0.0, .. } => {
             Some(format!("not damped at all: it rings for ever at {} rad/s behind the outputs", digits(frequency)))
         }
         _ if damping < LIGHT => Some(format!(
@@ -366,7 +370,7 @@ pub(super) fn judge(design: &mut Design) {
         return;
     }
     let told = design.zero_dynamics.modes.iter().filter_map(|mode| {
-        let (re, im) = mode.pole;
+        let Complex { re, im } = mode.pole;
         let pole = if im == 0.0 { digits(re) } else { format!("{} ± {} j", digits(re), digits(im.abs())) };
         mode.warning.as_ref().map(|warning| format!("the zero at {pole} 1/s is {warning}"))
     });

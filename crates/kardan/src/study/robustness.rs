@@ -11,7 +11,7 @@ use crate::equations::Measured;
 use crate::model::ControlSpec;
 use crate::num::{Random, multiply, rational_to_f64};
 use crate::reduce::linearise;
-use crate::results::{Interaction, Robustness, Spread};
+use crate::results::{Interaction, Interval, Robustness, Spread, VariedParameter};
 use crate::synthesis::{
     ACCEPTABLE_ANGLE, ACCEPTABLE_SPEED, ACCEPTABLE_TORQUE, Law, LoopPlant, Plant, SampledLoop, SampledPart,
     VariedPlant, effective_inertia,
@@ -128,7 +128,7 @@ pub(super) fn robustness(
     let plant = VariedPlant::new(&variant.reduced, &model, &lags);
     let names = plant.names();
     let (parameters, left) = limits(variant, &names, range);
-    if parameters.iter().all(|(_, low, high)| low == high) {
+    if parameters.iter().all(|one| one.factors.lower == one.factors.upper) {
         return Err(format!(
             "no inertia, damping or stiffness has a tolerance{}: write `inertia = \"1 kg m^2 ± 10 %\"`, or vary all of them \
              with `--tolerance 20%`",
@@ -141,7 +141,12 @@ pub(super) fn robustness(
     let nominal = subject.look(&vec![1.0; names.len()]).map_err(|_| WITHOUT_MAP)?;
     let mut random = Random::new(SEED);
     let points: Vec<Vec<f64>> = (0..SAMPLES)
-        .map(|_| parameters.iter().map(|(_, low, high)| low + (high - low) * random.unit()).collect())
+        .map(|_| {
+            parameters
+                .iter()
+                .map(|one| one.factors.lower + (one.factors.upper - one.factors.lower) * random.unit())
+                .collect()
+        })
         .collect();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let look = |point: &Vec<f64>| {
@@ -256,19 +261,23 @@ pub(super) fn window(nominal: &Shown, duration: f64) -> f64 {
 }
 
 /// Smallest and largest factor of each coefficient, and tolerances of the file that are not those of coefficients.
-fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (Vec<(String, f64, f64)>, Vec<String>) {
+fn limits(variant: &PreparedVariant, names: &[String], range: ToleranceBox) -> (Vec<VariedParameter>, Vec<String>) {
+    let within = |name: &String, lower: f64, upper: f64| VariedParameter {
+        name: name.clone(),
+        factors: Interval { lower, upper },
+    };
     match range {
         ToleranceBox::Part(part) => {
-            (names.iter().map(|name| (name.clone(), 1.0 - part, 1.0 + part)).collect(), Vec::new())
+            (names.iter().map(|name| within(name, 1.0 - part, 1.0 + part)).collect(), Vec::new())
         }
         ToleranceBox::File => {
             let tolerances = &variant.model.tolerances;
             let of = |name: &String| match tolerances.iter().find(|one| one.parameter == *name) {
                 Some(one) => {
                     let part = |x: &crate::units::Exact| x.to_f64() / one.nominal.to_f64();
-                    (name.clone(), part(&one.lower), part(&one.upper))
+                    within(name, part(&one.lower), part(&one.upper))
                 }
-                None => (name.clone(), 1.0, 1.0),
+                None => within(name, 1.0, 1.0),
             };
             let left = tolerances.iter().filter(|one| !names.contains(&one.parameter));
             (names.iter().map(of).collect(), left.map(|one| format!("`{}`", one.parameter)).collect())
@@ -470,11 +479,11 @@ impl Subject {
 /// The largest value over the corners of the box that a search finds: coefficient by coefficient to its better end, until
 /// nothing gets larger, from the corner to which the slopes at the centre point and from the corners next to given points.
 fn worst_corner(
-    parameters: &[(String, f64, f64)],
+    parameters: &[VariedParameter],
     starts: &[&Vec<f64>],
     value: &(dyn Fn(&Vec<f64>) -> f64 + Sync),
 ) -> (f64, Vec<f64>) {
-    let ends = |k: usize| [parameters[k].1, parameters[k].2];
+    let ends = |k: usize| [parameters[k].factors.lower, parameters[k].factors.upper];
     let nearest = |point: &Vec<f64>| -> Vec<f64> {
         point
             .iter()
@@ -485,7 +494,7 @@ fn worst_corner(
             })
             .collect()
     };
-    let centre: Vec<f64> = parameters.iter().map(|(_, low, high)| 0.5 * (low + high)).collect();
+    let centre: Vec<f64> = parameters.iter().map(|one| 0.5 * (one.factors.lower + one.factors.upper)).collect();
     let sloped: Vec<f64> = (0..parameters.len())
         .map(|k| {
             let at = |x: f64| {

@@ -14,7 +14,10 @@ use crate::equations::{Domain, Measured};
 use crate::model::{Document, Setting, read};
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
-use crate::results::{Analysis, BoxVerdict, Loss, LossSearch, Mode, Pole, Sensitivity, Structure};
+use crate::results::{
+    Analysis, BoxVerdict, Loss, LossSearch, Mode, NamedShare, ParameterPoint, ParameterRange, Pole, Sensitivity,
+    Structure,
+};
 use crate::units::Exact;
 
 /// Samples if the file names no number.
@@ -114,7 +117,7 @@ impl Subject<'_> {
             (!idle.is_empty()).then(|| format!("these tolerances do not enter the linear model: {}", idle.join(", ")));
         let row = |p: &Parameter| {
             let [nominal, lower, upper] = [&p.nominal, &p.lower, &p.upper].map(rational_to_f64);
-            (p.name.clone(), nominal, lower, upper, p.unit.clone())
+            ParameterRange { name: p.name.clone(), nominal, lower, upper, unit: p.unit.clone() }
         };
         let parameters = parameters.iter().map(row).collect();
         (Sensitivity { parameters, controllability, observability }, note)
@@ -151,7 +154,7 @@ impl Subject<'_> {
             let at = family.parameters().iter();
             out.nearest = Some(Loss {
                 distance: 0.0,
-                at: at.map(|p| (p.name.clone(), rational_to_f64(&p.nominal), p.unit.clone())).collect(),
+                at: at.map(|p| point(p, &p.nominal)).collect(),
                 eigenvalue: mode.eigenvalue,
                 residual: 0.0,
                 shafts: mode.shafts.clone(),
@@ -174,7 +177,7 @@ impl Subject<'_> {
             out.nearest = (!all.is_empty()).then(|| all.swap_remove(close.unwrap_or(0)));
             if let Some(loss) = &mut out.nearest {
                 let mut nominal = family.parameters().iter().map(|p| rational_to_f64(&p.nominal));
-                loss.at.retain(|(_, value, _)| nominal.next() != Some(*value));
+                loss.at.retain(|point| nominal.next() != Some(point.value));
             }
             advance(0.4);
             self.judge(family, &mut out);
@@ -217,13 +220,13 @@ impl Subject<'_> {
             let mut values: Vec<Rational> = parameters.iter().map(|p| p.nominal.clone()).collect();
             values[i] = Rational::ZERO;
             let (eigenvalue, shafts) = self.lost_at(parameters, &values, side)?;
-            let at = parameters.iter().zip(&values).map(|(p, x)| (p.name.clone(), rational_to_f64(x), p.unit.clone()));
+            let at = parameters.iter().zip(&values).map(|(p, x)| point(p, x));
             Some(Loss { distance, at: at.collect(), eigenvalue, residual: 0.0, shafts })
         })
     }
 
     /// The first mode lost at these values, exact; `None` if there is none.
-    fn lost_at(&self, parameters: &[Parameter], values: &[Rational], side: Side) -> Option<(Pole, Vec<(String, f64)>)> {
+    fn lost_at(&self, parameters: &[Parameter], values: &[Rational], side: Side) -> Option<(Pole, Vec<NamedShare>)> {
         let system = self.system(parameters, values)?;
         let (coordinates, basis) = system.explicit_basis(&self.variant.reduced.coordinates);
         if coordinates != self.coordinates {
@@ -271,7 +274,7 @@ impl Subject<'_> {
                 BoxProof::Undecided { cells, at, .. } => {
                     high = 1.0;
                     let near =
-                        if at.1 == 0.0 { format!("{:.4}", at.0) } else { format!("{:.4} ± {:.4} j", at.0, at.1) };
+                        if at.im == 0.0 { format!("{:.4}", at.re) } else { format!("{:.4} ± {:.4} j", at.re, at.im) };
                     out.method = format!("{cells} cells of eigenvalues and parameters were not enough near {near} 1/s");
                 }
             }
@@ -299,6 +302,10 @@ struct Proof<'a> {
     base: &'a Pencil,
     slopes: &'a [Pencil],
     budget: usize,
+}
+
+fn point(parameter: &Parameter, value: &Rational) -> ParameterPoint {
+    ParameterPoint { parameter: parameter.name.clone(), value: rational_to_f64(value), unit: parameter.unit.clone() }
 }
 
 impl<'a> Proof<'a> {

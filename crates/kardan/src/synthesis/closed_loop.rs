@@ -14,7 +14,7 @@ use crate::results::Pole;
 /// # Panics
 /// If the inertia matrix is singular.
 pub fn closed_loop_poles(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<Vec<Pole>> {
-    eigenvalues(&closed_loop_matrix(model, laws)?)
+    eigenvalues(&closed_loop_matrix(model, laws)?).map(Pole::list)
 }
 
 /// The state matrix whose eigenvalues are [`closed_loop_poles`].

@@ -1,5 +1,5 @@
 use super::{decoupling, inversion, observer, regulator};
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 
 /// Why a law cannot be designed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -326,7 +326,7 @@ pub enum SynthesisError {
 }
 
 /// A complex number in words: `3`, `3 ± 4 j`.
-fn words((re, im): Pole) -> String {
+fn words(Complex { re, im }: Pole) -> String {
     if im == 0.0 { format!("{re:.6}") } else { format!("{re:.6} ± {:.6} j", im.abs()) }
 }
 

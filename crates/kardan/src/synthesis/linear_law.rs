@@ -3,7 +3,7 @@ use kardan_rt::{Bounds, Health, StateSpace};
 use super::sampled::{Block, Clock, Firmware, entries, keep_health, side_by_side};
 use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, Seen};
 use crate::num::{Float, Keeper, Matrix, discretise, eigenvalues};
-use crate::results::{ControllerData, Design};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
 /// (rad), their speeds (rad/s), references, disturbance torques on shafts (N m).
@@ -108,15 +108,17 @@ impl Linear {
         self.limits = limits.to_vec();
         let data = &mut self.design.controller_data;
         for (name, matrix) in [("B", &self.block.b), ("D", &self.block.d)] {
-            let place = data.matrices.iter_mut().find(|(other, _)| other == name);
-            if let Some((_, rows)) = place {
-                *rows = matrix.to_rows();
+            let place = data.matrices.iter_mut().find(|matrix| matrix.name == name);
+            if let Some(place) = place {
+                place.values = matrix.to_rows();
             }
         }
         let inputs = &self.design.inputs;
-        data.reads.extend(inputs.iter().map(|input| (format!("{input}.excess"), "N m".to_string())));
+        data.reads.extend(inputs.iter().map(|input| ReadSignal::new(format!("{input}.excess"), "N m")));
         let bounds = inputs.iter().zip(limits);
-        data.numbers.extend(bounds.filter_map(|(input, limit)| Some((format!("{input} torque_limit"), (*limit)?))));
+        data.numbers.extend(
+            bounds.filter_map(|(input, limit)| Some(DataNumber::new(format!("{input} torque_limit"), (*limit)?))),
+        );
         self.design.notes.push(
             "the law's states do not wind up: `<motor>.excess` is what the torque limit leaves of the command, less the \
              command, and moves them"
@@ -294,11 +296,11 @@ impl<T: Float> Block for Runner<T> {
 fn data(request: &Request<'_>, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
     let names = &request.plant.linear.coordinates;
     let signal =
-        |tail: &str, unit: &str| names.iter().map(|n| (format!("{n}.{tail}"), unit.into())).collect::<Vec<_>>();
-    let mut reads: Vec<(String, String)> = [signal("phi", "rad"), signal("w", "rad/s")].concat();
-    reads.extend(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
+        |tail: &str, unit: &str| names.iter().map(|n| ReadSignal::new(format!("{n}.{tail}"), unit)).collect::<Vec<_>>();
+    let mut reads = [signal("phi", "rad"), signal("w", "rad/s")].concat();
+    reads.extend(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let shafts = request.plant.shafts();
-    reads.extend(request.disturbances.iter().map(|&k| (format!("{}.disturbance", shafts[k]), "N m".into())));
+    reads.extend(request.disturbances.iter().map(|&k| ReadSignal::new(format!("{}.disturbance", shafts[k]), "N m")));
     let matrices = [("A", &block.a), ("B", &block.b), ("C", &block.c), ("D", &block.d)];
     ControllerData {
         block: "StateSpace".into(),
@@ -306,7 +308,7 @@ fn data(request: &Request<'_>, design: &Design, references: &[Reference], block:
         writes: design.inputs.clone(),
         sample_time: None,
         single: false,
-        matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
+        matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
         numbers: Vec::new(),
     }
 }

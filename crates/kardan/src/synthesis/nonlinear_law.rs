@@ -7,7 +7,7 @@ use super::{Continuous, ExactLoop, Law, LinearLaw, Reference, Request, Running, 
 use crate::equations::Measured;
 use crate::num::{Float, Keeper};
 use crate::reduce::{MechanismData, MechanismError};
-use crate::results::{ControllerData, Design};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
 /// A law on the nonlinear model, run by the block [`ComputedTorque`]. What is linear about it is that of the law with
 /// constant gains at the design point.
@@ -205,31 +205,37 @@ impl Nonlinear {
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
         let names = |tail: &str, unit: &str| {
-            let name = |&shaft: &usize| (format!("{}.{tail}", self.runner.data.shafts[shaft]), unit.to_string());
+            let name = |&shaft: &usize| ReadSignal::new(format!("{}.{tail}", self.runner.data.shafts[shaft]), unit);
             self.runner.coordinates.iter().map(name).collect::<Vec<_>>()
         };
         let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
         let references = self.at_design_point.references();
         let shafts = self.runner.disturbed.iter().flatten();
-        let disturbances: Vec<(String, String)> =
-            shafts.map(|&k| (format!("{}.disturbance", self.runner.data.shafts[k]), "N m".into())).collect();
+        let disturbance = |&k: &usize| ReadSignal::new(format!("{}.disturbance", self.runner.data.shafts[k]), "N m");
         reads.extend(
-            self.runner.told.iter().map(|&k| (references[k].name.clone(), references[k].physical.unit().to_string())),
+            self.runner.told.iter().map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
         );
-        reads.extend(disturbances);
+        reads.extend(shafts.map(disturbance));
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
             writes: self.at_design_point.inputs().to_vec(),
             sample_time: None,
             single: false,
-            matrices: self.runner.data.tables(|x| x).into_iter().chain([("tasks".into(), self.tasks())]).collect(),
+            matrices: self
+                .runner
+                .data
+                .tables(|x| x)
+                .into_iter()
+                .chain([("tasks".into(), self.tasks())])
+                .map(|(name, rows)| DataMatrix::new(name, rows))
+                .collect(),
             numbers: [
-                ("shafts".to_string(), self.runner.data.shafts.len() as f64),
-                ("held".to_string(), self.runner.data.held() as f64),
+                DataNumber::new("shafts", self.runner.data.shafts.len() as f64),
+                DataNumber::new("held", self.runner.data.held() as f64),
             ]
             .into_iter()
-            .chain(self.runner.friction_width.map(|width| ("friction_width".to_string(), width)))
+            .chain(self.runner.friction_width.map(|width| DataNumber::new("friction_width", width)))
             .collect(),
         }
     }

@@ -10,7 +10,7 @@ use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Float, Keeper, Matrix, discretise, rational_to_f64};
 use crate::reduce::{Kinematics, MechanismData};
-use crate::results::{ControllerData, Design, ExactMatrix, ObserverResult, Pole};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ExactMatrix, ObserverResult, Pole, ReadSignal};
 use crate::schema::{Field, Kind, Sign};
 
 /// Keys of `[control.<name>.observer]`.
@@ -583,8 +583,8 @@ impl Observed {
             Some("w") => "rad/s",
             _ => "N m",
         };
-        let torques = inputs.iter().map(|input| (format!("{input}.tau"), "N m".to_string()));
-        let sensors = self.result.sensors.iter().map(|name| (name.clone(), unit(name).to_string()));
+        let torques = inputs.iter().map(|input| ReadSignal::new(format!("{input}.tau"), "N m"));
+        let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, unit(name)));
         let (n, signals) = (self.a.rows(), self.b.columns());
         let matrices = [
             ("A", self.a.clone()),
@@ -594,17 +594,22 @@ impl Observed {
         ];
         if let Model::Nonlinear(copied) = &self.model {
             let error = ("error".to_string(), self.a.to_rows());
-            let width = copied.friction_width.map(|width| ("friction_width".to_string(), width));
+            let width = copied.friction_width.map(|width| DataNumber::new("friction_width", width));
             return ControllerData {
                 block: "ModelObserver".into(),
                 reads: torques.chain(sensors).collect(),
                 writes: self.result.states.clone(),
                 sample_time: None,
                 single: false,
-                matrices: copied.tables().into_iter().chain([error]).collect(),
+                matrices: copied
+                    .tables()
+                    .into_iter()
+                    .chain([error])
+                    .map(|(name, rows)| DataMatrix::new(name, rows))
+                    .collect(),
                 numbers: [
-                    ("shafts".to_string(), copied.data.shafts.len() as f64),
-                    ("compensation".to_string(), self.seer.compensation),
+                    DataNumber::new("shafts", copied.data.shafts.len() as f64),
+                    DataNumber::new("compensation", self.seer.compensation),
                 ]
                 .into_iter()
                 .chain(width)
@@ -617,10 +622,14 @@ impl Observed {
             writes: self.result.states.clone(),
             sample_time: None,
             single: false,
-            matrices: matrices.into_iter().map(|(name, matrix)| (name.to_string(), matrix.to_rows())).collect(),
-            numbers: std::iter::once(("compensation".to_string(), self.seer.compensation))
+            matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
+            numbers: std::iter::once(DataNumber::new("compensation", self.seer.compensation))
                 .chain(
-                    self.result.sensors.iter().zip(&self.seer.offsets).map(|(name, x)| (format!("{name} offset"), *x)),
+                    self.result
+                        .sensors
+                        .iter()
+                        .zip(&self.seer.offsets)
+                        .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
                 )
                 .collect(),
         }

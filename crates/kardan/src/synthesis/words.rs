@@ -1,6 +1,7 @@
 //! Words for messages that the folders of the theory share.
 
 use crate::num::{Rational, Scalar};
+use crate::results::Pole;
 
 /// A combination of names with exact factors: `T_wg - 1/50 T_fs`; terms with the factor zero are left out, `0` if all are.
 ///
@@ -39,14 +40,14 @@ pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
 }
 
 /// A pole for a message: `-50`, `-3 ± 4j`.
-pub(super) fn pole_in_words(pole: &(f64, f64)) -> String {
-    match *pole {
+pub(super) fn pole_in_words(pole: &Pole) -> String {
+    match (pole.re, pole.im) {
         (re, 0.0) => format!("{re}"),
         (re, im) => format!("{re} {} {}j", if im < 0.0 { '-' } else { '+' }, im.abs()),
     }
 }
 
 /// Several poles for a message.
-pub(super) fn poles_in_words(poles: &[(f64, f64)]) -> String {
+pub(super) fn poles_in_words(poles: &[Pole]) -> String {
     listed(&poles.iter().map(pole_in_words).collect::<Vec<_>>())
 }

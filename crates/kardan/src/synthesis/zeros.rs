@@ -25,7 +25,7 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
     if stability(polynomial) != Stability::Unstable {
         return Ok(());
     }
-    let poles = roots(polynomial).into_iter().filter(|(re, im)| *re > 0.0 && *im >= 0.0).collect();
+    let poles = roots(polynomial).into_iter().filter(|pole| pole.re > 0.0 && pole.im >= 0.0).collect();
     Err(SynthesisError::UnstableZeros {
         outputs: outputs.to_vec(),
         polynomial: polynomial.primitive().to_string(),
@@ -35,7 +35,7 @@ pub(super) fn check_stable(polynomial: &Polynomial, outputs: &[String]) -> Resul
 
 /// All roots of a polynomial, as often as they are, by size; conjugates beside each other.
 pub fn roots(polynomial: &Polynomial) -> Vec<Pole> {
-    let mut out: Vec<Pole> = polynomial.roots();
-    out.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.0.total_cmp(&b.0)).then(b.1.total_cmp(&a.1)));
+    let mut out = Pole::list(polynomial.roots());
+    out.sort_by(|a, b| a.abs().total_cmp(&b.abs()).then(a.re.total_cmp(&b.re)).then(b.im.total_cmp(&a.im)));
     out
 }

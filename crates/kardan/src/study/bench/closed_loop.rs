@@ -6,7 +6,7 @@ use super::{BenchRun, BenchSettings, prepare_bench, prepare_without};
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
-use crate::results::{ClosedLoop, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
+use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
 use crate::study::design::{DesignSettings, design};
 use crate::study::{PreparedVariant, Progress, Silent, prepare};
 
@@ -85,7 +85,7 @@ pub fn closed_loop(
     let design = design(source, &design_settings, &Silent)?;
     // What the outputs do not show may be slower.
     let poles = design.channels.iter().flat_map(|channel| &channel.poles);
-    let slowest = poles.map(|pole| -pole.0).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
+    let slowest = poles.map(|pole| -pole.re).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
     let longest = variants.iter().map(|variant| variant.scenario.duration).fold(0.0, f64::max);
     let transient = if slowest.is_finite() { (CONSTANTS / slowest).min(longest) } else { longest };
     let equations = &first.model().equations;
@@ -286,22 +286,24 @@ impl Pair<'_> {
             let (sum, count) = late.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
             sum / count
         };
-        let left = |run: &Option<Run>| {
+        let left = |run: &Option<Run>| -> Option<f64> {
             let whole = run.as_ref().filter(|run| run.outcome == Outcome::Completed);
-            whole.and_then(of).map_or(f64::NAN, |values| self.apart(&one, &values).0)
+            whole.and_then(of).map(|values| self.apart(&one, &values).0)
         };
         let differences = kinds.iter().zip(others.chunks_exact(2)).map(|(kind, runs)| Difference {
             what: kind.what.clone(),
             alone: left(&runs[0]),
             without: left(&runs[1]),
         });
+        let (distance, distance_at) = self.apart(&one, &two);
         Some(Response {
             output: output.into(),
             reference: reference.into(),
             physical: self.simulated.series.signal(&signal).map_or(Physical::Angle, |found| found.physical),
-            settled: (settled(&one, self.simulated), settled(&two, self.measured)),
-            farthest: (self.apart(&one, &wanted).0, self.apart(&two, &wanted).0),
-            distance: self.apart(&one, &two),
+            settled: Compared { simulation: settled(&one, self.simulated), bench: settled(&two, self.measured) },
+            farthest: Compared { simulation: self.apart(&one, &wanted).0, bench: self.apart(&two, &wanted).0 },
+            distance,
+            distance_at,
             differences: differences.collect(),
             signal,
         })

@@ -8,7 +8,7 @@ use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::Diagnostic;
 use crate::identify::{Samples, Where, cross_validate};
 use crate::model::{Document, Setting};
-use crate::results::Candidate;
+use crate::results::{Candidate, PredictionError};
 use crate::study::Progress;
 
 /// What is compared: the model of all that is asked for, and the windows that it uses.
@@ -108,19 +108,20 @@ pub(super) fn compare(
         let mut candidate = Candidate {
             name: spec.name,
             parameters: spec.parameters.into_iter().chain(spec.extras).collect(),
-            error: (f64::NAN, f64::NAN),
             ..Candidate::default()
         };
         match found {
-            Some(error) => candidate.error = error,
+            Some((mean, spread)) => candidate.error = Some(PredictionError { mean, spread }),
             None => candidate.failure = "too few samples".into(),
         }
         out.push(candidate);
     }
     progress.advance(1, "candidates", 1.0);
-    let best = out.iter().filter(|one| one.error.0.is_finite()).min_by(|a, b| a.error.0.total_cmp(&b.error.0));
-    if let Some(limit) = best.map(|best| best.error.0 + best.error.1) {
-        let simplest = (0..out.len()).filter(|&k| out[k].error.0 <= limit).min_by_key(|&k| out[k].parameters.len());
+    let errors = out.iter().filter_map(|one| one.error).filter(|error| error.mean.is_finite());
+    let best = errors.min_by(|a, b| a.mean.total_cmp(&b.mean));
+    if let Some(limit) = best.map(|best| best.mean + best.spread) {
+        let within = |one: &Candidate| one.error.is_some_and(|error| error.mean <= limit);
+        let simplest = (0..out.len()).filter(|&k| within(&out[k])).min_by_key(|&k| out[k].parameters.len());
         if let Some(simplest) = simplest {
             out[simplest].chosen = true;
         }

@@ -261,7 +261,7 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
     let values = found.for_file.iter().map(|one| NewValue {
         name: one.name.clone(),
         value: one.value,
-        interval: one.interval,
+        interval: one.interval.map(|it| (it.lower, it.upper)),
         confidence: found.confidence,
     });
     let (text, mut left) = model::written(source, &values.collect::<Vec<_>>())?;

@@ -8,7 +8,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::channels::{Clock, OpenLog, Quantity};
 use crate::identify::{Reading, Windows};
-use crate::results::{ChannelRead, LogRead};
+use crate::results::{ChannelRead, LogRead, Span};
 use kardan_tables::read::{Block, Bytes, Log, LogError, ReadSeek};
 
 /// A time between rows is a gap from so many usual ones on.
@@ -164,7 +164,7 @@ pub(super) fn read(
     for mut open in logs {
         let name = open.name.clone();
         open.log.choose(&wanted(&open)).map_err(|error| (name.clone(), error))?;
-        let mut read = LogRead { name: name.clone(), span: (f64::NAN, f64::NAN), ..LogRead::default() };
+        let mut read = LogRead { name: name.clone(), ..LogRead::default() };
         let mut ticking: Vec<Option<Ticking>> = (0..open.clocks.len()).map(|_| None).collect();
         let OpenLog { mut log, wired, clocks, offset, .. } = open;
         let mut failed = None;
@@ -222,8 +222,8 @@ pub(super) fn read(
         for (group, tick) in ticking.iter_mut().enumerate() {
             let Some(tick) = tick else { continue };
             tick.finish(slots.len(), &mut out.windows, &mut read);
-            read.span.0 = read.span.0.min(tick.first);
-            read.span.1 = read.span.1.max(tick.last);
+            let before = read.span.unwrap_or(Span { from: tick.first, until: tick.last });
+            read.span = Some(Span { from: before.from.min(tick.first), until: before.until.max(tick.last) });
             let names = wired.iter().filter(|one| one.group == group);
             for (slot, one) in tick.slots.iter().zip(names) {
                 if let Some(noise) = one.noise {

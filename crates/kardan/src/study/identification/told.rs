@@ -6,7 +6,10 @@ use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Coefficient, Extra, Fit, Loss, Samples, Shape, TestKind, residual_tests};
 use crate::num::{Definiteness, Matrix, Rational, definiteness, dot, rational_from_f64, rational_to_f64};
 use crate::reduce::linearise;
-use crate::results::{FileValue, Found, FrictionCurve, Identification, NamedMatrix, ResidualTest, Trace, Validation};
+use crate::results::{
+    FileValue, Found, FoundDamping, FrictionCurve, FrictionPoint, Identification, Interval, NamedMatrix, ResidualTest,
+    Trace, TracePoint, Validation,
+};
 
 pub(super) struct Story<'a> {
     pub plant: &'a Plant,
@@ -141,7 +144,8 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
         let half = fit.quantile(column, asked.confidence) * error;
         let hidden = !bounded && !undetermined(column) && half.is_nan();
         Found {
-            interval: if bounded || undetermined(column) { (f64::NAN, f64::NAN) } else { (value - half, value + half) },
+            interval: (!bounded && !undetermined(column) && half.is_finite())
+                .then_some(Interval { lower: value - half, upper: value + half }),
             remark: match (bounded, undetermined(column)) {
                 (true, _) => "at its bound, zero".into(),
                 (_, true) => "these data do not determine it".into(),
@@ -149,11 +153,11 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
                 _ => String::new(),
             },
             published: published(&name),
-            standard_error: if bounded { f64::NAN } else { error },
+            standard_error: (!bounded && !error.is_nan()).then_some(error),
             name,
             unit,
             before,
-            value,
+            value: Some(value),
             combination: String::new(),
         }
     };
@@ -180,9 +184,8 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
                 name: one.name.clone(),
                 unit,
                 before,
-                value: before.unwrap_or(f64::NAN),
-                standard_error: f64::INFINITY,
-                interval: (f64::NAN, f64::NAN),
+                value: before,
+                standard_error: Some(f64::INFINITY),
                 remark: "not determined by a test of this kind, whatever is logged".into(),
                 published: published(&one.name),
                 ..Found::default()
@@ -199,11 +202,11 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
             let mut found = found(name, "rad/s", speed, None);
             if extra.speed.is_some() {
                 found.remark = "given".into();
-                found.interval = (f64::NAN, f64::NAN);
+                found.interval = None;
             } else if fit.at_end.contains(&k) {
                 found.remark = "at the end of the speeds measured: these data do not determine it".into();
-                found.interval = (f64::NAN, f64::NAN);
-                found.standard_error = f64::INFINITY;
+                found.interval = None;
+                found.standard_error = Some(f64::INFINITY);
             }
             out.push(found);
             speed += 1;
@@ -216,12 +219,12 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
 fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<String>) {
     let Story { asked, columns, .. } = story;
     let (mut values, mut left) = (Vec::new(), Vec::new());
-    let told = |one: &Found| one.combination.is_empty() && one.interval.0.is_finite();
+    let told = |one: &Found| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
     let plain = parameters.iter().take(columns.asked.len());
     for one in plain {
-        if told(one) {
-            values.push(FileValue { name: one.name.clone(), value: one.value, interval: Some(one.interval) });
-        } else if one.value == 0.0 && one.standard_error.is_nan() {
+        if let Some(value) = told(one) {
+            values.push(FileValue { name: one.name.clone(), value, interval: one.interval });
+        } else if one.value == Some(0.0) && one.standard_error.is_none() {
             // At its bound: all others were fitted with it at zero.
             values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
         } else {
@@ -236,7 +239,7 @@ fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<Str
         let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
         let with = asked.wanted.iter().position(|one| one.keys.iter().any(own_friction));
         let sliding = match with {
-            Some(k) => parameters.get(k).filter(|one| told(one)).map(|one| one.value),
+            Some(k) => parameters.get(k).and_then(told),
             None => story
                 .plant
                 .reduced
@@ -246,18 +249,19 @@ fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<Str
                 .find(|term| term.element == extra.element)
                 .map(|term| term.value.torque.to_f64()),
         };
-        match (extra.shape, speed, sliding) {
+        let speed = speed.filter(|one| told(one).is_some() || extra.speed.is_some());
+        let speed = speed.and_then(|one| Some((one.value?, told(one).and(one.interval))));
+        let both = told(own).filter(|own| *own > 0.0).zip(sliding);
+        match (extra.shape, speed, both) {
             (None, ..) => left.push(format!("{}: a model file has no loss in proportion to a torque", extra.name)),
-            (Some(Shape::Gaussian), Some(speed), Some(sliding))
-                if told(own) && own.value > 0.0 && (told(speed) || extra.speed.is_some()) =>
-            {
+            (Some(Shape::Gaussian), Some((speed, interval)), Some((own, sliding))) => {
                 let value = |name: &str, value: f64, interval| FileValue {
                     name: format!("{}.{name}", extra.element),
                     value,
                     interval,
                 };
-                values.push(value("breakaway", sliding + own.value, None));
-                values.push(value("stribeck_speed", speed.value, told(speed).then_some(speed.interval)));
+                values.push(value("breakaway", sliding + own, None));
+                values.push(value("stribeck_speed", speed, interval));
             }
             (Some(Shape::Gaussian), ..) => {
                 left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
@@ -302,20 +306,20 @@ fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
             }
         }
     }
-    for one in parameters.iter().filter(|one| one.interval.0 <= 0.0 && one.interval.1 >= 0.0) {
+    for one in parameters.iter().filter(|one| one.interval.is_some_and(|it| it.lower <= 0.0 && it.upper >= 0.0)) {
         out.push(format!("{} cannot be told from zero", one.name));
     }
     out
 }
 
 /// Kᵀ D K at what was found, where dampings were asked for.
-fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<(NamedMatrix, bool)> {
+fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<FoundDamping> {
     let Story { plant, columns, .. } = story;
     let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
     let told = |one: &Coefficient| {
         parameters
             .iter()
-            .any(|found| found.name == one.name && (found.interval.0.is_finite() || found.standard_error.is_nan()))
+            .any(|found| found.name == one.name && (found.interval.is_some() || found.standard_error.is_none()))
     };
     if asked().next().is_none() || !asked().all(told) {
         return None;
@@ -350,7 +354,7 @@ fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<(NamedMatrix, bool
         columns: names,
         values: sum.to_rows(),
     };
-    Some((matrix, passive))
+    Some(FoundDamping { matrix, passive })
 }
 
 /// The value of a parameter with the others of its combination as the file gives them.
@@ -361,7 +365,7 @@ fn written(name: &str, parameters: &[Found], story: &Story<'_>) -> Option<f64> {
     let with = columns.kept.iter().find(|(kept, _)| *kept == number).map_or(&[][..], |(_, with)| with);
     let others: f64 =
         with.iter().map(|(other, factor)| factor * story.asked.wanted[*other].before.unwrap_or(0.0)).sum();
-    let value = found.value - others;
+    let value = found.value? - others;
     value.is_finite().then_some(value)
 }
 
@@ -422,7 +426,7 @@ fn validation(story: &Story<'_>) -> Vec<Validation> {
             row: name,
             torque: rms(&|k, row| samples.y(k)[row], row),
             seen: rms(&|k, row| samples.y(k)[row] - fit.prediction(samples, k, row), row),
-            unseen: unseen.map_or(f64::NAN, |unseen| rms(&|k, row| samples.y(k)[row] - unseen[k * r + row], row)),
+            unseen: unseen.map(|unseen| rms(&|k, row| samples.y(k)[row] - unseen[k * r + row], row)),
         })
         .collect()
 }
@@ -438,7 +442,7 @@ fn traces(story: &Story<'_>) -> Vec<Trace> {
     let point = |k: usize, row: usize| {
         let place = samples.places[k];
         let predicted = unseen.map_or_else(|| fit.prediction(samples, k, row), |unseen| unseen[k * samples.rows + row]);
-        (place.log, place.time, samples.y(k)[row], predicted)
+        TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
     };
     row_names(story)
         .into_iter()
@@ -509,10 +513,10 @@ fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
             let speed = dot(&g, samples.motion(k, 1));
             let model = own_fit.prediction(samples, k, row) / g[row];
             let left = (samples.y(k)[row] - fit.prediction(samples, k, row)) / g[row];
-            points.push((speed, model + left));
-            line.push((speed, model));
+            points.push(FrictionPoint { speed, torque: model + left });
+            line.push(FrictionPoint { speed, torque: model });
         }
-        line.sort_by(|a, b| a.0.total_cmp(&b.0));
+        line.sort_by(|a, b| a.speed.total_cmp(&b.speed));
         out.push(FrictionCurve { element: element.to_string(), points, line });
     }
     out
@@ -555,14 +559,14 @@ fn drowned(story: &Story<'_>) -> Vec<String> {
 fn warnings(story: &Story<'_>, out: &Identification) -> Vec<String> {
     let Story { asked, .. } = story;
     let mut warnings = drowned(story);
-    if let Some((_, false)) = &out.damping {
+    if let Some(FoundDamping { passive: false, .. }) = &out.damping {
         warnings.push(
             "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
              negative, the reduced matrix may not. Look at the intervals, or ask for fewer parameters"
                 .into(),
         );
     }
-    for one in out.parameters.iter().filter(|one| one.interval.1 < 0.0) {
+    for one in out.parameters.iter().filter(|one| one.interval.is_some_and(|it| it.upper < 0.0)) {
         let kind = asked.wanted.iter().find(|wanted| wanted.name == one.name).map(|wanted| wanted.keys[0].1);
         if matches!(kind, Some(Kind::Friction | Kind::Inertia | Kind::Stiffness)) {
             warnings.push(format!(

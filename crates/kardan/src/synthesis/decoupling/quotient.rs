@@ -6,6 +6,7 @@ use super::resolvent::characteristic_polynomial;
 use super::rows::{RowSpan, columns, primitive, row_times, stack, unit, unit_place};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Polynomial, Rational, Scalar, echelon};
+use crate::results::Definition;
 use crate::synthesis::words::in_words;
 
 /// Longest expression that serves as the name of a state.
@@ -20,7 +21,7 @@ pub struct Quotient {
     pub projection: Matrix<Rational>,
     /// Name and expression of the new states that are combinations of old ones: `wg.phi - 51 rk.phi + 50 fs.phi`. The name
     /// is the expression itself, or `z1`, `z2`, … if that is longer than 40 characters.
-    pub definitions: Vec<(String, String)>,
+    pub definitions: Vec<Definition>,
     /// Characteristic polynomial of the motion that is dropped; 1 if nothing is.
     pub hidden: Polynomial,
 }
@@ -139,7 +140,7 @@ fn null_rows(subspace: &Matrix<Rational>) -> Vec<Vec<Rational>> {
 }
 
 /// Names of the new states and the definitions of those that are combinations.
-fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<(String, String)>) {
+fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<Definition>) {
     let taken: BTreeSet<&String> = states.iter().collect();
     let mut fresh = (1..).map(|k| format!("z{k}")).filter(|name| !taken.contains(name));
     let mut definitions = Vec::new();
@@ -150,7 +151,7 @@ fn names(rows: &[Vec<Rational>], states: &[String]) -> (Vec<String>, Vec<(String
         let expression = in_words(states, row);
         let name = if expression.chars().count() > LONGEST_NAME { fresh.next() } else { None };
         let name = name.unwrap_or_else(|| expression.clone());
-        definitions.push((name.clone(), expression));
+        definitions.push(Definition { state: name.clone(), is: expression });
         name
     };
     (rows.iter().map(&mut name).collect(), definitions)

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, rational_to_f64};
-use crate::results::Design;
+use crate::results::{Design, Pole};
 use crate::schema::{Field, Kind};
 use crate::synthesis::channels::{CROSSOVER, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::synthesis::inversion::{FlatnessError, flat_parametrisation, planner, reasons};
@@ -112,12 +112,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 /// K and how it was found.
 fn feedback(request: &Request<'_>, task: &Task) -> Result<(Matrix<f64>, String), SynthesisError> {
     if let Some(poles) = request.values.poles("poles") {
-        let poles: Vec<(f64, f64)> = poles
+        let poles: Vec<Pole> = poles
             .iter()
-            .map(|(re, im)| (rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
+            .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
             .collect();
-        if let Some((re, _)) = poles.iter().find(|(re, _)| *re >= 0.0) {
-            return Err(SynthesisError::UnstablePole { real: *re });
+        if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
+            return Err(SynthesisError::UnstablePole { real: pole.re });
         }
         let found = place_poles(&task.system, &poles)?;
         return Ok((found.gain, format!("the poles of the feedback are met with the residual {:.1e}", found.residual)));

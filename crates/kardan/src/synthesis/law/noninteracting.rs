@@ -12,7 +12,7 @@ use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::num::{Float, Keeper, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
-use crate::results::{ControllerData, Design, Feedback, Physical};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, Physical, ReadSignal};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::sampled::{Block, Clock, Firmware, entries};
 use crate::synthesis::{
@@ -477,21 +477,21 @@ impl Designed {
     /// What the block [`Noninteracting`] runs with; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
         let unit = |name: &String| if name.ends_with(".w") { "rad/s" } else { "rad" }.to_string();
-        let mut reads: Vec<(String, String)> = state.iter().map(|name| (name.clone(), unit(name))).collect();
+        let mut reads: Vec<ReadSignal> = state.iter().map(|name| ReadSignal::new(name, unit(name))).collect();
         for output in &self.outputs {
             let speed = output.trim_end_matches("phi").to_string() + "w";
-            reads.extend([(output.clone(), unit(output)), (speed.clone(), unit(&speed))]);
+            reads.extend([ReadSignal::new(output, unit(output)), ReadSignal::new(&speed, unit(&speed))]);
         }
         for (reference, load) in &self.runner.told {
             for number in std::iter::once(reference).chain(load) {
                 let told = &self.references[*number];
-                reads.push((told.name.clone(), told.physical.unit().into()));
+                reads.push(ReadSignal::new(&told.name, told.physical.unit()));
             }
         }
-        reads.extend(self.disturbed.iter().map(|shaft| (format!("{shaft}.disturbance"), "N m".into())));
+        reads.extend(self.disturbed.iter().map(|shaft| ReadSignal::new(format!("{shaft}.disturbance"), "N m")));
         let mut numbers = Vec::new();
         for (output, channel) in self.outputs.iter().zip(&self.runner.channels) {
-            let mut add = |what: &str, value: f64| numbers.push((format!("{output} {what}"), value));
+            let mut add = |what: &str, value: f64| numbers.push(DataNumber::new(format!("{output} {what}"), value));
             match channel {
                 Channel::Position { position_loop, inverse_inertia } => {
                     add("natural_frequency", position_loop.natural_frequency);
@@ -509,9 +509,9 @@ impl Designed {
             sample_time: None,
             single: false,
             matrices: vec![
-                ("state_gain".into(), state_gain.to_rows()),
-                ("acceleration_gain".into(), acceleration_gain.to_rows()),
-                ("disturbance_gain".into(), self.disturbance_gain.to_rows()),
+                DataMatrix::new("state_gain", state_gain.to_rows()),
+                DataMatrix::new("acceleration_gain", acceleration_gain.to_rows()),
+                DataMatrix::new("disturbance_gain", self.disturbance_gain.to_rows()),
             ],
             numbers,
         }

@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use crate::num::rational_to_f64;
+use crate::results::Pole;
 use crate::schema::{Field, Kind};
 use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, inputs, references};
 use crate::synthesis::regulator::place_poles;
@@ -51,10 +52,12 @@ const CHANNEL: &[Field] = &[OUTPUT, REFERENCE];
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let task = Task::new(request)?;
     let poles = request.values.poles("poles").unwrap_or_default();
-    let poles: Vec<(f64, f64)> =
-        poles.iter().map(|(re, im)| (rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational()))).collect();
-    if let Some((re, _)) = poles.iter().find(|(re, _)| *re >= 0.0) {
-        return Err(SynthesisError::UnstablePole { real: *re });
+    let poles: Vec<Pole> = poles
+        .iter()
+        .map(|(re, im)| Pole::new(rational_to_f64(&re.to_rational()), rational_to_f64(&im.to_rational())))
+        .collect();
+    if let Some(pole) = poles.iter().find(|pole| pole.re >= 0.0) {
+        return Err(SynthesisError::UnstablePole { real: pole.re });
     }
     let found = place_poles(&task.system, &poles)?;
     let notes = vec![format!(

@@ -4,7 +4,7 @@ use kardan_rt::{Health, PositionLoop};
 
 use crate::element::Values;
 use crate::num::{Float, Keeper, Matrix, rational_to_f64};
-use crate::results::{ControllerData, Design, Physical};
+use crate::results::{ControllerData, DataNumber, Design, Physical, ReadSignal};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::sampled::{Block, Clock, Firmware};
 use crate::synthesis::{
@@ -175,8 +175,8 @@ impl Designed {
     /// What the block [`PositionLoop`] runs with: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
         let speed = self.output.trim_end_matches("phi").to_string() + "w";
-        let mut reads = vec![(self.output.clone(), "rad".to_string()), (speed, "rad/s".into())];
-        reads.extend(self.references.iter().map(|r| (r.name.clone(), r.physical.unit().into())));
+        let mut reads = vec![ReadSignal::new(&self.output, "rad"), ReadSignal::new(speed, "rad/s")];
+        reads.extend(self.references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
         ControllerData {
             block: "PositionLoop".into(),
             reads,
@@ -185,9 +185,9 @@ impl Designed {
             single: false,
             matrices: Vec::new(),
             numbers: vec![
-                ("natural_frequency".into(), self.runner.position_loop.natural_frequency),
-                ("damping_ratio".into(), self.runner.position_loop.damping_ratio),
-                ("inertia".into(), self.runner.inertia),
+                DataNumber::new("natural_frequency", self.runner.position_loop.natural_frequency),
+                DataNumber::new("damping_ratio", self.runner.position_loop.damping_ratio),
+                DataNumber::new("inertia", self.runner.inertia),
             ],
         }
     }

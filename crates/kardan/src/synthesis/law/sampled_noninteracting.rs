@@ -7,7 +7,10 @@ use crate::element::Values;
 use crate::equations::{InputKind, Measured, Motor};
 use crate::num::{Matrix, rational_to_f64};
 use crate::reduce::{Kinematics, MechanismData};
-use crate::results::{ChannelResult, ControllerData, Design, ObserverResult, Physical};
+use crate::results::{
+    ChannelResult, Complex, ControllerData, DataMatrix, DataNumber, Definition, Design, ObserverResult, Physical, Pole,
+    ReadSignal,
+};
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
@@ -234,7 +237,7 @@ struct Designed {
     solution: Solution,
     observed: Observer,
     data: RegulatorData,
-    definitions: Vec<(String, String)>,
+    definitions: Vec<Definition>,
 }
 
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
@@ -295,8 +298,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             .push(format!("the law is designed straight ahead and does not follow where its joints stand: {reason}"));
     }
     let Designed { observed, data, .. } = straight;
-    let zeros = observed.sensors.iter().zip(&offsets).map(|(sensor, x)| (format!("{} offset", sensor.name), *x));
-    design.controller_data.numbers.extend(zeros.chain([("delay".to_string(), clock.delay)]));
+    let zeros =
+        observed.sensors.iter().zip(&offsets).map(|(sensor, x)| DataNumber::new(format!("{} offset", sensor.name), *x));
+    design.controller_data.numbers.extend(zeros.chain([DataNumber::new("delay", clock.delay)]));
     let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
     states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
     states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
@@ -639,8 +643,8 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
 }
 
 /// The pole in continuous time of a multiplier per sample, 1/s.
-fn as_pole((re, im): (f64, f64), period: f64) -> (f64, f64) {
-    (re.hypot(im).ln() / period, im.atan2(re) / period)
+fn as_pole(multiplier: Complex, period: f64) -> Pole {
+    Pole::new(multiplier.abs().ln() / period, multiplier.im.atan2(multiplier.re) / period)
 }
 
 /// The block's matrices from feedback, observer and reference models.
@@ -798,12 +802,11 @@ fn describe(
     let models: Vec<String> =
         told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
     let columns: Vec<String> = [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
-    let sensors: Vec<(String, String)> =
-        observed.sensors.iter().map(|sensor| (sensor.name.clone(), unit(&sensor.name).into())).collect();
-    let reads = sensors.into_iter().chain(references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())));
+    let sensors = observed.sensors.iter().map(|sensor| ReadSignal::new(&sensor.name, unit(&sensor.name)));
+    let reads = sensors.chain(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let named = |(name, matrix): (&str, &Matrix<f64>)| (name.to_string(), matrix.to_rows());
     let models = [("model", &data.model), ("model_input", &data.model_input)];
-    let mut matrices: Vec<_> = match schedule {
+    let mut matrices: Vec<(String, Vec<Vec<f64>>)> = match schedule {
         Some(schedule) => {
             let shape = |(name, rows, columns): (&str, usize, usize)| {
                 (format!("shape of {name}"), vec![vec![rows as f64, columns as f64]])
@@ -833,13 +836,13 @@ fn describe(
     }
     let mut numbers = Vec::new();
     for (input, bounds) in inputs.iter().zip(&data.bounds) {
-        numbers.extend(bounds.torque.map(|torque| (format!("{input} torque_limit"), torque)));
-        numbers.extend(bounds.change.map(|change| (format!("{input} change_limit"), change)));
+        numbers.extend(bounds.torque.map(|torque| DataNumber::new(format!("{input} torque_limit"), torque)));
+        numbers.extend(bounds.change.map(|change| DataNumber::new(format!("{input} change_limit"), change)));
     }
     if let Some(schedule) = schedule {
-        numbers.push(("shafts".into(), schedule.mechanism.shafts.len() as f64));
-        numbers.push(("schedule_coordinate".into(), schedule.coordinate as f64));
-        numbers.push(("schedule_period".into(), PERIOD));
+        numbers.push(DataNumber::new("shafts", schedule.mechanism.shafts.len() as f64));
+        numbers.push(DataNumber::new("schedule_coordinate", schedule.coordinate as f64));
+        numbers.push(DataNumber::new("schedule_period", PERIOD));
     }
     let controller_data = ControllerData {
         block: if schedule.is_some() { "ScheduledRegulator" } else { "Regulator" }.into(),
@@ -847,7 +850,7 @@ fn describe(
         writes: inputs.to_vec(),
         sample_time: Some(clock.period),
         single: clock.single,
-        matrices,
+        matrices: matrices.into_iter().map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
         numbers,
     };
     let mut notes = vec![format!(
@@ -889,7 +892,7 @@ fn describe(
             }
             .into(),
             transfer: format!("ideally {}/(s^2 + {} s + {})", w * w, 2.0 * w, w * w),
-            poles: vec![(-w, 0.0), (-w, 0.0)],
+            poles: vec![Pole::new(-w, 0.0); 2],
         }
     };
     Design {

@@ -4,7 +4,7 @@ use faer::linalg::solvers::Solve;
 use super::floating::{from_faer, scaled, symmetric, to_faer};
 use super::riccati::balance_with_costate;
 use crate::num::{Matrix, eigenvalues};
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 
 /// Doublings after which an iteration is given up: the closed loop would have an eigenvalue within 2⁻⁴⁰ of the unit circle.
 const MOST_DOUBLINGS: usize = 40;
@@ -78,9 +78,9 @@ pub fn sampled_lqr(a: &Matrix<f64>, b: &Matrix<f64>, cost: &SampledCost) -> Opti
     let size = terms.iter().map(|term| term.norm_l2()).sum::<f64>();
     let residual = terms.into_iter().fold(Mat::zeros(n, n), |sum, term| sum + term).norm_l2();
     let closed = &full - &b * &gain;
-    let mut multipliers = eigenvalues(&from_faer(&closed))?;
-    multipliers.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)));
-    if multipliers.last().is_some_and(|(re, im)| !(re.hypot(*im) < 1.0)) {
+    let mut multipliers = Complex::list(eigenvalues(&from_faer(&closed))?);
+    multipliers.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    if multipliers.last().is_some_and(|last| !(last.abs() < 1.0)) {
         return None;
     }
     let gain = factor.transpose().partial_piv_lu().solve(scaled(&gain, &ones, &inverse));

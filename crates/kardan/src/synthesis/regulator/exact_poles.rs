@@ -35,5 +35,5 @@ fn times(a: &[Rational], b: &[Rational]) -> Vec<Rational> {
 
 /// Rounded.
 pub(in crate::synthesis) fn floats(poles: &[ExactPole]) -> Vec<Pole> {
-    poles.iter().map(|(re, im)| (rational_to_f64(re), rational_to_f64(im))).collect()
+    poles.iter().map(|(re, im)| Pole::new(rational_to_f64(re), rational_to_f64(im))).collect()
 }

@@ -96,8 +96,8 @@ impl Solver {
             for j in (0..n).rev() {
                 let divisor = t[(i, i)] + t[(j, j)].conj();
                 if !(divisor.norm() > f64::EPSILON * largest) {
-                    let pole = |k: usize| (t[(k, k)].re, t[(k, k)].im);
-                    return Err(LyapunovError::Singular(pole(i), (pole(j).0, -pole(j).1)));
+                    let pole = |k: usize, sign: f64| Pole::new(t[(k, k)].re, sign * t[(k, k)].im);
+                    return Err(LyapunovError::Singular(pole(i, 1.0), pole(j, -1.0)));
                 }
                 let mut sum = right[(i, j)];
                 for k in i + 1..n {

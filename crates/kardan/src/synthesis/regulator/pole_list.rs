@@ -1,4 +1,4 @@
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 
 /// A real pole or a conjugate pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,14 +13,14 @@ pub(super) enum Wish {
 pub(super) fn paired(poles: &[Pole]) -> Result<Vec<Wish>, Pole> {
     let mut out = Vec::new();
     let mut open: Vec<Pole> = Vec::new();
-    for &(re, im) in poles {
+    for &Complex { re, im } in poles {
         if im == 0.0 {
             out.push(Wish::Real(re));
-        } else if let Some(at) = open.iter().position(|other| *other == (re, -im)) {
+        } else if let Some(at) = open.iter().position(|other| *other == Complex { re, im: -im }) {
             open.swap_remove(at);
             out.push(Wish::Pair(re, im.abs()));
         } else {
-            open.push((re, im));
+            open.push(Complex { re, im });
         }
     }
     open.first().map_or(Ok(out), |alone| Err(*alone))
@@ -43,7 +43,7 @@ pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
 pub(super) fn take_nearest(poles: &mut Vec<Pole>, others: &[Pole]) -> Vec<f64> {
     let mut out = Vec::new();
     for other in others {
-        let distance = |p: &Pole| (p.0 - other.0).hypot(p.1 - other.1);
+        let distance = |p: &Pole| (p.re - other.re).hypot(p.im - other.im);
         let nearest = (0..poles.len()).min_by(|&i, &j| distance(&poles[i]).total_cmp(&distance(&poles[j])));
         out.push(nearest.map_or(f64::INFINITY, |at| distance(&poles.swap_remove(at))));
     }
@@ -56,9 +56,12 @@ mod tests {
 
     #[test]
     fn conjugates_find_each_other() {
-        let poles = [(-1.0, 2.0), (-3.0, 0.0), (-1.0, 2.0), (-1.0, -2.0), (-1.0, -2.0)];
+        let poles = [(-1.0, 2.0), (-3.0, 0.0), (-1.0, 2.0), (-1.0, -2.0), (-1.0, -2.0)].map(Pole::from);
         assert_eq!(paired(&poles), Ok(vec![Wish::Real(-3.0), Wish::Pair(-1.0, 2.0), Wish::Pair(-1.0, 2.0)]));
-        assert_eq!(paired(&poles[..3]), Err((-1.0, 2.0)));
-        assert_eq!(multiplicities(&poles), [((-1.0, 2.0), 2), ((-3.0, 0.0), 1), ((-1.0, -2.0), 2)]);
+        assert_eq!(paired(&poles[..3]), Err(Pole::new(-1.0, 2.0)));
+        assert_eq!(
+            multiplicities(&poles),
+            [((-1.0, 2.0), 2), ((-3.0, 0.0), 1), ((-1.0, -2.0), 2)].map(|(pole, times)| (Pole::from(pole), times))
+        );
     }
 }

@@ -8,7 +8,7 @@ use super::single_input::single_input;
 use super::{chains, unreached};
 use crate::analysis::LinearSystem;
 use crate::num::{Matrix, Rational, balance, echelon};
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 use crate::synthesis::words::{pole_in_words, poles_in_words};
 
 /// A state feedback `u = −Kx` with chosen poles.
@@ -119,7 +119,7 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
     if poles.len() != n {
         return Err(PlacementError::WrongNumber { given: poles.len(), states: n });
     }
-    if poles.iter().any(|(re, im)| !(re.is_finite() && im.is_finite())) {
+    if poles.iter().any(|Complex { re, im }| !(re.is_finite() && im.is_finite())) {
         return Err(PlacementError::NotFinite);
     }
     paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
@@ -128,9 +128,9 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
     let (a, b, reached) = match unreached(&explicit) {
         None => (explicit.a.clone(), explicit.b.clone(), (0..n).collect()),
         Some(part) => {
-            let largest = poles.iter().map(|p| p.0.hypot(p.1)).fold(0.0, f64::max);
+            let largest = poles.iter().map(|p| p.re.hypot(p.im)).fold(0.0, f64::max);
             let distances = take_nearest(&mut free, &part.modes);
-            let near = |(mode, distance): (&Pole, &f64)| *distance <= 1e-6 * mode.0.hypot(mode.1) + 1e-9 * largest;
+            let near = |(mode, distance): (&Pole, &f64)| *distance <= 1e-6 * mode.re.hypot(mode.im) + 1e-9 * largest;
             if !part.modes.iter().zip(&distances).all(near) || paired(&free).is_err() {
                 let polynomial = part.polynomial.to_string();
                 let (modes, combinations) = (part.modes, part.combinations);
@@ -193,7 +193,7 @@ fn eigenvectors(
 
 /// Largest distance of an achieved pole from its wish, relative to the wish.
 fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
-    let size = |p: &Pole| p.0.hypot(p.1);
+    let size = |p: &Pole| p.re.hypot(p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);
     let distances = take_nearest(&mut achieved.to_vec(), wishes);
     let relative = |(d, wish): (f64, &Pole)| if d > 0.0 { d / size(wish).max(1e-3 * largest) } else { 0.0 };

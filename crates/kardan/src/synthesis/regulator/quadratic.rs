@@ -160,7 +160,7 @@ pub fn lqr(system: &LinearSystem, weights: &Weights) -> Result<Regulator, Riccat
     let (gain, solution) = (from_faer(&found.gain), from_faer(&found.x));
     let closed = a.plus(&b.multiply(&gain).scale(&-1.0));
     let poles = balanced_eigenvalues(&closed).ok_or(RiccatiError::NotSolved)?;
-    if poles.iter().any(|pole| !(pole.0 < 0.0)) {
+    if poles.iter().any(|pole| !(pole.re < 0.0)) {
         return Err(RiccatiError::NotSolved);
     }
     Ok(Regulator { gain, solution, poles, residual: found.residual })
@@ -186,16 +186,16 @@ pub(super) fn balanced_eigenvalues(a: &Matrix<f64>) -> Option<Vec<Pole>> {
         return None;
     }
     let s = crate::num::balance(&to_faer(a));
-    eigenvalues(&Matrix::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)] * s[j] / s[i]))
+    eigenvalues(&Matrix::from_fn(a.rows(), a.rows(), |i, j| a[(i, j)] * s[j] / s[i])).map(Pole::list)
 }
 
 /// Exact: the modes are roots with proven signs.
 fn decays(mode: &Pole) -> bool {
-    mode.0 < 0.0
+    mode.re < 0.0
 }
 
 fn stays(mode: &Pole) -> bool {
-    mode.0 == 0.0
+    mode.re == 0.0
 }
 
 fn check(what: &'static str, m: &Matrix<f64>, expected: (usize, usize)) -> Result<(), RiccatiError> {

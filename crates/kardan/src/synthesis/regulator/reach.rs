@@ -113,7 +113,7 @@ pub fn unreached(system: &LinearSystem) -> Option<Unreached> {
             in_words(&system.states, &factors)
         })
         .collect();
-    let modes = polynomial.roots();
+    let modes = Pole::list(polynomial.roots());
     Some(Unreached { polynomial, modes, combinations, reached: pivots, a, b })
 }
 

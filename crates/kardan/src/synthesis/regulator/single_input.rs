@@ -1,6 +1,6 @@
 use super::exact_poles::product;
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64, rational_to_f64};
-use crate::results::Pole;
+use crate::results::{Complex, Pole};
 
 /// The gain of a single input, `K = eₙᵀ [b, Ab, …]⁻¹ p(A)` (Ackermann), exact for the floats of the poles and rounded once.
 ///
@@ -9,7 +9,7 @@ use crate::results::Pole;
 pub(super) fn single_input(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[Pole]) -> Option<Matrix<f64>> {
     let (n, m) = (a.rows(), b.columns());
     let exact: Option<Vec<(Rational, Rational)>> =
-        poles.iter().map(|(re, im)| rational_from_f64(*re).zip(rational_from_f64(*im))).collect();
+        poles.iter().map(|Complex { re, im }| rational_from_f64(*re).zip(rational_from_f64(*im))).collect();
     let polynomial = product(&exact?)?;
     let (row, first) = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).find(|&(i, j)| !b[(i, j)].is_zero())?;
     let mut rows = Matrix::<Rational>::zeros(n, n);
