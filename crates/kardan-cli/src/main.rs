@@ -11,7 +11,6 @@ mod panics;
 mod progress;
 mod render;
 mod stop;
-mod summary;
 
 fn main() -> std::process::ExitCode {
     std::process::ExitCode::from(commands::main(std::env::args_os().collect()))

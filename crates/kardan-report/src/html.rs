@@ -16,6 +16,9 @@ const LARGE: usize = 40;
 const ROWS: usize = 100;
 /// More columns of a matrix go below the first ones.
 const ACROSS: usize = 10;
+/// How to use charts.
+const CHARTS: &str = "<p class=\"hint\">Drag across a chart to zoom in time, double-click to return; all charts follow. Click a \
+                      name in a legend to hide or show its curve.</p>\n";
 /// Digits of rounded entries of a matrix.
 const DIGITS: usize = 6;
 
@@ -83,16 +86,15 @@ fn contents<'a>(sections: impl IntoIterator<Item = &'a Section>) -> String {
 /// A section with its title.
 fn section(one: &Section) -> String {
     let (anchor, title) = (escape(&one.anchor), escape(&one.title));
-    let all = match &one.body.0[..] {
-        [Block::Detail(body)] => &body.0,
-        all => all,
-    };
+    let all = &one.body.0;
     let parts: Vec<&Section> = all.iter().filter_map(anchored).collect();
     // Contents of its own stand before the first of its parts.
     let (before, after) = all.split_at(all.iter().position(|block| anchored(block).is_some()).unwrap_or(all.len()));
     let contents = if parts.is_empty() { String::new() } else { contents(parts) };
     let (before, after) = (blocks(before, 3), blocks(after, 3));
-    format!("<section id=\"{anchor}\">\n<h2>{title}</h2>\n{before}{contents}{after}</section>\n")
+    let charts = all.iter().any(|block| matches!(block, Block::Chart(_)));
+    let hint = if charts { CHARTS } else { "" };
+    format!("<section id=\"{anchor}\">\n<h2>{title}</h2>\n{hint}{before}{contents}{after}</section>\n")
 }
 
 /// A part that links may lead to.

@@ -1,6 +1,6 @@
 //! A page as Markdown, with the tables of GitHub.
 
-use super::model::{Block, Body, Cell, Page, Section, Table, Tone};
+use super::model::{Block, Body, Cell, Chart, Page, Section, Table, Tone};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -65,8 +65,15 @@ fn blocks(out: &mut String, body: &Body, level: usize) {
                 blocks(out, body, (level + 1).min(6));
             }
             Block::Detail(body) => blocks(out, body, level),
+            // `kardan run` writes the plots beside the report.
+            Block::Chart(Chart { title, anchor, caption, .. }) => {
+                *out += &format!("\n![{}]({anchor}.svg)\n", escape(title));
+                if !caption.is_empty() {
+                    *out += &format!("\n*{}*\n", escape(caption));
+                }
+            }
             // Markdown shows no drawings of its own.
-            Block::Picture(_) | Block::Chart(_) => {}
+            Block::Picture(_) => {}
         }
     }
 }

@@ -73,7 +73,7 @@ pub enum Block {
     Picture(Picture),
     /// Curves to be looked at closely.
     Chart(Chart),
-    /// A part with a title; with an anchor where the section is long enough for contents of its own.
+    /// A part with a title; with an anchor where it is a section of a whole page within this one.
     Part(Section),
     /// What few want to see, folded away where that is possible.
     Fold(String, Body),

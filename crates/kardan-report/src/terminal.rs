@@ -57,6 +57,8 @@ fn blocks(out: &mut String, body: &Body) {
                 sentence(out, &format!("{what} ({}): {shown}", names.len()));
             }
             Block::Table(found) => table(out, found),
+            // Of a whole page within this one the verdict is enough.
+            Block::Part(part) if !part.anchor.is_empty() => {}
             Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one)),
             Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {
                 let mut said = String::new();
@@ -89,6 +91,8 @@ fn more(out: &mut String, all: usize, shown: usize) {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) | Cell::Code(text) | Cell::Span(text, _) | Cell::Mark(true, text) => text.clone(),
+        // Units have no other case.
+        Cell::Mark(false, text) if text.contains(|c: char| c.is_ascii_digit()) => format!("{text} (!)"),
         Cell::Mark(false, text) => text.to_uppercase(),
         Cell::Under => String::new(),
         Cell::Entry(entry) => entry.written(DIGITS).0,

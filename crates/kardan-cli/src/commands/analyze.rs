@@ -11,7 +11,7 @@ use kardan_report as report;
 use super::{DONE, ERROR, told};
 use crate::args::AnalyzeArgs;
 use crate::input::{self, Origin, Source};
-use crate::output::{prepare_file, print, save};
+use crate::output::{prepare_file, print, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure, note};
 
@@ -34,7 +34,7 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
 fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::analysis(analysis);
     if let Some(path) = &args.report {
-        save(path, page.html().as_bytes())?;
+        save_page(path, &page)?;
     }
     if args.json {
         print(&(export::analysis_json(analysis) + "\n"))?;

@@ -14,7 +14,7 @@ use super::run::table;
 use super::{DONE, ERROR};
 use crate::args::{BenchArgs, Format, Limits};
 use crate::input::{self, Source};
-use crate::output::{Folder, print};
+use crate::output::{Folder, print, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
@@ -241,7 +241,8 @@ impl Output {
             closed_loop,
             notes,
         };
-        self.keep("report", "html", report::bench(&found).html().as_bytes());
+        let (extension, text) = shown(&report::bench(&found), args.markdown);
+        self.keep("report", extension, text.as_bytes());
         Ok(Some(found))
     }
 }

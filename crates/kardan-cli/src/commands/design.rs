@@ -11,7 +11,7 @@ use kardan_report as report;
 use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};
 use crate::input;
-use crate::output::{prepare_files, print, save};
+use crate::output::{prepare_files, print, save, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure, note};
 use crate::stop;
@@ -56,7 +56,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
 fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let page = report::design(design);
     if let Some(path) = &args.report {
-        save(path, page.html().as_bytes())?;
+        save_page(path, &page)?;
     }
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;

@@ -15,7 +15,7 @@ use kardan_report as report;
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::IdentifyArgs;
 use crate::input::{self, Source};
-use crate::output::{prepare_files, print, protect, reason, save, save_over};
+use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::stop;
@@ -68,7 +68,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
 fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
     let page = report::identification(found);
     if let Some(path) = &args.report {
-        save(path, page.html().as_bytes())?;
+        save_page(path, &page)?;
     }
     let whole = found.unfinished.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);

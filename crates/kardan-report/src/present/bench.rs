@@ -28,7 +28,7 @@ pub fn page(study: &BenchStudy) -> Page {
     let mut sections = Page::sections(all);
     sections.extend(identification::page(&study.identification).sections.into_iter().map(Section::detail));
     let title = format!("Design of {}", design.controller);
-    sections.push(design::page(design).within("design-1", &title, "").detail());
+    sections.push(design::page(design).within("design-1", &title, ""));
     Page {
         name: format!("Bench: {}", study.model),
         description: study.description.clone(),

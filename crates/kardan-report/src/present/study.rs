@@ -5,7 +5,9 @@ use crate::curves::{clock, variant_label};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, number, row};
 use crate::text::{Clock, figure};
 use crate::words;
-use kardan::results::{Energy, Event, ModelSummary, MotorStrain, Outcome, Run, Signal, Study, Verdict};
+use kardan::results::{
+    Energy, Event, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study, Verdict,
+};
 
 use super::{analysis, design};
 
@@ -21,10 +23,10 @@ pub fn page(study: &Study) -> Page {
         ("requirements", "Requirements", requirements(study)),
         ("motors", "Motors and their limits", motors(study)),
         ("energy", "Energy balance", energy(study)),
-        ("events", "Events", events(study)),
+        ("events", "Events", new().detail(events(study))),
         ("notes", "Notes", new().list(notes(study))),
         ("warnings", "Warnings", study.warnings.iter().fold(new(), |body, text| body.judge(false, text))),
-        ("model", "Model", model(&study.model)),
+        ("model", "Model", new().detail(model(&study.model))),
     ]);
     sections.extend(study.designs.iter().enumerate().map(|(k, found)| {
         design::page(found).within(&format!("design-{}", k + 1), &format!("Design of {}", found.controller), "")
@@ -43,14 +45,28 @@ pub fn page(study: &Study) -> Page {
     }
 }
 
-/// Whose analysis the report shows.
+/// What the inputs reach and the outputs show.
+fn structure(structure: &Structure) -> String {
+    let states = structure.states.len();
+    let part = |holds: bool, what: &str, rank: usize, names: &[String]| {
+        let names = if names.is_empty() { "nothing".into() } else { words::list(names, 4) };
+        if holds { format!("{what} {names}") } else { format!("NOT {what} {names} (rank {rank} of {states})") }
+    };
+    let controllable =
+        part(structure.controllable(), "controllable by", structure.controllable_rank, &structure.inputs);
+    let observable = part(structure.observable(), "observable from", structure.observable_rank, &structure.outputs);
+    format!("structure: {controllable}; {observable}")
+}
+
+/// Whose analysis the report shows, and what is in it.
 fn whose(study: &Study) -> String {
-    let open = "Without the laws, linearised at the operating point.";
+    let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
+    let open = format!("Without the laws, linearised at the operating point; {found}.");
     match &study.runs[..] {
         [first, _, ..] => {
             format!("{open} Variant {}; `kardan analyze --variant NAME` shows another.", variant_label(study, first))
         }
-        _ => open.into(),
+        _ => open,
     }
 }
 
@@ -94,10 +110,9 @@ fn failures(study: &Study) -> Vec<Alert> {
     let alert = |(run, time, cause): (&Run, &f64, &String)| {
         let label = variant_label(study, run);
         let name = if label == run.name { label } else { format!("{} ({label})", run.name) };
-        Alert {
-            kind: format!("{name} stopped at {}", clock(study).time(*time)),
-            text: format!("{cause} Everything up to that time is shown."),
-        }
+        let at = clock(study).time(*time);
+        let text = format!("{name} stopped at {at}: {cause} Everything up to that time is shown.");
+        Alert { kind: "Ended early".into(), text }
     };
     failed.map(alert).collect()
 }
@@ -114,9 +129,7 @@ fn plots(study: &Study) -> Body {
     if charts.is_empty() {
         return Body::default().say("The model file asks for no plots.");
     }
-    let hint = "Drag across a chart to zoom in time, double-click to return; all charts follow. Click a name in a legend to hide \
-                or show its curve.";
-    Body::default().hint(hint).and(Body(charts))
+    Body(charts)
 }
 
 /// The variants with their parameters, outcome and effort.
@@ -148,17 +161,23 @@ fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
     if index == 0 { Cell::Span(text.into(), rows) } else { Cell::Under }
 }
 
-/// Extremes and last values of every plotted signal.
+/// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
 fn key_figures(study: &Study) -> Body {
     let mut names: Vec<&String> = Vec::new();
-    for name in study.plots.iter().flat_map(|plot| &plot.signals) {
+    let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
+    for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
         if !names.contains(&name) {
             names.push(name);
         }
     }
+    let plotted = |run: &Run, name: &String| {
+        let of = |plot: &Plot| plot.variants.is_empty() || plot.variants.contains(&run.name);
+        study.plots.is_empty() || study.plots.iter().any(|plot| of(plot) && plot.signals.contains(name))
+    };
     let mut rows = Vec::new();
     for name in names {
-        let found = study.runs.iter().filter_map(|run| Some((run, run.series.signal(name)?)));
+        let runs = study.runs.iter().filter(|run| plotted(run, name));
+        let found = runs.filter_map(|run| Some((run, run.series.signal(name)?)));
         let found: Vec<(&Run, &Signal)> = found.collect();
         for (index, (run, signal)) in found.iter().enumerate() {
             let name = format!("{name} [{}]", signal.physical.unit());
@@ -168,7 +187,7 @@ fn key_figures(study: &Study) -> Body {
         }
     }
     let headers = ["signal", "variant", "#minimum", "#at", "#maximum", "#at", "#final"];
-    or_none(Body::default().table(&headers, rows), "No signals are plotted.")
+    or_none(Body::default().table_of(usize::MAX, &headers, rows), "No signals are plotted.")
 }
 
 fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
@@ -303,4 +322,48 @@ fn model(model: &ModelSummary) -> Body {
     });
     let body = body.part("Closed-loop poles", Body::default().hint(hint).and(poles));
     or_none(body, "No summary of the model is given.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::{Physical, Series};
+
+    #[test]
+    fn only_signals_plotted_for_the_variant_are_listed() {
+        let signal = |name: &str| Signal {
+            name: name.into(),
+            physical: Physical::Angle,
+            description: String::new(),
+            values: vec![1.0],
+        };
+        let plot = |signal: &str, variants: &[&str]| Plot {
+            signals: vec![signal.into()],
+            variants: variants.iter().map(|&name| name.into()).collect(),
+            ..Plot::default()
+        };
+        let run = Run {
+            name: "b".into(),
+            parameters: vec![],
+            series: Series { time: vec![0.0], signals: vec![signal("x"), signal("y"), signal("z")] },
+            energy: Default::default(),
+            events: vec![],
+            outcome: Outcome::Completed,
+            requirements: vec![],
+            notes: vec![],
+            strains: vec![],
+            effort: Default::default(),
+        };
+        let plots = vec![plot("x", &["a"]), plot("y", &[])];
+        let mut study = Study { plots, runs: vec![run], ..Study::default() };
+        let names = |study: &Study| match &key_figures(study).0[..] {
+            [Block::Table(table)] => table.rows.iter().map(|row| row[0].clone()).collect::<Vec<_>>(),
+            other => panic!("{other:?}"),
+        };
+        let spans =
+            |names: &[&str]| names.iter().map(|name| Cell::Span(format!("{name} [rad]"), 1)).collect::<Vec<_>>();
+        assert_eq!(names(&study), spans(&["y"]));
+        study.plots.clear();
+        assert_eq!(names(&study), spans(&["x", "y", "z"]));
+    }
 }
