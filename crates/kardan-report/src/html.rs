@@ -1,8 +1,9 @@
 //! A page as one HTML file that fetches nothing.
 
 use super::curves::{ON_DARK, ON_WHITE};
-use super::model::{Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
+use super::model::{Alert, Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
 use super::text::{escape as escaped, powers};
+use kardan::results::Verdict;
 
 const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
@@ -46,10 +47,6 @@ pub(super) fn html(page: &Page) -> String {
         let class = if verdict.sound { "good" } else { "bad" };
         format!("<p class=\"verdict {class}\">{}</p>\n", escape(&verdict.text))
     });
-    let alerts = page.alerts.iter().map(|alert| {
-        let (kind, text) = (escape(&alert.kind), escape(&alert.text));
-        format!("<div class=\"failure\" role=\"alert\"><strong>{kind}:</strong> {text}</div>\n")
-    });
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -66,7 +63,7 @@ pub(super) fn html(page: &Page) -> String {
         version = env!("CARGO_PKG_VERSION"),
         name = escape(&page.name),
         palette = palette(),
-        alerts = alerts.collect::<String>(),
+        alerts = page.alerts.iter().map(alert).collect::<String>(),
         contents = contents(&page.sections),
         sections = page.sections.iter().map(section).collect::<String>(),
     )
@@ -75,6 +72,12 @@ pub(super) fn html(page: &Page) -> String {
 /// Plain text with its powers raised, and with nothing that HTML would interpret.
 fn escape(text: &str) -> String {
     escaped(&powers(text))
+}
+
+/// A box that nobody overlooks.
+fn alert(alert: &Alert) -> String {
+    let (kind, text) = (escape(&alert.kind), escape(&alert.text));
+    format!("<div class=\"failure\" role=\"alert\"><strong>{kind}:</strong> {text}</div>\n")
 }
 
 /// Links to sections.
@@ -122,6 +125,10 @@ fn block(block: &Block, level: usize) -> String {
             };
             format!("<p{class}>{}</p>\n", escape(text))
         }
+        Block::Verdict(Verdict { sound, text }) => {
+            format!("<p class=\"{}\">{}</p>\n", if *sound { "good" } else { "bad" }, escape(text))
+        }
+        Block::Alert(one) => alert(one),
         Block::List(texts) => {
             let items: String = texts.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
             format!("<ul>\n{items}</ul>\n")
@@ -132,9 +139,10 @@ fn block(block: &Block, level: usize) -> String {
             format!("<p>{} ({}): {codes}</p>\n", escape(what), names.len())
         }
         Block::Table(found) => {
-            let rest = found.rows.len().saturating_sub(ROWS);
+            let shown = ROWS.max(found.brief);
+            let rest = found.rows.len().saturating_sub(shown);
             let hint = format!("<p class=\"hint\">{rest} more are in the exported data.</p>\n");
-            table(&found.columns, found.rows.iter().take(ROWS)) + if rest > 0 { &hint } else { "" }
+            table(&found.columns, found.rows.iter().take(shown)) + if rest > 0 { &hint } else { "" }
         }
         Block::Matrices(all) => matrices(all),
         Block::Picture(picture) => figure(picture, level),

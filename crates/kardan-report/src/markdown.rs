@@ -1,6 +1,6 @@
 //! A page as Markdown, with the tables of GitHub.
 
-use super::model::{Block, Body, Cell, Chart, Page, Section, Table, Tone};
+use super::model::{Alert, Block, Body, Cell, Chart, Page, Section, Table, Tone};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -18,9 +18,7 @@ pub(super) fn markdown(page: &Page) -> String {
     if let Some(verdict) = &page.verdict {
         out += &format!("\n**{}**\n", escape(&verdict.text));
     }
-    for alert in &page.alerts {
-        out += &format!("\n> **{}:** {}\n", escape(&alert.kind), escape(&alert.text));
-    }
+    blocks(&mut out, &Body(page.alerts.iter().cloned().map(Block::Alert).collect()), 2);
     for Section { title, body, .. } in &page.sections {
         out += &format!("\n## {}\n", escape(title));
         blocks(&mut out, body, 3);
@@ -34,6 +32,8 @@ fn blocks(out: &mut String, body: &Body, level: usize) {
             Block::Text(Tone::Plain, text) => *out += &format!("\n{}\n", escape(text)),
             Block::Text(Tone::Hint, text) => *out += &format!("\n*{}*\n", escape(text)),
             Block::Text(Tone::Good | Tone::Bad, text) => *out += &format!("\n**{}**\n", escape(text)),
+            Block::Verdict(verdict) => *out += &format!("\n**{}**\n", escape(&verdict.text)),
+            Block::Alert(Alert { kind, text }) => *out += &format!("\n> **{}:** {}\n", escape(kind), escape(text)),
             Block::List(texts) => {
                 out.push('\n');
                 texts.iter().for_each(|text| *out += &format!("- {}\n", escape(text)));
@@ -89,10 +89,11 @@ fn table(out: &mut String, table: &Table) {
     let titles = table.columns.iter().map(|title| title.strip_prefix('#').unwrap_or(title));
     line(&mut titles.map(escape));
     line(&mut table.columns.iter().map(|title| if title.starts_with('#') { "---:" } else { "---" }.to_string()));
-    for row in table.rows.iter().take(ROWS) {
+    let shown = ROWS.max(table.brief);
+    for row in table.rows.iter().take(shown) {
         line(&mut row.iter().map(cell));
     }
-    let rest = table.rows.len().saturating_sub(ROWS);
+    let rest = table.rows.len().saturating_sub(shown);
     if rest > 0 {
         *out += &format!("\n*{rest} more are in the exported data.*\n");
     }

@@ -61,6 +61,10 @@ pub enum Tone {
 pub enum Block {
     /// A paragraph.
     Text(Tone, String),
+    /// What came of it.
+    Verdict(Verdict),
+    /// What nobody may overlook.
+    Alert(Alert),
     /// Sentences, each with its own mark.
     List(Vec<String>),
     /// Names with what they are: `States (2): a, b`.
@@ -372,14 +376,8 @@ impl Page {
 
     /// The whole page as a section of another one; `hint` says whose it is.
     pub(super) fn within(self, anchor: &str, title: &str, hint: &str) -> Section {
-        let mut body = Body::default();
-        if let Some(Verdict { sound, text }) = self.verdict {
-            body = body.judge(sound, text);
-        }
-        for alert in self.alerts {
-            body = body.judge(false, format!("{}: {}", alert.kind, alert.text));
-        }
-        body = body.hint(hint);
+        let alerts = self.alerts.into_iter().map(Block::Alert);
+        let mut body = Body(self.verdict.map(Block::Verdict).into_iter().chain(alerts).collect()).hint(hint);
         body.0.extend(self.sections.into_iter().map(|one| {
             let anchor = format!("{anchor}-{}", one.anchor);
             Block::Part(Section { anchor, ..one })

@@ -11,6 +11,8 @@ const NAME: usize = 16;
 const NAMES: usize = 16;
 /// More sentences of a list are counted, not shown.
 const ITEMS: usize = 20;
+/// Longer words are broken where a table has no room.
+const WORD: usize = 16;
 /// Digits of rounded entries of a matrix: somebody may type them in.
 const DIGITS: usize = 9;
 
@@ -20,13 +22,11 @@ pub(super) fn text(page: &Page, origin: &str) -> String {
     if let Some(first) = page.description.split("\n\n").map(str::trim).find(|text| !text.is_empty()) {
         sentence(&mut out, first);
     }
-    out.push('\n');
-    if let Some(verdict) = &page.verdict {
-        sentence(&mut out, &verdict.text);
-    }
-    for alert in &page.alerts {
-        sentence(&mut out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text));
-    }
+    let verdict = page.verdict.iter().cloned().map(Block::Verdict);
+    let alerts = page.alerts.iter().cloned().map(Block::Alert);
+    let first = Body(verdict.chain(alerts).collect());
+    out += if first.0.is_empty() { "" } else { "\n" };
+    blocks(&mut out, &first);
     for Section { title, body, .. } in &page.sections {
         let mut said = String::new();
         blocks(&mut said, body);
@@ -48,6 +48,8 @@ fn blocks(out: &mut String, body: &Body) {
         match block {
             Block::Text(Tone::Bad, text) => sentence(out, &format!("WARNING: {text}")),
             Block::Text(_, text) => sentence(out, text),
+            Block::Verdict(verdict) => sentence(out, &verdict.text),
+            Block::Alert(alert) => sentence(out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text)),
             Block::List(texts) => {
                 texts.iter().take(ITEMS).for_each(|text| sentence(out, text));
                 more(out, texts.len(), ITEMS);
@@ -109,9 +111,10 @@ fn table(out: &mut String, table: &Table) {
     let shown: Vec<Vec<String>> = shown.collect();
     let widest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| count(cell)).max().unwrap_or(0);
     let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
+    let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
     let least = |k: usize| match number(k) {
-        true => titles[k].split(' ').map(count).max().unwrap_or(0).max(widest(k)),
-        false => 8,
+        true => word(&titles[k]).max(widest(k)),
+        false => shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0).clamp(8, WORD),
     };
     while 2 * widths.len() + widths.iter().sum::<usize>() > WIDTH {
         let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));

@@ -499,7 +499,7 @@ fn markdown_has_whole_tables_and_says_what_the_page_says() {
         "> **Warning:** The law cancels a mode at -93.636 ± 948.85 j 1/s",
         "## Closed-loop poles",
         "States (6): `rk.phi`, `fs.phi`, `cj.phi`, `rk.w`, `fs.w`, `cj.w`",
-        "| rk.phi | ✓ 0 (exact) |",
+        "| rk.phi | `400/(s^2 + 28 s + 400)` | ✓ 0 (exact) |",
         "−30.8100909",
     ] {
         assert!(text.contains(part), "{part} missing in\n{text}");

@@ -310,7 +310,7 @@ fn reduction(analysis: &Analysis) -> Body {
     if analysis.coordinates.is_empty() && analysis.bases.is_empty() {
         return Body::default();
     }
-    let headers = ["basis", "#not orthogonal by", "matrix", "#eigenvalues", "#centres", "#radii", "#within discs"];
+    let headers = ["basis", "#not orthogonal by", "matrix", "eigenvalues", "centres", "radii", "#within discs"];
     let discs = Body::default().table(&headers, analysis.bases.iter().flat_map(bounds));
     let hint = if discs.0.is_empty() { "" } else { "Every eigenvalue lies in at least one disc of its matrix." };
     let body = Body::default()
@@ -325,7 +325,7 @@ fn reduction(analysis: &Analysis) -> Body {
 
 fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
     let several = |values: &[f64]| {
-        let texts: Vec<String> = values.iter().map(|&value| figure(value, 4)).collect();
+        let texts: Vec<String> = values.iter().map(|&value| number(value)).collect();
         match &texts[..] {
             [first, .., last] if texts.len() > VALUES => format!("{first} … {last} ({})", texts.len()),
             all => all.join(", "),

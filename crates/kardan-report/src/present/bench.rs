@@ -129,7 +129,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
         ["#from s", "#until s"].map(String::from).into_iter().chain(speeds).chain(torques).collect();
     let points = plan.points.iter().map(|point| {
         let numbers = [point.from, point.until].into_iter().chain(point.speeds.iter().chain(&point.torques).copied());
-        numbers.map(|x| Cell::Text(figure(x, 7))).collect()
+        numbers.map(|x| Cell::Text(figure(x, 6))).collect()
     });
     let dwell = match plan.kind.as_str() {
         "constant_speeds" => "Other seeds hold each speed for other times, never for less than the dwell.",

@@ -1,7 +1,7 @@
 //! An identification as a page.
 
 use crate::identification_pictures as pictures;
-use crate::model::{Body, Page, cells, number, warnings};
+use crate::model::{Body, Cell, Page, cells, number, row, warnings};
 use crate::words::identification as said;
 use kardan::results::{FoundDamping, Identification, LogRead};
 
@@ -36,9 +36,15 @@ pub fn page(found: &Identification) -> Page {
 }
 
 fn parameters(found: &Identification) -> Body {
-    let rows = found.parameters.iter().map(|one| cells(said::parameter(one, number)));
+    let published = found.parameters.iter().any(|one| one.published.is_some());
+    let rows = found.parameters.iter().map(|one| {
+        let [name, unit, before, value, error, interval, elsewhere, remark] = said::parameter(one, number);
+        let row = row![name, unit, before, value, error, interval].into_iter();
+        row.chain(published.then_some(elsewhere).into_iter().chain([remark]).map(Cell::Text)).collect()
+    });
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
-    let headers = ["parameter", "unit", "#in the file", "#found", "#standard error", &interval, "#published", ""];
+    let mut headers = vec!["parameter", "unit", "#in the file", "#found", "#standard error", &interval];
+    headers.extend(published.then_some("#published").into_iter().chain([""]));
     Body::default().list(said::head(found, number)).table_of(ROWS, &headers, rows).pictures(pictures::intervals(found))
 }
 

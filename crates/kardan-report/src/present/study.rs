@@ -277,7 +277,7 @@ fn listed(events: &[Event], clock: Clock) -> Body {
         0 => String::new(),
         rest => format!("The first {EVENTS} are listed; {rest} later ones are in the exported data."),
     };
-    Body::default().table(&[&format!("#time [{}]", clock.unit), "event"], rows).hint(hint)
+    Body::default().table_of(EVENTS, &[&format!("#time [{}]", clock.unit), "event"], rows).hint(hint)
 }
 
 /// Notes of the runs, each text once with the variants it concerns.
