@@ -141,7 +141,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
     let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
     let mut body = plane.frame("eigenvalues here grow");
     for point in &circles {
-        let title = format!("zero at {}", words::pair(point.at, |v| figure(v, 5)));
+        let title = format!("zero at {}", words::pair(point.at));
         body += &mark(plane.place(point.at), "zero", &title, point);
     }
     for point in &poles {
@@ -151,7 +151,7 @@ pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
             (false, true) => ", not seen",
             (true, true) => ", neither reached nor seen",
         };
-        let title = format!("eigenvalue {}{fails}", words::pair(point.at, |v| figure(v, 5)));
+        let title = format!("eigenvalue {}{fails}", words::pair(point.at));
         body += &mark(plane.place(point.at), "pole", &title, point);
     }
     let below = plane.below();

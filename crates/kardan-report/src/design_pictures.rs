@@ -33,14 +33,14 @@ pub(super) fn plane(design: &Design) -> Option<Picture> {
     for &(pole, times) in &poles {
         let owner = said::owner(pole, design);
         let of = if owner.is_empty() { owner } else { format!(" ({owner})") };
-        let title = format!("pole {}{of}", words::pair(pole, |value| figure(value, 5)));
+        let title = format!("pole {}{of}", words::pair(pole));
         // Of a pair close to the real axis the two counts would lie upon each other.
         for (at, times) in both(pole).zip([times, 1]) {
             body += &cross(plane.place(at), at.re < 0.0, times, &title);
         }
     }
     for &pole in &zeros {
-        let title = format!("zero dynamics {}", words::pair(pole, |value| figure(value, 5)));
+        let title = format!("zero dynamics {}", words::pair(pole));
         for at in both(pole) {
             body += &ring(plane.place(at), at.re < 0.0, &title);
         }

@@ -28,7 +28,7 @@ mod tests;
 mod text;
 mod thin;
 mod ticks;
-pub mod words;
+mod words;
 
 use kardan::results::Study;
 

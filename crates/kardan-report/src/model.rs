@@ -1,9 +1,9 @@
-//! A page as plain data: what is said, in which order, and what it is. How it looks is decided by [`html`](super::html),
-//! [`terminal`](super::terminal) and [`markdown`](super::markdown).
+//! A page as plain data: what is said, in which order, and what it is. How it looks is decided by the modules `html`,
+//! `terminal` and `markdown`.
 //!
 //! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
 
-use super::text::figure;
+use super::text::{figure, number};
 use kardan::results::{ExactMatrix, NamedMatrix, Verdict};
 
 /// A page.
@@ -244,11 +244,6 @@ impl From<usize> for Cell {
     fn from(count: usize) -> Self {
         Cell::Text(count.to_string())
     }
-}
-
-/// Five significant digits: how numbers are written where nothing else is said.
-pub(super) fn number(value: f64) -> String {
-    figure(value, 5)
 }
 
 /// Cells of what stands in a row.

@@ -36,6 +36,11 @@ pub(super) fn figure(value: f64, digits: usize) -> String {
     text.replace('-', "−")
 }
 
+/// Five significant digits: how numbers are written where nothing else is said.
+pub(super) fn number(value: f64) -> String {
+    figure(value, 5)
+}
+
 /// The unit of time that suits a study: s, ms or µs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {

@@ -6,6 +6,7 @@ pub mod bench;
 pub mod design;
 pub mod identification;
 
+use super::text::number;
 use kardan::results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition, EigenvalueBounds,
     ElementShare, Elimination, FailingMode, LossSearch, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole,
@@ -32,12 +33,12 @@ pub fn list<T: AsRef<str>>(names: &[T], limit: usize) -> String {
 }
 
 /// `-3`, or `-3 ± 4 j` for a conjugate pair of which one is given.
-pub fn pair(value: Pole, figures: Figures) -> String {
-    if value.im == 0.0 { figures(value.re) } else { format!("{} ± {} j", figures(value.re), figures(value.im.abs())) }
+pub fn pair(value: Pole) -> String {
+    if value.im == 0.0 { number(value.re) } else { format!("{} ± {} j", number(value.re), number(value.im.abs())) }
 }
 
 /// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
-pub fn pairs(values: &[Pole], figures: Figures) -> Vec<String> {
+pub fn pairs(values: &[Pole]) -> Vec<String> {
     let mut texts: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
         // Of a pair whose both halves are listed, the upper one stands for both.
@@ -51,7 +52,7 @@ pub fn pairs(values: &[Pole], figures: Figures) -> Vec<String> {
             None => texts.push((value, 1)),
         }
     }
-    let counted = |(value, times): (Pole, usize)| match (pair(value, figures), times) {
+    let counted = |(value, times): (Pole, usize)| match (pair(value), times) {
         (text, 1) => text,
         (text, 2) => format!("{text} (twice)"),
         (text, _) => format!("{text} ({times} times)"),
@@ -157,11 +158,11 @@ pub fn elimination(elimination: &Elimination, structure: &Structure) -> Vec<Stri
 }
 
 /// The interval of all discs: `-1 … 3`.
-pub fn discs(bounds: &EigenvalueBounds, figures: Figures) -> String {
+pub fn discs(bounds: &EigenvalueBounds) -> String {
     let ends = bounds.centres.iter().zip(&bounds.radii).map(|(centre, radius)| (centre - radius, centre + radius));
     let (low, high) =
         ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
-    if low <= high { format!("{} … {}", figures(low), figures(high)) } else { "–".into() }
+    if low <= high { format!("{} … {}", number(low), number(high)) } else { "–".into() }
 }
 
 /// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
@@ -228,11 +229,11 @@ fn round(value: f64) -> f64 {
 }
 
 /// A mode that inputs do not reach: `The mode at -1 1/s (root of s + 1): body_2 moves; spring 50 % of the energy.`
-pub fn failing(mode: &FailingMode, figures: Figures) -> String {
+pub fn failing(mode: &FailingMode) -> String {
     let count = if mode.defect > 1 { format!(", {} independent motions", mode.defect) } else { String::new() };
-    let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue, figures), mode.factor);
+    let mut text = format!("the mode at {} 1/s (root of {}{count})", pair(mode.eigenvalue), mode.factor);
     let moving: Vec<String> =
-        mode.shafts.iter().map(|NamedShare { name, share }| format!("{name} {}", figures(round(*share)))).collect();
+        mode.shafts.iter().map(|NamedShare { name, share }| format!("{name} {}", number(round(*share)))).collect();
     if !moving.is_empty() {
         text += &format!("; it moves {} (relative to the largest)", list(&moving, 6));
     }
@@ -368,7 +369,7 @@ pub fn search(search: &PlacementSearch) -> String {
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
-pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
+pub fn loss(what: &str, search: &LossSearch) -> Vec<String> {
     if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
         return vec![format!("A loss of {what} within the tolerances was not searched for.")];
     }
@@ -382,7 +383,7 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
         ),
         Some(loss) => {
             let at: Vec<String> =
-                loss.at.iter().map(|ParameterPoint { parameter: name, value, unit }| format!("{name} = {} {unit}", figures(*value))).collect();
+                loss.at.iter().map(|ParameterPoint { parameter: name, value, unit }| format!("{name} = {} {unit}", number(*value))).collect();
             let at: Vec<&str> = at.iter().map(|text| text.trim_end()).collect();
             let moving: Vec<&String> = loss.shafts.iter().map(|NamedShare { name, .. }| name).collect();
             let moving = if moving.is_empty() { String::new() } else { format!(", moving {}", list(&moving, 4)) };
@@ -390,14 +391,14 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
                 "at the nominal parameters".into()
             } else {
                 let place = if loss.distance <= 1.0 { "inside" } else { "outside" };
-                format!("at {} tolerances, {place} the box", figures(loss.distance))
+                format!("at {} tolerances, {place} the box", number(loss.distance))
             };
             format!(
                 "The nearest loss of {what} found lies {distance}: {}. There the mode at {} 1/s is lost{moving} \
                  (residual {}).",
                 list(&at, 6),
-                pair(loss.eigenvalue, figures),
-                figures(loss.residual)
+                pair(loss.eigenvalue),
+                number(loss.residual)
             )
         }
     });
@@ -411,36 +412,36 @@ pub fn loss(what: &str, search: &LossSearch, figures: Figures) -> Vec<String> {
         }
     });
     if search.proven_distance > 0.0 && search.proven_distance != 1.0 {
-        let reach = figures(search.proven_distance);
+        let reach = number(search.proven_distance);
         sentences.push(format!("It is proven that there is no loss of {what} within {reach} tolerances."));
     }
-    sentences.extend(search.sampling.as_ref().map(|s| sampling(s, figures)));
+    sentences.extend(search.sampling.as_ref().map(sampling));
     sentences
 }
 
-fn sampling(sampling: &Sampling, figures: Figures) -> String {
+fn sampling(sampling: &Sampling) -> String {
     let Sampling { samples, seed, threshold, unit, probability, interval, smallest, median, largest } = sampling;
     format!(
         "Of {samples} samples of the box (seed {seed}) a fraction {} (95 % interval {} … {}) falls below {} {unit}; \
          smallest {}, median {}, largest {} {unit}.",
-        figures(*probability),
-        figures(interval.lower),
-        figures(interval.upper),
-        figures(*threshold),
-        figures(*smallest),
-        figures(*median),
-        figures(*largest)
+        number(*probability),
+        number(interval.lower),
+        number(interval.upper),
+        number(*threshold),
+        number(*smallest),
+        number(*median),
+        number(*largest)
     )
 }
 
 /// Proven, or how likely an error is.
-pub fn certificate(certificate: &Certificate, figures: Figures) -> String {
+pub fn certificate(certificate: &Certificate) -> String {
     if certificate.proven {
         "Every answer is proven over the rationals.".into()
     } else {
         format!(
             "Computed modulo primes drawn at random; an answer is wrong with a probability of at most {}.",
-            figures(certificate.failure_probability)
+            number(certificate.failure_probability)
         )
     }
 }
@@ -482,13 +483,13 @@ mod tests {
     #[test]
     fn pairs_are_joined_and_counted() {
         let values = [(-1.0, 0.0), (-3.0, 4.0), (-1.0, 0.0), (-3.0, -4.0), (0.0, -2.0)].map(Complex::from);
-        assert_eq!(pairs(&values, FIGURES), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
+        assert_eq!(pairs(&values), ["−1 (twice)", "−3 ± 4 j", "0 ± 2 j"]);
         assert_eq!(list(&["a", "b", "c"], 2), "a, b and 1 more");
     }
 
     #[test]
     fn what_was_not_searched_is_not_called_safe() {
-        let said = |search: &LossSearch| loss("observability", search, FIGURES).join(" ");
+        let said = |search: &LossSearch| loss("observability", search).join(" ");
         let nothing = said(&LossSearch::default());
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
         let searched = LossSearch { starts: 800, method: "too few cells".into(), ..LossSearch::default() };
@@ -508,7 +509,7 @@ mod tests {
     #[test]
     fn sentences_name_shafts_and_elements() {
         let bodies = example::two_bodies();
-        let said = failing(&bodies.structure.uncontrollable[0], FIGURES);
+        let said = failing(&bodies.structure.uncontrollable[0]);
         assert_eq!(
             said,
             "the mode at −1 1/s (root of s + 1); it moves body_2 1 (relative to the largest); energy in spring 50 %, \
@@ -536,7 +537,7 @@ mod tests {
         assert!(shape(&train.modes[1], FIGURES).contains(" at "), "{}", shape(&train.modes[1], FIGURES));
         assert!(search(train.placement.inputs.as_ref().unwrap()).contains("more than 12 %"));
         let losses = train.sensitivity.unwrap();
-        let said = loss("controllability", &losses.controllability.unwrap(), FIGURES).join(" ");
+        let said = loss("controllability", &losses.controllability.unwrap()).join(" ");
         for part in ["2.4 tolerances, outside", "−1.2 ± 88 j", "not decided", "10000 samples"] {
             assert!(said.contains(part), "{part} missing in {said}");
         }

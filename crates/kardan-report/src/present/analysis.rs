@@ -1,8 +1,9 @@
 //! An analysis of structure as a page.
 
 use crate::analysis_pictures as pictures;
-use crate::model::{Alert, Body, Cell, Page, number, row};
+use crate::model::{Alert, Body, Cell, Page, row};
 use crate::text::figure;
+use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, EigenvalueBounds, Factor, FailingMode, FrictionState, Loss, LossSearch,
@@ -122,7 +123,7 @@ fn modes(analysis: &Analysis) -> Body {
             k + 1,
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
-            words::pair(mode.eigenvalue, number),
+            words::pair(mode.eigenvalue),
             told(analysis.structure.controllability(), mode.controllable),
             told(analysis.structure.observability(), mode.observable),
             words::together(&words::shape(mode, |value| figure(value, 3))),
@@ -154,14 +155,12 @@ fn ranks(structure: &Structure) -> Body {
         let rank = rank.map_or(String::new(), |rank| words::rank(rank, states, decided.is_some()));
         row![what, told(decided, decided == Some(true)), rank]
     };
-    let failing = |modes: &[FailingMode]| {
-        Body::default().list(modes.iter().map(|mode| words::failing(mode, number)).collect::<Vec<_>>())
-    };
+    let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(words::failing));
     let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());
     let factor = |factor: &Factor| {
         row![
             &factor.polynomial,
-            words::together(&words::pairs(&factor.roots, number).join(", ")),
+            words::together(&words::pairs(&factor.roots).join(", ")),
             factor.algebraic,
             factor.geometric,
             defect(structure.controllability(), factor.input_defect),
@@ -220,7 +219,7 @@ fn transfer(structure: &Structure) -> Body {
         (true, Some(_)) => "There are none.".into(),
         (true, None) => zeros.polynomial.clone(),
         _ => {
-            let values = words::list(&words::pairs(&zeros.values, number), 100);
+            let values = words::list(&words::pairs(&zeros.values), 100);
             format!("{values} 1/s, the roots of {}.", zeros.polynomial)
         }
     };
@@ -297,7 +296,7 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
     let said = |what: &str, search: &Option<LossSearch>| {
-        Body::default().list(search.iter().flat_map(|search| words::loss(what, search, number)))
+        Body::default().list(search.iter().flat_map(|search| words::loss(what, search)))
     };
     Body::default()
         .pictures(pictures::margins(sensitivity))
@@ -340,7 +339,7 @@ fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
             several(eigenvalues),
             several(centres),
             several(radii),
-            words::discs(bounds, number),
+            words::discs(bounds),
         ]
     };
     basis.bounds.iter().enumerate().map(row).collect()
@@ -369,7 +368,7 @@ fn certificate(structure: &Structure) -> Body {
     let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", words::list(&primes, 12)) };
     let hint = "The exported data hold the certificate itself, for a check by another program.";
     Body::default()
-        .say(words::certificate(certificate, number))
+        .say(words::certificate(certificate))
         .list(certificate.statements.iter().cloned())
         .detail(Body::default().hint(primes))
         .hint(hint)

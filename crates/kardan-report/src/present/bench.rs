@@ -1,8 +1,9 @@
 //! A study on a virtual bench, and the plan of its experiment, as pages.
 
 use crate::bench_pictures::response;
-use crate::model::{Body, Cell, Page, Section, cells, number, row, warnings};
+use crate::model::{Body, Cell, Page, Section, cells, row, warnings};
 use crate::text::figure;
+use crate::text::number;
 use crate::words::bench as said;
 use kardan::results::{BenchPlan, BenchStudy, Experiment};
 
@@ -63,7 +64,7 @@ fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
         "#distance",
         "#at s",
     ];
-    let rows = experiment.responses.iter().map(|one| cells(said::response(one, number)));
+    let rows = experiment.responses.iter().map(|one| cells(said::response(one)));
     Body::default().pictures(experiment.responses.iter().map(|one| response(study, experiment, one))).table_of(
         usize::MAX,
         &headers,
@@ -72,7 +73,7 @@ fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
 }
 
 fn differences(study: &BenchStudy) -> Body {
-    let mut body = Body::default().list(said::causes(&study.closed_loop, number));
+    let mut body = Body::default().list(said::causes(&study.closed_loop));
     for experiment in &study.closed_loop.experiments {
         let responses = &experiment.responses;
         let Some(first) = responses.first() else { continue };
@@ -102,7 +103,7 @@ fn differences(study: &BenchStudy) -> Body {
 
 fn truth(study: &BenchStudy) -> Body {
     let rows = said::compared(study).into_iter().map(|(found, truth)| {
-        let [name, unit, before, value, found_value, interval, _] = said::parameter(found, truth, number);
+        let [name, unit, before, value, found_value, interval, _] = said::parameter(found, truth);
         let good = said::inside(found, truth.value);
         let held = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
         row![name, unit, before, value, found_value, interval, held]
@@ -141,7 +142,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
     let points = Body::default().table_of(usize::MAX, &headers, points);
     let hint = if points.0.is_empty() { "" } else { "Speeds in rad/s; torques in N m as the model expects them." };
     Body::default()
-        .list(said::plan(plan, number))
+        .list(said::plan(plan))
         .part("What the log is to tell", parameters)
         .part("Points", points.hint(hint).hint(dwell))
 }

@@ -1,9 +1,10 @@
 //! A design as a page.
 
 use crate::design_pictures as pictures;
-use crate::model::{Body, Cell, Page, cells, number, row, warnings};
+use crate::model::{Body, Cell, Page, cells, row, warnings};
 use crate::pareto::pareto;
 use crate::text::figure;
+use crate::text::number;
 use crate::words::{self, design as said};
 use kardan::results::{
     Alternative, ChannelResult, CrossCoupling, Design, Exploration, Interaction, Margins, Motion, ObserverResult, Pole,
@@ -43,15 +44,11 @@ pub fn page(design: &Design) -> Page {
             (
                 "passage",
                 "With the parameters of the variant",
-                new().list(design.passage.iter().flat_map(|found| said::passage(found, number))),
+                new().list(design.passage.iter().flat_map(said::passage)),
             ),
             ("exploration", "Other designs", design.exploration.as_ref().map(exploration).unwrap_or_default()),
             ("box", "Box of plants", design.robustness.as_ref().map(robustness).unwrap_or_default()),
-            (
-                "flatness",
-                "Flatness",
-                new().list(design.flatness.iter().flat_map(|found| said::flatness(found, number))),
-            ),
+            ("flatness", "Flatness", new().list(design.flatness.iter().flat_map(said::flatness))),
             ("canonical", "Canonically decoupled form", canonical(design)),
             ("controller", "Controller", controller(design)),
             ("remarks", "Notes of the design", new().list(design.notes.iter().cloned())),
@@ -71,7 +68,7 @@ fn head(design: &Design) -> Body {
         .names("Inputs", &design.inputs)
         .names("Outputs", &design.outputs)
         .part("States that stand for combinations of coordinates", Body::default().table(&["state", "is"], definitions))
-        .say(said::hidden(design, number).unwrap_or_default())
+        .say(said::hidden(design).unwrap_or_default())
 }
 
 fn decoupling(design: &Design) -> Body {
@@ -89,7 +86,7 @@ fn decoupling(design: &Design) -> Body {
 fn channels(channels: &[ChannelResult]) -> Body {
     let row = |channel: &ChannelResult| {
         let ChannelResult { output, reference, kind, transfer, poles, .. } = channel;
-        let poles = words::together(&words::list(&words::pairs(poles, number), 12));
+        let poles = words::together(&words::list(&words::pairs(poles), 12));
         row![output, reference, kind, Cell::Code(transfer.clone()), poles]
     };
     let headers = ["output", "reference", "kind", "transfer function", "poles [1/s]"];
@@ -109,7 +106,7 @@ fn poles(design: &Design) -> Body {
             Motion::Unknown => Cell::Mark(false, "not decided".into()),
         };
         row![
-            words::pair(pole, number),
+            words::pair(pole),
             if times > 1 { format!("{times}×") } else { String::new() },
             size,
             if size > 0.0 { number(-pole.re / size) } else { "–".into() },
@@ -127,13 +124,13 @@ fn poles(design: &Design) -> Body {
 
 fn margins(found: &Margins) -> Body {
     let peaks = found.peaks.iter().map(|peak| {
-        let [step, motor, asked, limit] = said::torque_peak(peak, number);
+        let [step, motor, asked, limit] = said::torque_peak(peak);
         let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
         let asked = if too_much { Cell::Mark(false, asked) } else { Cell::Text(asked) };
         row![step, motor, asked, limit]
     });
-    let limits = said::margins(found, number).into_iter().map(cells);
-    let channels = said::channels(found, number).into_iter().map(cells);
+    let limits = said::margins(found).into_iter().map(cells);
+    let channels = said::channels(found).into_iter().map(cells);
     Body::default()
         .say(&found.verdict)
         .part(
@@ -153,7 +150,7 @@ fn margins(found: &Margins) -> Body {
 /// What the scenario asks of the motors; empty if it was not run.
 fn strains(found: &[ScenarioStrain]) -> Body {
     let row = |found: &ScenarioStrain| {
-        let [asked, limit, time] = said::strain(&found.strain, found.duration, number);
+        let [asked, limit, time] = said::strain(&found.strain, found.duration);
         let time = if found.strain.strained() { Cell::Mark(false, time) } else { Cell::Text(time) };
         row![&found.strain.motor, &found.variant, asked, limit, time]
     };
@@ -169,7 +166,7 @@ fn zero_dynamics(design: &Design) -> Body {
             Some(_) => Cell::Mark(false, "warning".into()),
         };
         row![
-            words::pair(mode.pole, number),
+            words::pair(mode.pole),
             mode.natural_frequency,
             mode.damping_ratio,
             words::together(&words::motion(&mode.shape, |value| figure(value, 3))),
@@ -182,8 +179,7 @@ fn zero_dynamics(design: &Design) -> Body {
         ["#pole [1/s]", "#frequency [rad/s]", "#damping", "largest motions", "stored in", "lost in", "verdict"];
     let warnings = found.modes.iter().filter_map(|mode| Some((mode, mode.warning.as_ref()?)));
     let body = Body::default().list(said::zero_dynamics(found)).table(&headers, found.modes.iter().map(row));
-    warnings
-        .fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", words::pair(mode.pole, number))))
+    warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", words::pair(mode.pole))))
 }
 
 fn observer(found: &ObserverResult) -> Body {
@@ -231,12 +227,12 @@ fn cross_coupling(design: &Design) -> Body {
     if found.is_empty() {
         return Body::default();
     }
-    let same = said::window(found, number);
+    let same = said::window(found);
     let over = same.as_ref().map_or(String::new(), |same| format!(", {same}"));
     let with_unit =
         |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
     let row = |c: &CrossCoupling| {
-        let mut row = row![said::step(c, number), &c.output, if c.own { "own" } else { "other" }];
+        let mut row = row![said::step(c), &c.output, if c.own { "own" } else { "other" }];
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
@@ -256,17 +252,17 @@ fn cross_coupling(design: &Design) -> Body {
     found
         .iter()
         .filter_map(|c| Some((c, c.failure.as_ref()?)))
-        .fold(body, |body, (c, why)| body.judge(false, format!("Step of {}: {why}", said::step(c, number))))
+        .fold(body, |body, (c, why)| body.judge(false, format!("Step of {}: {why}", said::step(c))))
 }
 
 fn exploration(found: &Exploration) -> Body {
     let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
     best.retain(|one| one.bandwidth == 1.0);
     best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
-    let designs = best.iter().map(|one| cells(said::alternative(found, one, number)));
+    let designs = best.iter().map(|one| cells(said::alternative(found, one)));
     let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
     let sensors = found.sensors.iter().map(|WithSensor { name, design: with }| {
-        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with, number);
+        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with);
         row![name, interaction, noise, radius]
     });
     Body::default()
@@ -285,10 +281,10 @@ fn exploration(found: &Exploration) -> Body {
 fn robustness(found: &Robustness) -> Body {
     let table = |what: &str, all: &[Interaction]| {
         let headers = ["step of", what, "#nominal", "#median", "#90 %", "#99 %", "#largest", "#worst corner", "unit"];
-        Body::default().table(&headers, all.iter().map(|one| cells(said::interaction(one, number))))
+        Body::default().table(&headers, all.iter().map(|one| cells(said::interaction(one))))
     };
     Body::default()
-        .list(said::robustness(found, number))
+        .list(said::robustness(found))
         .part("What a step does to other channels", table("signal", &found.interactions))
         .part("What a step asks of the motors", table("motor", &found.peaks))
 }
@@ -301,7 +297,7 @@ fn canonical(design: &Design) -> Body {
 }
 
 fn controller(design: &Design) -> Body {
-    let texts = said::controller(&design.controller_data, number);
+    let texts = said::controller(&design.controller_data);
     if texts.is_empty() {
         return Body::default();
     }

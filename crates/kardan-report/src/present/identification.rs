@@ -1,7 +1,8 @@
 //! An identification as a page.
 
 use crate::identification_pictures as pictures;
-use crate::model::{Body, Cell, Page, cells, number, row, warnings};
+use crate::model::{Body, Cell, Page, cells, row, warnings};
+use crate::text::number;
 use crate::words::identification as said;
 use kardan::results::{FoundDamping, Identification, LogRead};
 
@@ -38,14 +39,14 @@ pub fn page(found: &Identification) -> Page {
 fn parameters(found: &Identification) -> Body {
     let published = found.parameters.iter().any(|one| one.published.is_some());
     let rows = found.parameters.iter().map(|one| {
-        let [name, unit, before, value, error, interval, elsewhere, remark] = said::parameter(one, number);
+        let [name, unit, before, value, error, interval, elsewhere, remark] = said::parameter(one);
         let row = row![name, unit, before, value, error, interval].into_iter();
         row.chain(published.then_some(elsewhere).into_iter().chain([remark]).map(Cell::Text)).collect()
     });
     let interval = format!("#{} % interval", number(100.0 * found.confidence));
     let mut headers = vec!["parameter", "unit", "#in the file", "#found", "#standard error", &interval];
     headers.extend(published.then_some("#published").into_iter().chain([""]));
-    Body::default().list(said::head(found, number)).table_of(ROWS, &headers, rows).pictures(pictures::intervals(found))
+    Body::default().list(said::head(found)).table_of(ROWS, &headers, rows).pictures(pictures::intervals(found))
 }
 
 fn undetermined(found: &Identification) -> Body {
@@ -69,7 +70,7 @@ fn validation(found: &Identification) -> Body {
     if found.validation.is_empty() {
         return Body::default();
     }
-    let rows = found.validation.iter().map(|one| cells(said::validation(one, number)));
+    let rows = found.validation.iter().map(|one| cells(said::validation(one)));
     Body::default()
         .hint(
             "Every segment was predicted once by a fit that had not seen it (five folds). Root mean squares in N m; the fit is \
@@ -82,7 +83,7 @@ fn candidates(found: &Identification) -> Body {
     if found.candidates.is_empty() {
         return Body::default();
     }
-    let rows = found.candidates.iter().map(|one| cells(said::candidate(one, number)));
+    let rows = found.candidates.iter().map(|one| cells(said::candidate(one)));
     Body::default()
         .hint(
             "Errors on segments left out of the fit, in standard deviations of the sensors, with their standard error over five \
@@ -102,8 +103,8 @@ fn damping(found: &Identification) -> Body {
 }
 
 fn log(log: &LogRead) -> Body {
-    let rows = said::channels(log, number).into_iter().map(cells);
-    Body::default().say(said::log(log, number)).list(log.remarks.iter().cloned()).table_of(
+    let rows = said::channels(log).into_iter().map(cells);
+    Body::default().say(said::log(log)).list(log.remarks.iter().cloned()).table_of(
         ROWS,
         &["channel", "unit", "signal", "#sample time", "#noise of a sample"],
         rows,

@@ -6,7 +6,8 @@ pub mod design;
 pub mod identification;
 pub mod study;
 
-use crate::model::{Body, Cell, number, row};
+use crate::model::{Body, Cell, row};
+use crate::text::number;
 use kardan::results::{Complex, Pole};
 
 /// Poles, one row for each real one and each conjugate pair.

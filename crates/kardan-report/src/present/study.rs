@@ -2,7 +2,8 @@
 
 use crate::charts;
 use crate::curves::{clock, variant_label};
-use crate::model::{Alert, Block, Body, Cell, Page, Section, number, row};
+use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
+use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
@@ -207,7 +208,7 @@ fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
 fn motors(study: &Study) -> Body {
     let strains = study.runs.iter().flat_map(|run| run.strains.iter().map(move |strain| (run, strain)));
     let rows = strains.map(|(run, strain)| {
-        let [asked, limit, time] = words::design::strain(strain, run.length(), number);
+        let [asked, limit, time] = words::design::strain(strain, run.length());
         let time = if strain.strained() { Cell::Mark(false, time) } else { Cell::Text(time) };
         row![&strain.motor, variant_label(study, run), asked, limit, time]
     });

@@ -1,5 +1,6 @@
 //! A study on a virtual bench in sentences.
 
+use crate::text::number;
 use kardan::results::{BenchPlan, BenchStudy, ClosedLoop, Found, Interval, Response, TrueValue, Verdict};
 
 /// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
@@ -28,11 +29,11 @@ pub fn inside(found: &Found, value: f64) -> bool {
 }
 
 /// A parameter as a row: name, unit, before, true, found, interval, whether that holds the true value.
-pub fn parameter(found: &Found, truth: &TrueValue, number: impl Fn(f64) -> String) -> [String; 7] {
+pub fn parameter(found: &Found, truth: &TrueValue) -> [String; 7] {
     [
         found.name.clone(),
         found.unit.into(),
-        found.before.map_or("–".into(), &number),
+        found.before.map_or("–".into(), number),
         number(truth.value),
         number(found.value.unwrap_or(f64::NAN)),
         {
@@ -44,7 +45,7 @@ pub fn parameter(found: &Found, truth: &TrueValue, number: impl Fn(f64) -> Strin
 }
 
 /// The plan in sentences.
-pub fn plan(plan: &BenchPlan, number: impl Fn(f64) -> String) -> Vec<String> {
+pub fn plan(plan: &BenchPlan) -> Vec<String> {
     let mut out = vec![
         format!(
             "{}: {} points of {} that keep the limits, {} s in all.",
@@ -69,7 +70,7 @@ pub fn plan(plan: &BenchPlan, number: impl Fn(f64) -> String) -> Vec<String> {
 
 /// An output under a step as a row: output, unit, settled in the simulation and on the bench, farthest from the reference in both,
 /// largest distance between them and when.
-pub fn response(one: &Response, number: impl Fn(f64) -> String) -> [String; 8] {
+pub fn response(one: &Response) -> [String; 8] {
     [
         one.output.clone(),
         one.physical.unit().into(),
@@ -88,7 +89,7 @@ const SMALL: f64 = 0.1;
 const ROUNDING: f64 = 1e-6;
 
 /// What makes the bench differ from the simulation, a sentence for each output that does.
-pub fn causes(found: &ClosedLoop, number: impl Fn(f64) -> String) -> Vec<String> {
+pub fn causes(found: &ClosedLoop) -> Vec<String> {
     let mut out = Vec::new();
     let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
     let size = |output: &str| {

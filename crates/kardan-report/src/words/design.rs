@@ -1,18 +1,18 @@
 //! A design in sentences.
 
 use super::{Figures, list, pairs, percent, polynomial};
+use crate::text::number;
 use kardan::results::{
     Alternative, Canonical, ChannelMargin, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability,
-    Design, ExactMatrix, Exploration, Feedback, Flatness, HiddenMotion, Integrators, Interaction, Interval, Margins,
-    MotorStrain, ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak, TransferEntry, VariedParameter,
-    ZeroDynamics,
+    Design, Exploration, Feedback, Flatness, HiddenMotion, Integrators, Interaction, Interval, Margins, MotorStrain,
+    ObserverResult, Passage, Pole, Robustness, Spread, TorquePeak, TransferEntry, VariedParameter, ZeroDynamics,
 };
 
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
 
 /// The loop with the parameters of the variant, one sentence each.
-pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
+pub fn passage(found: &Passage) -> Vec<String> {
     let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
     let at = |angle: f64| if found.turned.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
     let mut out = vec![
@@ -62,7 +62,7 @@ pub fn passage(found: &Passage, number: impl Fn(f64) -> String) -> Vec<String> {
 }
 
 /// Limits of the sampled loop as rows: what, limit, the motion that grows beyond it.
-pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String; 3]> {
+pub fn margins(margins: &Margins) -> Vec<[String; 3]> {
     let mut out = Vec::new();
     for rate in &margins.rates {
         let delay = match rate.delay {
@@ -93,7 +93,7 @@ pub fn margins(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String
 
 /// How wrong each channel of the loop may be alone, as rows: of what, factor, phase, delay, disk margin, its factors and phase;
 /// with the frequencies in rad/s.
-pub fn channels(margins: &Margins, number: impl Fn(f64) -> String) -> Vec<[String; 6]> {
+pub fn channels(margins: &Margins) -> Vec<[String; 6]> {
     let at = |frequency: Option<f64>| match frequency {
         Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
         _ => String::new(),
@@ -126,7 +126,7 @@ pub const CHANNELS: [&str; 6] =
     ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
 
 /// A design beside this one as a row: rate, bandwidth, effort, sensors, interaction, torque, noise, spectral radius.
-pub fn alternative(found: &Exploration, one: &Alternative, number: impl Fn(f64) -> String) -> [String; 8] {
+pub fn alternative(found: &Exploration, one: &Alternative) -> [String; 8] {
     let torque = |x: f64| if found.limited { format!("{} %", number(100.0 * x)) } else { format!("{} N m", number(x)) };
     [
         format!("{} Hz", number(1.0 / one.sample_time)),
@@ -159,7 +159,7 @@ pub fn exploration(found: &Exploration) -> Vec<String> {
 }
 
 /// What is said of the loop over a box of plants.
-pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<String> {
+pub fn robustness(found: &Robustness) -> Vec<String> {
     let varied = found
         .parameters
         .iter()
@@ -197,7 +197,7 @@ pub fn robustness(found: &Robustness, number: impl Fn(f64) -> String) -> Vec<Str
 }
 
 /// An interaction over a box as a row: step, signal, nominal, median, 90 %, 99 %, largest, worst corner, unit.
-pub fn interaction(found: &Interaction, number: impl Fn(f64) -> String) -> [String; 9] {
+pub fn interaction(found: &Interaction) -> [String; 9] {
     let Spread { nominal, median, q90, q99, sampled, worst, .. } = &found.size;
     let step = format!("{} by {} {}", found.reference, number(found.step), found.step_unit);
     let size = |x: &f64| if x.is_finite() { number(*x) } else { "unstable".into() };
@@ -215,14 +215,14 @@ pub fn interaction(found: &Interaction, number: impl Fn(f64) -> String) -> [Stri
 }
 
 /// What a step asks of a motor: step, motor, torque and limit.
-pub fn torque_peak(peak: &TorquePeak, number: impl Fn(f64) -> String) -> [String; 4] {
+pub fn torque_peak(peak: &TorquePeak) -> [String; 4] {
     let limit = peak.limit.map_or_else(|| "unlimited".to_string(), |limit| format!("{} N m", number(limit)));
     let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
     [step, peak.input.clone(), format!("{} N m", number(peak.peak)), limit]
 }
 
 /// What a run asked of a motor with limits: torque, limits, time at them.
-pub fn strain(strain: &MotorStrain, length: f64, number: impl Fn(f64) -> String) -> [String; 3] {
+pub fn strain(strain: &MotorStrain, length: f64) -> [String; 3] {
     let limits = [(strain.torque_limit, "N m"), (strain.rate_limit, "N m/s")];
     let limits = limits.into_iter().filter_map(|(limit, unit)| Some(format!("{} {unit}", number(limit?))));
     let times = [
@@ -260,8 +260,8 @@ fn or_dash(text: &str) -> &str {
 }
 
 /// What the outputs do not show of the model, taken away before the design; `None` if nothing was.
-pub fn hidden(design: &Design, figures: Figures) -> Option<String> {
-    let values = list(&pairs(&design.hidden, figures), NAMES);
+pub fn hidden(design: &Design) -> Option<String> {
+    let values = list(&pairs(&design.hidden), NAMES);
     (!design.hidden.is_empty())
         .then(|| format!("The outputs do not show the motions at {values} 1/s; the law leaves them."))
 }
@@ -320,28 +320,6 @@ fn sentence(text: &str) -> String {
 /// `2`, or `never` where no input reaches the output.
 pub fn relative_degree(degree: Option<usize>) -> String {
     degree.map_or("never".into(), |degree| degree.to_string())
-}
-
-/// An entry of a matrix: its fraction where it has at most `longest` characters, else rounded. The second is `true` if
-/// a fraction was rounded.
-pub fn entry(matrix: &ExactMatrix, row: usize, column: usize, longest: usize, figures: Figures) -> (String, bool) {
-    let exact = matrix.exact.as_ref().and_then(|rows| rows.get(row)?.get(column));
-    match exact {
-        Some(text) if text.chars().count() <= longest => (text.clone(), false),
-        _ => {
-            let value = matrix.values.get(row).and_then(|values| values.get(column));
-            (value.map_or("–".into(), |&value| figures(value)), exact.is_some())
-        }
-    }
-}
-
-/// `K: state gain, u = -K x + L r`.
-pub fn matrix_title(matrix: &ExactMatrix) -> String {
-    match (matrix.name.is_empty(), matrix.title.is_empty()) {
-        (_, true) => matrix.name.clone(),
-        (true, _) => matrix.title.clone(),
-        _ => format!("{}: {}", matrix.name, matrix.title),
-    }
 }
 
 /// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
@@ -454,19 +432,19 @@ pub fn linear<'a>(design: &'a Design, reference: &str, output: &str) -> Option<&
 }
 
 /// `ref_rk by 1 rad`.
-pub fn step(coupling: &CrossCoupling, figures: Figures) -> String {
-    format!("{} by {} {}", coupling.reference, figures(coupling.step), coupling.step_unit).trim_end().into()
+pub fn step(coupling: &CrossCoupling) -> String {
+    format!("{} by {} {}", coupling.reference, number(coupling.step), coupling.step_unit).trim_end().into()
 }
 
 /// How long it was watched: `over 2 s`; `None` if there are several windows or none.
-pub fn window(couplings: &[CrossCoupling], figures: Figures) -> Option<String> {
+pub fn window(couplings: &[CrossCoupling]) -> Option<String> {
     let first = couplings.first()?.window;
     (first.is_finite() && couplings.iter().all(|other| other.window == first))
-        .then(|| format!("over {} s", figures(first)))
+        .then(|| format!("over {} s", number(first)))
 }
 
 /// Whether the outputs are flat and what they determine: one sentence each.
-pub fn flatness(found: &Flatness, figures: Figures) -> Vec<String> {
+pub fn flatness(found: &Flatness) -> Vec<String> {
     let mut out = Vec::new();
     if !found.statement.is_empty() {
         out.push(sentence(&found.statement));
@@ -476,7 +454,7 @@ pub fn flatness(found: &Flatness, figures: Figures) -> Vec<String> {
         out.push("The outputs are not flat.".into());
     }
     if !found.flat && !found.remainder.is_empty() {
-        let values = list(&pairs(&found.poles, figures), NAMES);
+        let values = list(&pairs(&found.poles), NAMES);
         let at = if values.is_empty() { String::new() } else { format!(", at {values} 1/s") };
         out.push(format!("The filter that remains has the poles of {}{at}.", found.remainder));
     }
@@ -510,12 +488,12 @@ pub fn canonical(found: &Canonical, design: &Design) -> Vec<String> {
 }
 
 /// What runs in firmware: one sentence each; empty if there is nothing.
-pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
+pub fn controller(data: &ControllerData) -> Vec<String> {
     if data.block.is_empty() {
         return Vec::new();
     }
     let time = match data.sample_time {
-        Some(time) => format!("every {} s", figures(time)),
+        Some(time) => format!("every {} s", number(time)),
         None => "in continuous time".into(),
     };
     let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
@@ -534,7 +512,7 @@ pub fn controller(data: &ControllerData, figures: Figures) -> Vec<String> {
         out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
     }
     let numbers: Vec<String> =
-        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", figures(*value))).collect();
+        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value))).collect();
     if !numbers.is_empty() {
         out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
     }

@@ -1,10 +1,11 @@
 //! An identification in sentences.
 
 use super::list;
+use crate::text::number;
 use kardan::results::{Candidate, Found, Identification, LogRead, ResidualTest, Span, Validation};
 
 /// How it was found, a sentence each.
-pub fn head(found: &Identification, number: impl Fn(f64) -> String) -> Vec<String> {
+pub fn head(found: &Identification) -> Vec<String> {
     let windows = &found.windows;
     let method = match found.method.as_str() {
         "steady" => format!("{} segments of constant speed", found.samples),
@@ -46,8 +47,8 @@ pub fn head(found: &Identification, number: impl Fn(f64) -> String) -> Vec<Strin
 }
 
 /// A parameter as a row: name, unit, value in the file, value found, standard error, interval, published, remark.
-pub fn parameter(one: &Found, number: impl Fn(f64) -> String) -> [String; 8] {
-    let optional = |x: Option<f64>| x.filter(|x| x.is_finite()).map_or("–".into(), &number);
+pub fn parameter(one: &Found) -> [String; 8] {
+    let optional = |x: Option<f64>| x.filter(|x| x.is_finite()).map_or("–".into(), number);
     let interval = one.interval.map_or("–".into(), |it| format!("{} … {}", number(it.lower), number(it.upper)));
     let (error, value) = (optional(one.standard_error), optional(one.value));
     [
@@ -63,13 +64,13 @@ pub fn parameter(one: &Found, number: impl Fn(f64) -> String) -> [String; 8] {
 }
 
 /// A log in one sentence.
-pub fn log(log: &LogRead, number: impl Fn(f64) -> String) -> String {
+pub fn log(log: &LogRead) -> String {
     let Span { from, until } = log.span.unwrap_or(Span { from: f64::NAN, until: f64::NAN });
     format!("{}: {} rows, {} s to {} s", log.name, log.rows, number(from), number(until))
 }
 
 /// The channels of a log as rows: channel, unit, signal, sample time, noise.
-pub fn channels(log: &LogRead, number: impl Fn(f64) -> String) -> Vec<[String; 5]> {
+pub fn channels(log: &LogRead) -> Vec<[String; 5]> {
     log.channels
         .iter()
         .map(|one| {
@@ -92,7 +93,7 @@ pub fn test(test: &ResidualTest) -> [String; 3] {
 }
 
 /// Validation as a row: row, torque, residual seen, residual unseen, fit.
-pub fn validation(one: &Validation, number: impl Fn(f64) -> String) -> [String; 5] {
+pub fn validation(one: &Validation) -> [String; 5] {
     let unseen = one.unseen.unwrap_or(f64::NAN);
     let fit = if one.torque > 0.0 && unseen.is_finite() {
         format!("{:.2} %", 100.0 * (1.0 - unseen / one.torque))
@@ -103,7 +104,7 @@ pub fn validation(one: &Validation, number: impl Fn(f64) -> String) -> [String; 
 }
 
 /// A candidate as a row: name, parameters, error, verdict.
-pub fn candidate(one: &Candidate, number: impl Fn(f64) -> String) -> [String; 4] {
+pub fn candidate(one: &Candidate) -> [String; 4] {
     let error = match one.error {
         Some(error) if error.mean.is_finite() => format!("{} ± {}", number(error.mean), number(error.spread)),
         _ => "–".into(),
