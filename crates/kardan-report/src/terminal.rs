@@ -11,8 +11,8 @@ const NAME: usize = 16;
 const NAMES: usize = 16;
 /// More sentences of a list are counted, not shown.
 const ITEMS: usize = 20;
-/// Longer words are broken where a table has no room.
-const WORD: usize = 16;
+/// Texts in a table are at least as wide.
+const LEAST: usize = 8;
 /// Digits of rounded entries of a matrix: somebody may type them in.
 const DIGITS: usize = 9;
 
@@ -101,7 +101,8 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-/// A table as wide as its contents, at most [`WIDTH`]: first the titles above numbers give way, then the widest texts.
+/// A table as wide as its contents, at most [`WIDTH`]: first the titles above numbers give way, then texts between
+/// their words, the widest first, and in the end words.
 fn table(out: &mut String, table: &Table) {
     let number = |k: usize| table.columns[k].starts_with('#');
     let count = |text: &str| text.chars().count();
@@ -112,13 +113,11 @@ fn table(out: &mut String, table: &Table) {
     let widest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| count(cell)).max().unwrap_or(0);
     let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
-    let least = |k: usize| match number(k) {
-        true => word(&titles[k]).max(widest(k)),
-        false => shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0).clamp(8, WORD),
-    };
+    let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
+    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST };
     while 2 * widths.len() + widths.iter().sum::<usize>() > WIDTH {
         let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
-        match narrower.max_by_key(|&k| (number(k), widths[k], std::cmp::Reverse(k))) {
+        match narrower.max_by_key(|&k| (number(k), widths[k] > words(k), widths[k], std::cmp::Reverse(k))) {
             Some(k) => widths[k] -= 1,
             None => break,
         }
