@@ -13,7 +13,8 @@ use kardan::results::{Plot, Run, Study};
 use kardan::simulate::{Setup, Tolerance, simulate};
 use kardan::study::{self, EquationsForm, Silent};
 use kardan::tables::read::{Block, Bytes, CsvOptions, LogError, in_memory, open};
-use kardan::{export, model, report, units};
+use kardan::{export, model, units};
+use kardan_report as report;
 
 /// A target: its name and what it does with bytes.
 pub type Target = (&'static str, fn(&[u8]));
@@ -225,6 +226,11 @@ pub fn equations(bytes: &[u8]) {
     }
 }
 
+/// A page in every way it can be shown.
+fn shown(page: &report::Page) -> [String; 3] {
+    [page.html(), page.text("fuzz"), page.markdown()]
+}
+
 /// `kardan run`: the runs with few steps, every format, the report.
 pub fn run(bytes: &[u8]) {
     let Some(source) = small(bytes) else { return };
@@ -271,7 +277,7 @@ pub fn run(bytes: &[u8]) {
     }
     let plots: Vec<Plot> = prepared.plots.clone();
     let study = Study { runs, plots, ..Study::default() };
-    drop((report::plots(&study), report::html(&study), export::json(&study, &export::Files::default())));
+    drop((report::plots(&study), shown(&report::study(&study)), export::json(&study, &export::Files::default())));
 }
 
 /// `kardan analyze`, of a model or of plain matrices.
@@ -292,7 +298,7 @@ pub fn analyze(bytes: &[u8]) {
         study::analyze(source, &settings, &Silent)
     };
     match found {
-        Ok(analysis) => drop((export::analysis_json(&analysis), report::analysis_html(&analysis))),
+        Ok(analysis) => drop((export::analysis_json(&analysis), shown(&report::analysis(&analysis)))),
         Err(out) => told(text(bytes).unwrap_or_default(), &out),
     }
 }
@@ -303,7 +309,7 @@ pub fn design(bytes: &[u8]) {
     let settings = study::DesignSettings { force: !bytes.len().is_multiple_of(2), ..study::DesignSettings::default() };
     match study::design(source, &settings, &Silent) {
         Ok(design) => {
-            drop((export::design_json(&design), export::controller_json(&design), report::design_html(&design)));
+            drop((export::design_json(&design), export::controller_json(&design), shown(&report::design(&design))));
         }
         Err(out) => told(source, &out),
     }
@@ -320,7 +326,7 @@ pub fn identify(bytes: &[u8]) {
     let files = vec![study::LogFile { name: "log".into(), bytes: in_memory(log) }];
     match study::identify(source, files, &settings, &Silent) {
         Ok(found) => {
-            drop((export::identification_json(&found), report::identification_html(&found)));
+            drop((export::identification_json(&found), shown(&report::identification(&found))));
             match study::written(source, &found) {
                 Ok((written, _)) => drop(model::read(&written)),
                 Err(out) => told(source, &out),

@@ -60,6 +60,9 @@ pub struct RunArgs {
     /// Write the tables only, neither report nor plots.
     #[arg(long)]
     pub no_report: bool,
+    /// Write the report as Markdown (`report.md`) instead of HTML.
+    #[arg(long, conflicts_with = "no_report")]
+    pub markdown: bool,
     /// Keep only these variants (may be given several times).
     #[arg(long = "variant", value_name = "NAME")]
     pub variants: Vec<String>,
@@ -87,7 +90,7 @@ pub struct AnalyzeArgs {
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
-    /// Write the analysis as one HTML page too; a file that exists is replaced.
+    /// Write the analysis as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Variant to analyse; the first if not given.
@@ -141,7 +144,7 @@ pub struct DesignArgs {
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
-    /// Write the design as one HTML page too; a file that exists is replaced.
+    /// Write the design as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Write the designed controller as JSON for firmware, numbers to the last bit; a file that exists is replaced.
@@ -225,7 +228,7 @@ pub struct IdentifyArgs {
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,
-    /// Write the identification as one HTML page too; a file that exists is replaced.
+    /// Write the identification as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Write a copy of the model file with the values found and their intervals; a file that exists is replaced.
@@ -332,6 +335,9 @@ pub struct BenchArgs {
     /// simulation and on the bench, and show both side by side in `report.html`.
     #[arg(long)]
     pub study: bool,
+    /// Write the report of the study as Markdown (`report.md`) instead of HTML.
+    #[arg(long, requires = "study")]
+    pub markdown: bool,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,

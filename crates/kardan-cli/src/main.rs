@@ -2,32 +2,16 @@
 //!
 //! All that touches files, terminal and processes is here; the library is pure.
 
-mod analysis_text;
 mod args;
-mod bench_text;
 mod commands;
-mod design_text;
 mod fault;
-mod identify_text;
 mod input;
-mod layout;
 mod output;
 mod panics;
 mod progress;
 mod render;
 mod stop;
-mod summary;
 
 fn main() -> std::process::ExitCode {
     std::process::ExitCode::from(commands::main(std::env::args_os().collect()))
-}
-
-/// The results made by hand that the library's tests display too.
-#[cfg(test)]
-mod results {
-    use kardan::results::*;
-
-    pub mod example {
-        include!("../../kardan/src/results/example.rs");
-    }
 }

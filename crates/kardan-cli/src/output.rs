@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use kardan::diagnostics::Diagnostic;
+use kardan_report::Page;
 
 use crate::fault;
 
@@ -277,7 +278,18 @@ pub fn save(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
     save_over(path, bytes, None)
 }
 
-/// The same where `own` is read by this command and may be replaced all the same.
+/// A page as Markdown or as HTML: extension and text.
+pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
+    if markdown { ("md", page.markdown()) } else { ("html", page.html()) }
+}
+
+/// Writes a page; as Markdown where the name of the file says so.
+pub fn save_page(path: &Path, page: &Page) -> Result<(), Diagnostic> {
+    let markdown = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("md"));
+    save(path, shown(page, markdown).1.as_bytes())
+}
+
+/// The same as [`save`] where `own` is read by this command and may be replaced all the same.
 pub fn save_over(path: &Path, bytes: &[u8], own: Option<&Path>) -> Result<(), Diagnostic> {
     let written = match place(path, own)? {
         Place::Standard(true) => return print_bytes(bytes),

@@ -1,7 +1,7 @@
 //! Speed of the main job and of its parts: `cargo bench -p kardan`.
 
 use divan::{Bencher, black_box};
-use kardan::{export, model, report, study};
+use kardan::{export, model, study};
 
 fn main() {
     divan::main();
@@ -9,16 +9,6 @@ fn main() {
 
 fn steering() -> &'static str {
     model::builtin("sia-steering").expect("built in").source
-}
-
-/// Four joint angles from text to results, report, plots and tables: all of `kardan run` but the files.
-#[divan::bench]
-fn whole_study_with_report(bencher: Bencher) {
-    bencher.bench(|| {
-        let study = study::run(steering(), &study::Settings::default(), &study::Silent).expect("the model is right");
-        let tables: Vec<Vec<u8>> = study.runs.iter().map(export::csv).collect();
-        (report::html(&study), report::plots(&study), tables)
-    });
 }
 
 /// Four joint angles from text to results, both cores.
@@ -38,13 +28,6 @@ fn one_angle(bencher: Bencher) {
 #[divan::bench]
 fn check() -> Vec<kardan::diagnostics::Diagnostic> {
     study::check(black_box(steering()))
-}
-
-/// Report and plots of the finished study.
-#[divan::bench]
-fn report_and_plots(bencher: Bencher) {
-    let study = study::run(steering(), &study::Settings::default(), &study::Silent).expect("the model is right");
-    bencher.bench(|| (report::html(&study), report::plots(&study)));
 }
 
 /// Tables of the finished study, about 16 MB of CSV.

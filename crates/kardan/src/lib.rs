@@ -14,7 +14,6 @@ pub mod names;
 pub mod num;
 pub mod project;
 pub mod reduce;
-pub mod report;
 pub mod results;
 pub mod schema;
 pub mod simulate;

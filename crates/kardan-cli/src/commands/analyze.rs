@@ -5,13 +5,13 @@ use std::path::Path;
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
 use kardan::study::{AnalyzeSettings, Part, Project};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, told};
-use crate::analysis_text;
 use crate::args::AnalyzeArgs;
 use crate::input::{self, Origin, Source};
-use crate::output::{prepare_file, print, save};
+use crate::output::{prepare_file, print, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure, note};
 
@@ -32,13 +32,14 @@ pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was found, all of it or not.
 fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+    let page = report::analysis(analysis);
     if let Some(path) = &args.report {
-        save(path, report::analysis_html(analysis).as_bytes())?;
+        save_page(path, &page)?;
     }
     if args.json {
         print(&(export::analysis_json(analysis) + "\n"))?;
     } else {
-        print(&analysis_text::text(analysis, origin))?;
+        print(&page.text(origin))?;
     }
     if let (Some(path), false) = (&args.report, quiet) {
         note(&format!("wrote {}", path.display()));

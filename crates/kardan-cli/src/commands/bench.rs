@@ -1,21 +1,21 @@
 //! `kardan bench`: the virtual test bench, its logs, plan and true values, and the study that goes the whole way.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, WrittenLog};
 use kardan::project::Named;
-use kardan::report;
 use kardan::results::{BenchStudy, Experiment, Outcome};
 use kardan::study::{self, BenchRun, BenchSettings, IdentifySettings, PreparedBench, Project};
+use kardan_report as report;
 
 use super::identify::logs as opened;
 use super::run::table;
 use super::{DONE, ERROR};
 use crate::args::{BenchArgs, Format, Limits};
-use crate::bench_text;
 use crate::input::{self, Origin, Source};
-use crate::output::{Folder, print};
+use crate::output::{Folder, print, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
@@ -119,9 +119,17 @@ fn told(
             None => export::bench_json(bench.name(), bench.plan(), bench.truth(), logs, bench.notes()),
         } + "\n";
     }
-    let plan = bench.plan().map(|plan| bench_text::plan(bench.name(), plan)).unwrap_or_default();
-    let told = found.map(bench_text::study).unwrap_or_default();
-    plan + &told + &bench_text::summary(bench.truth(), bench.notes(), files, SHOWN)
+    let page = match found {
+        Some(found) => report::bench(found),
+        None => report::plan(bench.name(), bench.plan(), bench.notes()),
+    };
+    let mut out = page.text("");
+    let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
+    files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
+    if files.len() > SHOWN {
+        let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
+    }
+    out
 }
 
 /// What is written, and what could not be.
@@ -158,8 +166,8 @@ impl Output {
         quiet: bool,
     ) -> Vec<WrittenLog> {
         let mut logs = Vec::new();
-        if let Some(plan) = bench.plan() {
-            self.keep("plan", "txt", bench_text::plan(bench.name(), plan).as_bytes());
+        if let plan @ Some(_) = bench.plan() {
+            self.keep("plan", "txt", report::plan(bench.name(), plan, &[]).text("").as_bytes());
         }
         self.keep("truth", "toml", export::truth_toml(bench.truth()).as_bytes());
         let bars = Bars::within(quiet, limits);
@@ -243,7 +251,8 @@ impl Output {
             closed_loop,
             notes,
         };
-        self.keep("report", "html", report::bench_html(&found).as_bytes());
+        let (extension, text) = shown(&report::bench(&found), args.markdown);
+        self.keep("report", extension, text.as_bytes());
         Ok(Some(found))
     }
 }

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Design;
 use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};
-use crate::design_text;
 use crate::input;
-use crate::output::{prepare_files, print, save};
+use crate::output::{prepare_files, print, save, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure, note};
 use crate::stop;
@@ -54,8 +54,9 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was designed, all of it or not.
 fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
+    let page = report::design(design);
     if let Some(path) = &args.report {
-        save(path, report::design_html(design).as_bytes())?;
+        save_page(path, &page)?;
     }
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;
@@ -63,7 +64,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     if args.json {
         print(&(export::design_json(design) + "\n"))?;
     } else {
-        print(&design_text::text(design, origin))?;
+        print(&page.text(origin))?;
     }
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));

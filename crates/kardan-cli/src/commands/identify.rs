@@ -9,13 +9,13 @@ use kardan::results::Identification;
 use kardan::study::{IdentifySettings, LogFile, Part};
 use kardan::tables::read::{Bytes, ReadSeek};
 use kardan::units::{Dimension, parse_quantity};
-use kardan::{export, report, study};
+use kardan::{export, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::IdentifyArgs;
-use crate::identify_text;
 use crate::input::{self, Source};
-use crate::output::{prepare_files, print, protect, reason, save, save_over};
+use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::stop;
@@ -66,8 +66,9 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
 
 /// Writes and prints what was found, all of it or not; into a model goes nothing that is not complete.
 fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: bool) -> Result<u8, Failure> {
+    let page = report::identification(found);
     if let Some(path) = &args.report {
-        save(path, report::identification_html(found).as_bytes())?;
+        save_page(path, &page)?;
     }
     let whole = found.unfinished.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
@@ -77,7 +78,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     if args.json {
         print(&(export::identification_json(found) + "\n"))?;
     } else {
-        print(&identify_text::text(found, &source.to_string()))?;
+        print(&page.text(&source.to_string()))?;
     }
     let left = left?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {

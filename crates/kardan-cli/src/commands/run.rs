@@ -5,17 +5,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
+use kardan::study;
 use kardan::study::{Part, Project, Settings};
-use kardan::{report, study};
+use kardan_report as report;
 
 use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::{Format, RunArgs};
 use crate::input;
-use crate::output::{Folder, print};
+use crate::output::{Folder, print, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
-use crate::summary::summary;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let source = input::read(&args.model, quiet)?;
@@ -54,7 +54,9 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> 
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
-        print(&summary(study, &files, origin))?;
+        let written = files.runs.iter().flatten().chain(&files.report).chain(&files.plots);
+        let written: String = written.map(|path| format!("wrote {path}\n")).collect();
+        print(&(report::study(study).text(origin) + "\n" + &render::visible(&written)))?;
     }
     if let Some(why) = stop::reason() {
         study.warnings.iter().filter(|warning| warning.starts_with(&why)).for_each(|warning| render::note(warning));
@@ -79,7 +81,8 @@ fn write(study: &Study, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diag
                 Err(problem) => problems.push(problem),
             }
         }
-        match folder.write("report", "html", report::html(study).as_bytes()) {
+        let (extension, text) = shown(&report::study(study), args.markdown);
+        match folder.write("report", extension, text.as_bytes()) {
             Ok(path) => files.report = Some(path),
             Err(problem) => problems.push(problem),
         }

@@ -382,3 +382,34 @@ fn a_run_says_what_its_inputs_reach() {
     let shown = text(&output(&at, &["run", "two-bodies"]).stdout);
     assert!(shown.contains("structure: controllable by motor_1"), "{shown}");
 }
+
+/// Every row of a table has as many cells as its head, and no other file takes the place of the page.
+#[test]
+fn reports_as_markdown() {
+    let at = folder("markdown");
+    let whole = |name: &str| {
+        let text = fs::read_to_string(at.join(name)).unwrap();
+        let bars = |line: &str| line.replace("\\|", "").matches('|').count();
+        let mut tables = 0;
+        for table in text.split("\n\n").filter(|part| part.trim_start().starts_with('|')) {
+            let rows: Vec<usize> = table.trim().lines().map(bars).collect();
+            assert!(rows.len() > 2 && rows.iter().all(|row| *row == rows[0]), "{name}: {table}");
+            tables += 1;
+        }
+        assert!(tables > 2, "{name}: {text}");
+        text
+    };
+    assert_eq!(output(&at, &["run", "two-bodies", "--markdown", "--out", "out"]).status.code(), Some(0));
+    let page = whole("out/report.md");
+    assert!(page.starts_with("# two-bodies\n") && page.contains("## Energy balance"), "{page}");
+    for line in page.lines().filter_map(|line| line.strip_prefix("![")) {
+        let plot = line.rsplit_once('(').unwrap().1.trim_end_matches(')');
+        assert!(at.join("out").join(plot).exists(), "{plot}");
+    }
+    assert!(!at.join("out/report.html").exists());
+    assert_eq!(output(&at, &["analyze", "two-bodies", "--report", "analysis.md"]).status.code(), Some(0));
+    assert!(whole("analysis.md").contains("\n## Controllability and observability\n"));
+    let arguments = ["design", "harmonic-drive-spring", "--no-simulation", "--report", "design.MD"];
+    assert_eq!(output(&at, &arguments).status.code(), Some(0));
+    assert!(whole("design.MD").contains("\n## Closed-loop poles\n"));
+}

@@ -1,4 +1,4 @@
-// Analyses and designs made by hand, for tests of what displays them; the command's tests include this file too.
+//! Analyses and designs made by hand, for tests of what displays and writes them, here and in other crates.
 
 use super::*;
 use crate::results::{

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{Interval, NamedMatrix, Span};
+use super::{Interval, NamedMatrix, Span, Verdict};
 
 /// Parameters found in measured logs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -153,15 +153,6 @@ impl Identification {
         }
         out
     }
-}
-
-/// What came of an identification.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Verdict {
-    /// Whether nothing stands against it.
-    pub sound: bool,
-    /// In one sentence.
-    pub text: String,
 }
 
 /// The reduced damping matrix at what was found.

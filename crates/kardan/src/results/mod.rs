@@ -3,14 +3,15 @@
 mod analysis;
 mod bench;
 mod design;
-#[cfg(test)]
-pub(crate) mod example;
+#[doc(hidden)]
+pub mod example;
 mod exploration;
 mod identification;
 mod margins;
 mod passage;
 mod robustness;
 pub(crate) mod serial;
+mod verdict;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -23,6 +24,7 @@ pub use identification::*;
 pub use margins::*;
 pub use passage::*;
 pub use robustness::*;
+pub use verdict::*;
 
 /// The physical kind of a signal; fixes its SI unit and the unit a plot prints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]

@@ -3,8 +3,7 @@
 
 use crate::common::{prepared, run, signal};
 use kardan::model::builtin;
-use kardan::report::words::design::verdict;
-use kardan::results::{DataMatrix, Design, Outcome, Run};
+use kardan::results::{DataMatrix, Design, Outcome, Run, Verdict};
 use kardan::study::{self, DesignSettings, Settings, Silent};
 use kardan::synthesis::{Law, LinearLaw};
 use std::sync::Arc;
@@ -88,7 +87,7 @@ fn a_linear_observer_is_told_before_any_run() {
     let design = designed(&bent("20", linear));
     let passage = design.passage.as_ref().expect("a bent joint");
     assert_eq!((passage.turned.as_str(), passage.positions, passage.stable), ("rk and cj", 24, true));
-    let (good, words) = verdict(&design);
+    let Verdict { sound: good, text: words } = design.verdict();
     assert!(!good, "{words}");
     assert!(words.contains("proven exactly for the linear design model and the true state; "), "{words}");
     assert!(words.contains("where the variant's joints stand it is coupled"), "{words}");
@@ -97,7 +96,11 @@ fn a_linear_observer_is_told_before_any_run() {
         "{design:?}"
     );
     let design = designed(&bent("30", linear));
-    assert!(!verdict(&design).0 && verdict(&design).1.contains("the loop is unstable"), "{}", verdict(&design).1);
+    assert!(
+        !design.verdict().sound && design.verdict().text.contains("the loop is unstable"),
+        "{}",
+        design.verdict().text
+    );
     // The run at 30 deg runs away.
     assert!(largest(&run(&bent("30", linear)), "driver.tau") > 200.0);
     // On the full model nothing is to be said; nor with a straight joint, where both are one.
@@ -105,7 +108,7 @@ fn a_linear_observer_is_told_before_any_run() {
     assert!(codes(&bent("0", "plant = \"linear\"\ndisturbances = [\"fs\"]")).is_empty());
     let straight = designed(&bent("0", "disturbances = [\"fs\"]"));
     assert!(straight.passage.is_none());
-    assert!(verdict(&straight).1.contains("proven exactly for the true state;"), "{}", verdict(&straight).1);
+    assert!(straight.verdict().text.contains("proven exactly for the true state;"), "{}", straight.verdict().text);
 }
 
 /// A law designed for another joint angle, without an observer: the claim holds for its design model, and the coupling is said.
@@ -113,7 +116,7 @@ fn a_linear_observer_is_told_before_any_run() {
 fn a_proof_for_another_angle_is_not_one_for_this() {
     let source = steering("30", "design = { beta = \"0 deg\" }", "", false, STEP);
     let design = designed(&source);
-    let (_, words) = verdict(&design);
+    let words = design.verdict().text;
     assert!(words.contains("proven exactly for the linear design model; where the variant's joints stand"), "{words}");
     let found = design.passage.expect("a bent joint");
     let felt = found.interactions.iter().find(|one| one.signal == "driver.tau").expect("the driver is there");

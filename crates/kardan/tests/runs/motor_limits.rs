@@ -1,7 +1,6 @@
 //! Motors at their limits are never silent: how long, since when, and what the design says of it.
 
 use kardan::model;
-use kardan::report::words;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, DesignSettings, Settings, Silent};
 
@@ -138,7 +137,7 @@ fn a_design_whose_motors_saturate_in_the_scenario_says_so() {
     assert!(
         design.warnings.iter().any(|text| text.contains("in the scenario of the file") && text.contains("wg_motor"))
     );
-    let (_, verdict) = words::design::verdict(&design);
+    let verdict = design.verdict().text;
     assert!(verdict.contains("the scenario drives its motors to their limits"), "{verdict}");
     // The run of the same file: a note, and the same times.
     let run = run_of(&source);
@@ -158,6 +157,6 @@ fn a_motor_within_its_limits_is_silent() {
     let strain = design.strains.iter().find(|found| found.strain.motor == "wg_motor").unwrap();
     assert!(!strain.strain.strained() && strain.strain.asked < 1000.0, "{strain:?}");
     assert!(!design.warnings.iter().any(|text| text.contains("in the scenario of the file")));
-    let (_, verdict) = words::design::verdict(&design);
+    let verdict = design.verdict().text;
     assert!(!verdict.contains("limits"), "{verdict}");
 }

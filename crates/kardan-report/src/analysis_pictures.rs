@@ -1,0 +1,517 @@
+//! The pictures of an analysis: drawn in the page's own colours, so that they follow it into the dark and onto paper.
+
+use super::curves::ON_WHITE;
+use super::model::Picture;
+use super::text::{escape, figure};
+use super::ticks;
+use super::words;
+use kardan::results::{
+    Complex, ElementShare, EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, ShapePart, StoredShare,
+    Zeros,
+};
+
+/// Width of a character of the labels, px, generously.
+pub(super) const CHARACTER: f64 = 7.0;
+/// More modes are in the table only.
+const MODES: usize = 24;
+/// Modes side by side.
+const ACROSS: usize = 8;
+/// More shafts are in the exported data only.
+const SHAFTS: usize = 40;
+/// Elements of one kind with a colour of their own; one more colour is that of the others.
+const COLOURS: usize = ON_WHITE.len() - 1;
+/// More sets of places are in the table only.
+const SETS: usize = 12;
+
+pub(super) fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
+    format!(
+        "<div class=\"drawing\"><svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+         height=\"{height:.0}\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
+        escape(label)
+    )
+}
+
+pub(super) fn text(x: f64, y: f64, class: &str, text: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{}</text>\n", escape(text))
+}
+
+pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
+    format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
+}
+
+fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> String {
+    format!(
+        "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{}</title>\
+         </rect>\n",
+        width.max(0.0),
+        escape(title)
+    )
+}
+
+pub(super) fn cut(text: &str, length: usize) -> String {
+    if text.chars().count() <= length {
+        return text.to_owned();
+    }
+    text.chars().take(length.saturating_sub(1)).chain(['…']).collect()
+}
+
+pub(super) fn figure_of(title: &str, drawing: &str, caption: &str) -> Picture {
+    Picture { title: title.into(), drawing: drawing.into(), caption: caption.into() }
+}
+
+/// An axis through zero; logarithmic away from zero where the values span more than two powers of ten.
+struct Scale {
+    low: f64,
+    high: f64,
+    /// Below it the axis is linear; `None`: everywhere.
+    knee: Option<f64>,
+    ticks: Vec<(f64, String)>,
+}
+
+impl Scale {
+    fn new(values: &[f64], count: usize) -> Scale {
+        let sizes = || values.iter().map(|value| value.abs()).filter(|size| *size > 0.0 && size.is_finite());
+        let largest = sizes().fold(0.0, f64::max);
+        let smallest = sizes().fold(f64::INFINITY, f64::min).max(1e-6 * largest);
+        let finite = || values.iter().copied().filter(|value| value.is_finite()).chain([0.0]);
+        if !(largest > 100.0 * smallest) {
+            let axis = ticks::axis(finite(), 0.08, count);
+            let first = (axis.low / axis.step).ceil() as i64;
+            let last = (axis.high / axis.step).floor() as i64;
+            let ticks = (first..=last).map(|k| k as f64 * axis.step).map(|at| (at, axis.label(at))).collect();
+            return Scale { low: axis.low, high: axis.high, knee: None, ticks };
+        }
+        let knee = 10f64.powf(smallest.log10().floor());
+        let bent = |value: f64| (value / knee).asinh();
+        let (low, high) = finite().map(bent).fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
+        let free = 0.08 * (high - low);
+        let (low, high) = (low - free, high + free);
+        let (first, last) = (knee.log10().round() as i32, largest.log10().ceil() as i32);
+        let every = ((last - first + 1) as f64 / (0.5 * count as f64)).ceil().max(1.0) as usize;
+        let powers = (first..=last).rev().step_by(every).map(|power| 10f64.powi(power));
+        let ticks = powers.flat_map(|size| [size, -size]).chain([0.0]);
+        let ticks = ticks.filter(|&at| (low..=high).contains(&bent(at))).map(|at| (at, figure(at, 3))).collect();
+        Scale { low, high, knee: Some(knee), ticks }
+    }
+
+    /// Where a value lies, from 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        let bent = self.knee.map_or(value, |knee| (value / knee).asinh());
+        (bent - self.low) / (self.high - self.low)
+    }
+}
+
+/// Points of the complex plane: place, how often, what fails there.
+struct Point {
+    at: Pole,
+    times: usize,
+    unreached: bool,
+    unseen: bool,
+}
+
+fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
+    let near = |point: &&mut Point| (point.at.re - at.re).hypot(point.at.im - at.im) <= 1e-9 * at.re.hypot(at.im);
+    match points.iter_mut().find(near) {
+        Some(point) => {
+            point.times += 1;
+            point.unreached |= unreached;
+            point.unseen |= unseen;
+        }
+        None => points.push(Point { at, times: 1, unreached, unseen }),
+    }
+}
+
+/// Poles and zeros in the complex plane.
+pub(super) fn plane(modes: &[Mode], zeros: &Zeros) -> Option<Picture> {
+    let mut poles = Vec::new();
+    for mode in modes.iter().filter(|mode| mode.eigenvalue.re.is_finite() && mode.eigenvalue.im.is_finite()) {
+        let Complex { re, im } = mode.eigenvalue;
+        gather(&mut poles, Complex { re, im }, !mode.controllable, !mode.observable);
+        if im != 0.0 {
+            gather(&mut poles, Complex { re, im: -im }, !mode.controllable, !mode.observable);
+        }
+    }
+    let mut circles = Vec::new();
+    for &Complex { re, im } in zeros.values.iter().filter(|zero| zero.re.is_finite() && zero.im.is_finite()) {
+        gather(&mut circles, Complex { re, im }, false, false);
+    }
+    if poles.is_empty() && circles.is_empty() {
+        return None;
+    }
+    let plane = Plane::new(poles.iter().chain(&circles).map(|point| point.at));
+    let mut body = plane.frame("eigenvalues here grow");
+    for point in &circles {
+        let title = format!("zero at {}", words::pair(point.at));
+        body += &mark(plane.place(point.at), "zero", &title, point);
+    }
+    for point in &poles {
+        let fails = match (point.unreached, point.unseen) {
+            (false, false) => "",
+            (true, false) => ", not reached",
+            (false, true) => ", not seen",
+            (true, true) => ", neither reached nor seen",
+        };
+        let title = format!("eigenvalue {}{fails}", words::pair(point.at));
+        body += &mark(plane.place(point.at), "pole", &title, point);
+    }
+    let below = plane.below();
+    let sample = |unreached, unseen| Point { at: Complex::default(), times: 1, unreached, unseen };
+    let mut at = Plane::LEFT;
+    for (kind, sample, label) in [
+        ("pole", sample(false, false), "eigenvalue"),
+        ("zero", sample(false, false), "invariant zero"),
+        ("pole", sample(true, false), "inputs do not reach it"),
+        ("pole", sample(false, true), "outputs do not show it"),
+    ] {
+        body += &mark((at + 8.0, below - 4.0), kind, label, &sample);
+        body += &text(at + 28.0, below, "", label);
+        at += 50.0 + 6.2 * label.len() as f64;
+    }
+    let drawn = drawing(Plane::FULL_WIDTH, below + 12.0, "poles and zeros in the complex plane", &body);
+    Some(figure_of("Poles and zeros", &drawn, &format!("{} In the shaded half-plane motions grow.", plane.caption())))
+}
+
+/// The complex plane with its axes.
+pub(super) struct Plane {
+    real: Scale,
+    imaginary: Scale,
+    /// Whether all points are real.
+    flat: bool,
+    height: f64,
+}
+
+impl Plane {
+    pub(super) const LEFT: f64 = 84.0;
+    const TOP: f64 = 12.0;
+    const WIDTH: f64 = 600.0;
+    /// With everything around it.
+    pub(super) const FULL_WIDTH: f64 = Self::LEFT + Self::WIDTH + 16.0;
+
+    /// Large enough for these points and their conjugates.
+    pub(super) fn new(points: impl Iterator<Item = Pole> + Clone) -> Plane {
+        let real = Scale::new(&points.clone().map(|point| point.re).collect::<Vec<_>>(), 9);
+        let sizes: Vec<f64> = points.flat_map(|point| [point.im, -point.im]).collect();
+        let flat = sizes.iter().all(|size| *size == 0.0);
+        let imaginary = Scale::new(if flat { &[1.0, -1.0] } else { &sizes }, if flat { 3 } else { 9 });
+        Plane { real, imaginary, flat, height: if flat { 110.0 } else { 380.0 } }
+    }
+
+    /// Where a point lies in the picture.
+    pub(super) fn place(&self, at: Pole) -> (f64, f64) {
+        (self.x(at.re), self.y(at.im))
+    }
+
+    fn x(&self, real: f64) -> f64 {
+        Self::LEFT + Self::WIDTH * self.real.place(real)
+    }
+
+    fn y(&self, imaginary: f64) -> f64 {
+        Self::TOP + self.height * (1.0 - self.imaginary.place(imaginary))
+    }
+
+    /// Grid, axes and the half-plane of growth.
+    pub(super) fn frame(&self, growing: &str) -> String {
+        let (left, top, width, height, flat) = (Self::LEFT, Self::TOP, Self::WIDTH, self.height, self.flat);
+        let (x, y) = (|value| self.x(value), |value| self.y(value));
+        let mut body = bar(x(0.0), top, left + width - x(0.0), height, "unstable", growing);
+        for (at, label) in &self.real.ticks {
+            body += &line((x(*at), top), (x(*at), top + height), "grid");
+            body += &text(x(*at), top + height + 18.0, "middle", label);
+        }
+        for (at, label) in self.imaginary.ticks.iter().filter(|(at, _)| !flat || *at == 0.0) {
+            body += &line((left, y(*at)), (left + width, y(*at)), "grid");
+            body += &text(left - 8.0, y(*at) + 4.0, "end", label);
+        }
+        body += &line((x(0.0), top), (x(0.0), top + height), "axis");
+        body += &line((left, y(0.0)), (left + width, y(0.0)), "axis");
+        body += &text(left + 0.5 * width, top + height + 40.0, "middle faint", "real part [1/s]");
+        let (turn_x, turn_y) = (16.0, top + 0.5 * height);
+        body += &format!(
+            "<text x=\"{turn_x}\" y=\"{turn_y:.1}\" class=\"middle faint\" transform=\"rotate(-90 {turn_x} \
+             {turn_y:.1})\">{}</text>\n",
+            if flat { "imaginary" } else { "imaginary part [1/s]" }
+        );
+        body
+    }
+
+    /// The base line of a legend below the axes.
+    pub(super) fn below(&self) -> f64 {
+        Self::TOP + self.height + 66.0
+    }
+
+    /// How to read the axes.
+    pub(super) fn caption(&self) -> &'static str {
+        if self.real.knee.is_some() || self.imaginary.knee.is_some() {
+            "An axis with powers of ten is logarithmic away from zero."
+        } else {
+            "Both axes are linear."
+        }
+    }
+}
+
+fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
+    let class = if point.unreached || point.unseen { format!("{kind} failing") } else { kind.to_owned() };
+    let mut shape = match kind {
+        "zero" => "<circle r=\"5.5\"/>".to_owned(),
+        _ => "<path d=\"M-5 -5L5 5M-5 5L5 -5\"/>".to_owned(),
+    };
+    if point.unreached {
+        shape += "<path class=\"ring\" d=\"M-9 -9H9V9H-9Z\"/>";
+    }
+    if point.unseen {
+        shape += "<path class=\"ring\" d=\"M0 -13L13 0L0 13L-13 0Z\"/>";
+    }
+    if point.times > 1 {
+        shape += &format!("<text x=\"{}\" y=\"-9\">{}×</text>", if kind == "zero" { 8 } else { 12 }, point.times);
+    }
+    format!("<g class=\"{class}\" transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{shape}</g>\n", escape(title))
+}
+
+fn heading(k: usize, mode: &Mode) -> String {
+    format!("{}: {} Hz", k + 1, figure(mode.natural_frequency / std::f64::consts::TAU, 3))
+}
+
+/// Mode shapes as bars: a row for each shaft, a column for each mode.
+pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
+    let mut names: Vec<&str> = Vec::new();
+    for ShapePart { name, .. } in modes.iter().flat_map(|mode| &mode.shape) {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() {
+        return None;
+    }
+    let rows = &names[..names.len().min(SHAFTS)];
+    let longest = rows.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(24);
+    let (left, column, row, top) = (CHARACTER * longest as f64 + 16.0, 96.0, 21.0, 42.0);
+    let mut out = String::new();
+    let chunks = modes[..modes.len().min(MODES)].chunks(ACROSS);
+    for (chunk_index, chunk) in chunks.enumerate() {
+        let mut body = String::new();
+        let height = top + row * rows.len() as f64;
+        for (i, name) in rows.iter().enumerate() {
+            body += &text(left - 10.0, top + row * (i as f64 + 0.5) + 4.0, "end", &cut(name, 24));
+        }
+        for (j, mode) in chunk.iter().enumerate() {
+            let centre = left + column * (j as f64 + 0.5);
+            let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
+            body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
+            body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
+            for ShapePart { name, value: Complex { re, im } } in &mode.shape {
+                let Some(i) = rows.iter().position(|row| row == name) else { continue };
+                let middle = top + row * (i as f64 + 0.5);
+                let title = format!("{name}: {} + {} j", figure(*re, 3), figure(*im, 3));
+                for (part, y, high, class) in [(re, -6.0, 8.0, "c0"), (im, 3.0, 4.0, "c1")] {
+                    if part.is_finite() && part.abs() > 1e-3 {
+                        let length = 40.0 * part.clamp(-1.0, 1.0);
+                        let start = centre + length.min(0.0);
+                        body += &bar(start, middle + y, length.abs(), high, class, &title);
+                    }
+                }
+            }
+            body += &line((centre, top - 4.0), (centre, height), "axis");
+        }
+        let label = "mode shapes, one row for each shaft";
+        out += &drawing(left + column * chunk.len() as f64 + 8.0, height + 6.0, label, &body);
+    }
+    let mut caption = String::from(
+        "Motion of each shaft relative to the largest. <span class=\"swatch c0\"></span>in step, \
+         <span class=\"swatch c1\"></span>a quarter of a period ahead. Modes that inputs do not reach or outputs do \
+         not show are red.",
+    );
+    if names.len() > SHAFTS || modes.len() > MODES {
+        caption += &format!(" At most {SHAFTS} shafts and {MODES} modes are drawn; the exported data have all.");
+    }
+    Some(figure_of("Mode shapes", &out, &caption))
+}
+
+/// The elements that keep energy, in groups by its kind, each from the largest sum of shares.
+fn groups(modes: &[Mode]) -> [Vec<String>; 2] {
+    let mut sums: Vec<(&str, [f64; 2], f64)> = Vec::new();
+    let mut add = |element, kinetic: f64, potential: f64| {
+        if !(kinetic + potential >= 0.0 && (kinetic + potential).is_finite()) {
+            return;
+        }
+        let found = sums.iter().position(|(name, ..)| *name == element).unwrap_or(sums.len());
+        if found == sums.len() {
+            sums.push((element, [0.0; 2], 0.0));
+        }
+        sums[found].1[0] += kinetic;
+        sums[found].1[1] += potential;
+        sums[found].2 += kinetic + potential;
+    };
+    for mode in modes {
+        for StoredShare { element, energy: kind, share } in &mode.stored {
+            let potential = *kind == EnergyKind::Potential;
+            add(element.as_str(), if potential { 0.0 } else { *share }, if potential { *share } else { 0.0 });
+        }
+        mode.dissipated.iter().for_each(|ElementShare { element, share }| add(element.as_str(), 1e-3 * share, 0.0));
+    }
+    sums.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let of = |potential: bool| {
+        let group = sums.iter().filter(|(_, kinds, sum)| (kinds[1] > kinds[0]) == potential && *sum > 0.0);
+        group.map(|(name, ..)| name.to_string()).collect::<Vec<_>>()
+    };
+    [of(false), of(true)]
+}
+
+/// Where the energy of each mode is stored and lost, as stacked bars.
+pub(super) fn energies(modes: &[Mode]) -> Option<Picture> {
+    let groups = groups(modes);
+    let shown: Vec<(usize, &Mode)> =
+        modes.iter().enumerate().filter(|(_, mode)| !mode.stored.is_empty()).take(MODES).collect();
+    if shown.is_empty() || groups.iter().all(Vec::is_empty) {
+        return None;
+    }
+    let (left, width, row) = (110.0, 640.0, 44.0);
+    let mut body = String::new();
+    for (line, (k, mode)) in shown.iter().enumerate() {
+        let y = row * line as f64 + 6.0;
+        let class = if mode.controllable && mode.observable { "end" } else { "end failing" };
+        body += &text(left - 10.0, y + 15.0, class, &heading(*k, mode));
+        let stored = mode.stored.iter().map(|StoredShare { element, share, .. }| (element.as_str(), *share));
+        body += &stack((left, y, width, 22.0), &stored.collect::<Vec<_>>(), &groups);
+        let lost = mode.dissipated.iter().map(|ElementShare { element, share }| (element.as_str(), *share));
+        body += &stack((left, y + 25.0, width, 6.0), &lost.collect::<Vec<_>>(), &groups);
+    }
+    let height = row * shown.len() as f64 + 2.0;
+    let drawn = drawing(left + width + 8.0, height, "shares of the energy of each mode by element", &body);
+    let swatch = |group: usize, index: usize, name: &str| {
+        let pale = if group == 1 { " potential" } else { "" };
+        format!("<span class=\"entry\"><span class=\"swatch c{index}{pale}\"></span>{}</span> ", escape(name))
+    };
+    let legend = |group: usize, word: &str| {
+        let names = &groups[group];
+        let named = names.iter().take(COLOURS).enumerate();
+        let mut entries: String = named.map(|(index, name)| swatch(group, index, name)).collect();
+        if names.len() > COLOURS {
+            entries += &swatch(group, COLOURS, "others");
+        }
+        if names.is_empty() { String::new() } else { format!("{word}: {entries}<br/>") }
+    };
+    let caption = format!(
+        "{}{}The upper bar shows where the energy of a mode is stored, the lower one where it is lost.",
+        legend(0, "Kinetic"),
+        legend(1, "Potential")
+    );
+    Some(figure_of("Energy", &drawn, &caption))
+}
+
+/// One stacked bar at `(left, top, width, height)`: motion first, then springs, in the same order for every mode.
+fn stack((left, y, width, height): (f64, f64, f64, f64), parts: &[(&str, f64)], groups: &[Vec<String>; 2]) -> String {
+    let mut segments: Vec<(String, f64, &str, usize)> = Vec::new();
+    for (names, kind) in groups.iter().zip(["kinetic", "potential"]) {
+        for (index, name) in names.iter().enumerate() {
+            let shares = parts.iter().filter(|(element, share)| element == name && *share > 0.0 && share.is_finite());
+            let share: f64 = shares.map(|(_, share)| share).sum();
+            match segments.last_mut() {
+                Some(last) if index > COLOURS && last.3 == COLOURS && last.2 == kind => last.1 += share,
+                _ if index >= COLOURS => segments.push(("others".into(), share, kind, COLOURS)),
+                _ => segments.push((name.clone(), share, kind, index)),
+            }
+        }
+    }
+    let mut body = String::new();
+    let mut x = left;
+    for (name, share, kind, colour) in segments.iter().filter(|segment| segment.1 > 0.0) {
+        let length = (width * share).min(left + width - x);
+        let label = format!("{name} {}", words::percent(*share));
+        body += &bar(x, y, length, height, &format!("c{colour} {kind}"), &label);
+        let short = [&label, name].into_iter().find(|text| CHARACTER * text.chars().count() as f64 <= length - 8.0);
+        if let (true, Some(short)) = (height > 12.0, short) {
+            body += &text(x + 6.0, y + 15.0, &format!("on {kind}"), short);
+        }
+        x += length;
+    }
+    body
+}
+
+/// The scores of the best sets of places as bars.
+pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
+    let sets = &search.sets[..search.sets.len().min(SETS)];
+    let scores = || sets.iter().map(|set| set.score).filter(|score| *score > 0.0 && score.is_finite());
+    let largest = scores().fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return None;
+    }
+    let smallest = scores().fold(largest, f64::min);
+    let logarithmic = largest > 1000.0 * smallest;
+    let length = |score: f64| match logarithmic {
+        true => (1.0 + (score / smallest).log10()) / (1.0 + (largest / smallest).log10()),
+        false => score / largest,
+    };
+    let names: Vec<String> = sets.iter().map(|set| cut(&set.places.join(", "), 36)).collect();
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let (left, width, row) = (CHARACTER * longest as f64 + 16.0, 360.0, 26.0);
+    let mut body = String::new();
+    for (k, (set, name)) in sets.iter().zip(&names).enumerate() {
+        let y = row * k as f64 + 4.0;
+        body += &text(left - 10.0, y + 14.0, "end", name);
+        let drawn = if set.score > 0.0 && set.score.is_finite() { width * length(set.score) } else { 0.0 };
+        body += &bar(left, y, drawn, 18.0, if k == 0 { "c0" } else { "c0 later" }, &set.places.join(", "));
+        let score = format!("{} {}", figure(set.score, 3), super::text::unit(&search.unit));
+        body += &text(left + drawn + 8.0, y + 14.0, "", score.trim_end());
+    }
+    body += &line((left, 0.0), (left, row * sets.len() as f64), "axis");
+    let room = CHARACTER * (10 + search.unit.chars().count()) as f64;
+    let drawn = drawing(left + width + room, row * sets.len() as f64 + 2.0, "scores of the sets of places", &body);
+    Some(figure_of("", &drawn, if logarithmic { "The bars are logarithmic." } else { "" }))
+}
+
+/// How far the next loss of structure is: what is proven, what is open, and where a loss was found.
+pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
+    let rows: Vec<(&str, &LossSearch)> =
+        [("controllability", &sensitivity.controllability), ("observability", &sensitivity.observability)]
+            .into_iter()
+            .filter_map(|(what, search)| Some((what, search.as_ref().filter(|search| searched(search))?)))
+            .collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let found = |search: &LossSearch| search.nearest.as_ref().map(|loss| loss.distance).filter(|d| d.is_finite());
+    let farthest = rows.iter().map(|(_, s)| found(s).unwrap_or(0.0).max(s.proven_distance)).fold(1.0, f64::max);
+    let end = if rows.iter().any(|(_, s)| found(s).is_none()) { 10.0 } else { (1.2 * farthest).clamp(1.5, 12.0) };
+    let (left, width, row, top) = (CHARACTER * 16.0 + 16.0, 460.0, 30.0, 22.0);
+    let x = |distance: f64| left + width * (distance / end).clamp(0.0, 1.0);
+    let bottom = top + row * rows.len() as f64;
+    let mut body = String::new();
+    let step = if end > 5.0 {
+        2.0
+    } else if end > 2.0 {
+        1.0
+    } else {
+        0.5
+    };
+    for k in 0..=(end / step) as usize {
+        let at = step * k as f64;
+        body += &line((x(at), top), (x(at), bottom), "grid");
+        body += &text(x(at), bottom + 16.0, "middle faint", &figure(at, 3));
+    }
+    for (k, (what, search)) in rows.iter().enumerate() {
+        let y = top + row * k as f64 + 6.0;
+        body += &text(left - 10.0, y + 14.0, "end", what);
+        let proven = search.proven_distance;
+        let said = format!("no loss of {what} within {} tolerances: proven", figure(proven, 4));
+        body += &bar(left, y, x(proven) - left, 18.0, "safe", &said);
+        let until = found(search).unwrap_or(end);
+        body += &bar(x(proven), y, x(until) - x(proven), 18.0, "undecided", "neither proven nor found");
+        if let Some(distance) = found(search) {
+            body += &line((x(distance), y - 4.0), (x(distance), y + 22.0), "loss");
+        }
+    }
+    body += &line((x(1.0), top - 4.0), (x(1.0), bottom), "axis");
+    body += &text(x(1.0), top - 8.0, "middle", "tolerances");
+    let drawn = drawing(left + width + 30.0, bottom + 24.0, "distance to the nearest loss, in tolerances", &body);
+    Some(figure_of(
+        "Distance to the nearest loss",
+        &drawn,
+        "Largest deviation of a parameter, in tolerances. <span class=\"entry\"><span class=\"swatch safe\"></span>proven: no \
+         loss</span><span class=\"entry\"><span class=\"swatch undecided\"></span>undecided</span><span class=\"entry\"><span \
+         class=\"swatch loss\"></span>a loss was found</span>",
+    ))
+}
+
+fn searched(search: &LossSearch) -> bool {
+    search.nearest.is_some() || search.starts > 0 || search.proven_distance > 0.0
+}

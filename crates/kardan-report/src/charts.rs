@@ -1,0 +1,66 @@
+//! The plots of the page: interactive charts, and the pictures that stand for them on paper.
+
+use super::PlotFile;
+use super::curves::{self, Curve};
+use super::model::Chart;
+use super::text::{json_array, json_number, json_string};
+use super::thin::thin;
+use kardan::results::{Plot, Study};
+
+const POINTS: usize = 4000;
+/// Zoom buttons beyond this number would only be in the way.
+const MARKS: usize = 12;
+
+/// A plot with the picture that stands for it on paper; `index` is its place in the data.
+pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
+    Chart {
+        anchor: picture.name.trim_end_matches(".svg").into(),
+        title: if plot.title.is_empty() { plot.id.clone() } else { plot.title.clone() },
+        index,
+        svg: picture.svg.clone(),
+        caption: plot.caption.clone(),
+    }
+}
+
+/// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",
+/// "dash", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
+pub(super) fn data(study: &Study) -> String {
+    let plots = study.plots.iter().map(|plot| {
+        let curves = curves::curves(study, plot);
+        let label = json_string(&curves::axis_label(plot, &curves));
+        format!("{{\"y\":{label},\"curves\":{}}}", json_array(curves.iter().map(curve)))
+    });
+    let clock = curves::clock(study);
+    format!(
+        "{{\"marks\":{},\"plots\":{},\"clock\":{{\"per_second\":{},\"unit\":{}}}}}",
+        json_array(marks(study).into_iter().map(json_number)),
+        json_array(plots),
+        json_number(clock.per_second),
+        json_string(clock.unit)
+    )
+}
+
+fn curve(curve: &Curve) -> String {
+    let kept = thin(curve.time, curve.values, POINTS);
+    format!(
+        "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"t\":{},\"v\":{}}}",
+        json_string(&curve.label),
+        json_string(curve.physical.unit()),
+        curve.colour.map_or("null".into(), |index| (index % curves::ON_WHITE.len()).to_string()),
+        json_array(curve.dash.iter().map(|&length| json_number(length))),
+        json_array(kept.iter().map(|&index| json_number(curve.time[index]))),
+        json_array(kept.iter().map(|&index| json_number(curve.values[index]))),
+    )
+}
+
+/// The times at which references step or ramp, s: what a reader wants to see closely.
+fn marks(study: &Study) -> Vec<f64> {
+    let events = study.runs.iter().flat_map(|run| &run.events);
+    let commanded = events.filter(|event| event.what.contains("steps to") || event.what.contains("ramps to"));
+    let mut marks: Vec<f64> = commanded.map(|event| event.time).filter(|time| time.is_finite()).collect();
+    marks.sort_by(f64::total_cmp);
+    let resolution = 1e-6 / curves::clock(study).per_second;
+    marks.dedup_by(|next, kept| *next - *kept < resolution);
+    marks.truncate(MARKS);
+    marks
+}

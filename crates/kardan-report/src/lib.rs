@@ -1,0 +1,93 @@
+//! Presentation: what [`results`](kardan::results) say, as plain [`Page`]s, and those as HTML, as text and as Markdown.
+//!
+//! Nothing physical is computed here. What is computed serves the eye only: extremes of plotted signals, thinning of
+//! long series, axis ticks, and the natural frequency and damping ratio by which poles are listed.
+//!
+//! ```text
+//! Analysis, Design, Identification, BenchStudy, Study ─► present (words, pictures, charts) ─► Page ─┬─► html
+//!                                                                                                  ├─► terminal
+//! Study ─► curves (what is drawn, in which colour, under which name) ─► svg                        └─► markdown
+//! ```
+
+mod analysis_pictures;
+mod bench_pictures;
+mod charts;
+mod curves;
+mod design_pictures;
+mod frame;
+mod html;
+mod identification_pictures;
+mod markdown;
+pub mod model;
+mod pareto;
+mod present;
+mod svg;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod text;
+mod thin;
+mod ticks;
+mod words;
+
+use kardan::results::Study;
+
+pub use model::Page;
+pub use present::analysis::page as analysis;
+pub use present::bench::{page as bench, plan};
+pub use present::design::page as design;
+pub use present::identification::page as identification;
+pub use present::study::page as study;
+
+impl Page {
+    /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content
+    /// policy forbids the rest. Every text is escaped. Where there are charts, pictures take their place on paper and without
+    /// JavaScript.
+    ///
+    /// ```
+    /// let page = kardan_report::study(&kardan::results::Study::default());
+    /// assert!(page.html().starts_with("<!doctype html>"));
+    /// ```
+    pub fn html(&self) -> String {
+        html::html(self)
+    }
+
+    /// Text in 100 columns for a terminal, without pictures and details; `origin` tells where it comes from, if it is known.
+    pub fn text(&self, origin: &str) -> String {
+        terminal::text(self, origin)
+    }
+
+    /// Markdown with tables, without pictures. Every text is escaped.
+    ///
+    /// ```
+    /// let page = kardan_report::design(&kardan::results::Design::default());
+    /// assert!(page.markdown().starts_with("# Design\n"));
+    /// ```
+    pub fn markdown(&self) -> String {
+        markdown::markdown(self)
+    }
+}
+
+/// A drawn plot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotFile {
+    /// File name: `rack-angle.svg`; letters, digits, `-`, `_` and `.` only, unique within the study.
+    pub name: String,
+    /// The picture: an SVG document without references to anything outside it.
+    pub svg: String,
+}
+
+/// One SVG for each of the study's plots, in their order.
+///
+/// All signals of a plot are drawn for every variant it lists, in SI units over time in s; references are dashed and
+/// drawn once. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
+/// leave a gap. A plot without data gives empty axes that say so.
+///
+/// ```
+/// use kardan::results::{Plot, Study};
+/// let study = Study { plots: vec![Plot { id: "rack-angle".into(), ..Plot::default() }], ..Study::default() };
+/// assert_eq!(kardan_report::plots(&study)[0].name, "rack-angle.svg");
+/// ```
+pub fn plots(study: &Study) -> Vec<PlotFile> {
+    svg::plots(study)
+}

@@ -1,0 +1,394 @@
+//! A page as plain data: what is said, in which order, and what it is. How it looks is decided by the modules `html`,
+//! `terminal` and `markdown`.
+//!
+//! Texts are plain: powers are written `s^2`, the minus of numbers is `−`, hard spaces keep together what belongs together.
+
+use super::text::{figure, number};
+use kardan::results::{ExactMatrix, NamedMatrix, Verdict};
+
+/// A page.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Page {
+    /// Its title.
+    pub name: String,
+    /// Paragraphs below the title, with empty lines between.
+    pub description: String,
+    /// Whether it is good, and why.
+    pub verdict: Option<Verdict>,
+    /// What nobody may overlook.
+    pub alerts: Vec<Alert>,
+    /// What there is to say, in order.
+    pub sections: Vec<Section>,
+    /// What the charts show, as JSON for the script of the page; `None` where there are none.
+    pub data: Option<String>,
+}
+
+/// What nobody may overlook: `Warning`, and what it is about.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Alert {
+    /// What kind.
+    pub kind: String,
+    /// What.
+    pub text: String,
+}
+
+/// A section with its place in the contents.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Section {
+    /// Where links lead; unique in the page.
+    pub anchor: String,
+    /// Its title.
+    pub title: String,
+    /// What it says.
+    pub body: Body,
+}
+
+/// How a sentence is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// A statement.
+    Plain,
+    /// How to read what stands beside.
+    Hint,
+    /// Good news.
+    Good,
+    /// Bad news.
+    Bad,
+}
+
+/// A part of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block {
+    /// A paragraph.
+    Text(Tone, String),
+    /// What came of it.
+    Verdict(Verdict),
+    /// What nobody may overlook.
+    Alert(Alert),
+    /// Sentences, each with its own mark.
+    List(Vec<String>),
+    /// Names with what they are: `States (2): a, b`.
+    Names(String, Vec<String>),
+    /// A table.
+    Table(Table),
+    /// Matrices, side by side where there is room.
+    Matrices(Vec<Matrix>),
+    /// A drawing.
+    Picture(Picture),
+    /// Curves to be looked at closely.
+    Chart(Chart),
+    /// A part with a title; with an anchor where it is a section of a whole page within this one.
+    Part(Section),
+    /// What few want to see, folded away where that is possible.
+    Fold(String, Body),
+    /// What is left out where there is little room.
+    Detail(Body),
+}
+
+/// A table whose first column names the rows unless it holds numbers.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Titles of the columns; numbers stand below those that start with `#`.
+    pub columns: Vec<String>,
+    /// As many cells in each row as there are columns.
+    pub rows: Vec<Vec<Cell>>,
+    /// So many rows are enough where there is little room.
+    pub brief: usize,
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A text, or a number with a text after it.
+    Text(String),
+    /// A formula.
+    Code(String),
+    /// A verdict: good or bad.
+    Mark(bool, String),
+    /// The name of this row and of as many rows in all as the number says; those below have [`Cell::Under`].
+    Span(String, usize),
+    /// Covered by the cell above.
+    Under,
+    /// A number that may be known exactly.
+    Entry(Entry),
+}
+
+/// A number and the fraction that it stands for, if it is known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Entry {
+    /// Its value; NaN where there is none.
+    pub value: f64,
+    /// As a fraction.
+    pub exact: Option<String>,
+}
+
+/// A matrix with its names.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Matrix {
+    /// What it is, with its unit.
+    pub title: String,
+    /// Whether its entries are known exactly.
+    pub exact: bool,
+    /// Names of the rows.
+    pub rows: Vec<String>,
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// Row by row.
+    pub entries: Vec<Vec<Entry>>,
+}
+
+/// A drawing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Picture {
+    /// Its title.
+    pub title: String,
+    /// SVG in HTML.
+    pub drawing: String,
+    /// How to read it, as HTML: legends have colours.
+    pub caption: String,
+}
+
+/// A plot that can be zoomed, and the picture that stands for it on paper.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Chart {
+    /// Where links lead.
+    pub anchor: String,
+    /// Its title.
+    pub title: String,
+    /// Its place in [`Page::data`].
+    pub index: usize,
+    /// SVG for paper.
+    pub svg: String,
+    /// What it shows.
+    pub caption: String,
+}
+
+/// Longer fractions are shown as numbers.
+const FRACTION: usize = 12;
+
+impl Entry {
+    /// The fraction where it is short, else a number of so many digits; with it whether a fraction was rounded.
+    pub(super) fn written(&self, digits: usize) -> (String, bool) {
+        match &self.exact {
+            Some(text) if text.chars().count() <= FRACTION => (text.replace('-', "−"), false),
+            exact => (figure(self.value, digits), exact.is_some()),
+        }
+    }
+}
+
+impl Matrix {
+    fn new(title: String, unit: &str, [rows, columns]: [&[String]; 2], entries: Vec<Vec<Entry>>) -> Self {
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+        let names = (0..entries.len()).map(|k| rows.get(k).cloned().unwrap_or_default());
+        Self { title: title + &unit, exact: false, rows: names.collect(), columns: columns.to_vec(), entries }
+    }
+}
+
+impl From<&NamedMatrix> for Matrix {
+    fn from(matrix: &NamedMatrix) -> Self {
+        let entry = |&value: &f64| Entry { value, exact: None };
+        let entries = matrix.values.iter().map(|row| row.iter().map(entry).collect()).collect();
+        Self::new(matrix.title.clone(), &matrix.unit, [&matrix.rows, &matrix.columns], entries)
+    }
+}
+
+impl From<&ExactMatrix> for Matrix {
+    fn from(matrix: &ExactMatrix) -> Self {
+        let title = match (matrix.name.is_empty(), matrix.title.is_empty()) {
+            (_, true) => matrix.name.clone(),
+            (true, _) => matrix.title.clone(),
+            _ => format!("{}: {}", matrix.name, matrix.title),
+        };
+        let exact = |i: usize, j: usize| matrix.exact.as_ref().and_then(|rows| rows.get(i)?.get(j).cloned());
+        let value = |i: usize, j: usize| matrix.values[i].get(j).copied().unwrap_or(f64::NAN);
+        let entry = |i: usize, j: usize| Entry { value: value(i, j), exact: exact(i, j) };
+        let row = |i: usize| (0..matrix.columns.len()).map(|j| entry(i, j)).collect();
+        let entries = (0..matrix.values.len()).map(row).collect();
+        let known = matrix.exact.is_some();
+        Self { exact: known, ..Self::new(title, &matrix.unit, [&matrix.rows, &matrix.columns], entries) }
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Cell::Text(text)
+    }
+}
+
+impl From<&String> for Cell {
+    fn from(text: &String) -> Self {
+        Cell::Text(text.clone())
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Cell::Text(text.into())
+    }
+}
+
+impl From<f64> for Cell {
+    /// A number of five significant digits.
+    fn from(value: f64) -> Self {
+        Cell::Text(number(value))
+    }
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(value: Option<f64>) -> Self {
+        Cell::from(value.unwrap_or(f64::NAN))
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Cell::Text(count.to_string())
+    }
+}
+
+/// Cells of what stands in a row.
+macro_rules! row {
+    ($($cell:expr),* $(,)?) => { vec![$($crate::model::Cell::from($cell)),*] };
+}
+pub(super) use row;
+
+/// Texts as the cells of a row.
+pub(super) fn cells<const N: usize>(texts: [String; N]) -> Vec<Cell> {
+    texts.map(Cell::Text).to_vec()
+}
+
+/// More rows are counted where there is little room.
+const BRIEF: usize = 20;
+
+/// Parts one below the other. What is empty is left out, title and all.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Body(pub Vec<Block>);
+
+impl Body {
+    fn with(mut self, block: Block, there: bool) -> Self {
+        self.0.extend(there.then_some(block));
+        self
+    }
+
+    fn text(self, tone: Tone, text: impl Into<String>) -> Self {
+        let text = text.into();
+        let there = !text.is_empty();
+        self.with(Block::Text(tone, text), there)
+    }
+
+    /// A paragraph.
+    pub fn say(self, text: impl Into<String>) -> Self {
+        self.text(Tone::Plain, text)
+    }
+
+    /// How to read what stands beside.
+    pub fn hint(self, text: impl Into<String>) -> Self {
+        self.text(Tone::Hint, text)
+    }
+
+    /// A verdict.
+    pub fn judge(self, good: bool, text: impl Into<String>) -> Self {
+        self.text(if good { Tone::Good } else { Tone::Bad }, text)
+    }
+
+    /// Sentences, each with its own mark.
+    pub fn list(self, texts: impl IntoIterator<Item = String>) -> Self {
+        let texts: Vec<String> = texts.into_iter().collect();
+        let there = !texts.is_empty();
+        self.with(Block::List(texts), there)
+    }
+
+    /// Names with what they are.
+    pub fn names(self, what: &str, names: &[String]) -> Self {
+        self.with(Block::Names(what.into(), names.to_vec()), true)
+    }
+
+    /// A table; numbers stand below titles that start with `#`.
+    pub fn table(self, columns: &[impl AsRef<str>], rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+        self.table_of(BRIEF, columns, rows)
+    }
+
+    /// A table of which so many rows are enough where there is little room.
+    pub fn table_of(
+        self,
+        brief: usize,
+        columns: &[impl AsRef<str>],
+        rows: impl IntoIterator<Item = Vec<Cell>>,
+    ) -> Self {
+        let rows: Vec<Vec<Cell>> = rows.into_iter().collect();
+        debug_assert!(rows.iter().all(|row| row.len() == columns.len()), "a cell for each column");
+        let (columns, there) = (columns.iter().map(|name| name.as_ref().into()).collect(), !rows.is_empty());
+        self.with(Block::Table(Table { columns, rows, brief }), there)
+    }
+
+    /// Matrices; those without entries are left out.
+    pub fn matrices<'a, M: 'a>(self, all: impl IntoIterator<Item = &'a M>) -> Self
+    where
+        Matrix: From<&'a M>,
+    {
+        let all: Vec<Matrix> = all.into_iter().map(Matrix::from).filter(|one| !one.entries.is_empty()).collect();
+        let there = !all.is_empty();
+        self.with(Block::Matrices(all), there)
+    }
+
+    /// Drawings.
+    pub fn pictures(mut self, pictures: impl IntoIterator<Item = Picture>) -> Self {
+        self.0.extend(pictures.into_iter().map(Block::Picture));
+        self
+    }
+
+    /// A part with a title.
+    pub fn part(self, title: &str, body: Body) -> Self {
+        let there = !body.0.is_empty();
+        self.with(Block::Part(Section { anchor: String::new(), title: title.into(), body }), there)
+    }
+
+    /// What few want to see.
+    pub fn fold(self, title: &str, body: Body) -> Self {
+        let there = !body.0.is_empty();
+        self.with(Block::Fold(title.into(), body), there)
+    }
+
+    /// What is left out where there is little room.
+    pub fn detail(self, body: Body) -> Self {
+        let there = !body.0.is_empty();
+        self.with(Block::Detail(body), there)
+    }
+
+    /// What another body says, after this one.
+    pub fn and(mut self, other: Body) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+}
+
+impl Page {
+    /// The sections that say something: anchor, title, body.
+    pub(super) fn sections<'a>(all: impl IntoIterator<Item = (&'a str, &'a str, Body)>) -> Vec<Section> {
+        let there = all.into_iter().filter(|(_, _, body)| !body.0.is_empty());
+        there.map(|(anchor, title, body)| Section { anchor: anchor.into(), title: title.into(), body }).collect()
+    }
+
+    /// The whole page as a section of another one; `hint` says whose it is.
+    pub(super) fn within(self, anchor: &str, title: &str, hint: &str) -> Section {
+        let alerts = self.alerts.into_iter().map(Block::Alert);
+        let mut body = Body(self.verdict.map(Block::Verdict).into_iter().chain(alerts).collect()).hint(hint);
+        body.0.extend(self.sections.into_iter().map(|one| {
+            let anchor = format!("{anchor}-{}", one.anchor);
+            Block::Part(Section { anchor, ..one })
+        }));
+        Section { anchor: anchor.into(), title: title.into(), body }
+    }
+}
+
+impl Section {
+    /// The same, left out where there is little room.
+    pub(super) fn detail(self) -> Self {
+        Self { body: Body::default().detail(self.body), ..self }
+    }
+}
+
+/// A box for each warning.
+pub(super) fn warnings(texts: &[String]) -> Vec<Alert> {
+    texts.iter().map(|text| Alert { kind: "Warning".into(), text: text.clone() }).collect()
+}

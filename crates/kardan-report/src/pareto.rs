@@ -1,0 +1,167 @@
+//! The trade-off of designs as a picture: interaction over torque, both logarithmic.
+
+use super::analysis_pictures::{drawing, figure_of, line, text};
+use super::model::Picture;
+use super::text::{escape, figure, unit};
+use kardan::results::{Alternative, Exploration};
+
+const LEFT: f64 = 92.0;
+const TOP: f64 = 14.0;
+const WIDTH: f64 = 600.0;
+const HEIGHT: f64 = 340.0;
+/// Curves have so many colours.
+const COLOURS: usize = 6;
+
+/// A logarithmic axis over whole powers of ten, or parts of one.
+struct Axis {
+    low: f64,
+    high: f64,
+}
+
+impl Axis {
+    fn new(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let logs: Vec<f64> = values.filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10).collect();
+        let (low, high) =
+            (logs.iter().copied().fold(f64::MAX, f64::min), logs.iter().copied().fold(f64::MIN, f64::max));
+        let margin = (0.05 * (high - low)).max(0.05);
+        (!logs.is_empty()).then_some(Self { low: low - margin, high: high + margin })
+    }
+
+    /// Part of the axis, 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        ((value.log10() - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+    }
+
+    /// 1, 2, 5 times powers of ten; over many decades the powers only.
+    fn ticks(&self) -> Vec<f64> {
+        let steps: &[f64] = if self.high - self.low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let first = self.low.floor() as i32;
+        let last = self.high.ceil() as i32;
+        let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)));
+        all.filter(|tick| (self.low..=self.high).contains(&tick.log10())).collect()
+    }
+}
+
+/// The picture; empty without designs that can be drawn.
+pub(super) fn pareto(found: &Exploration) -> Option<Picture> {
+    let drawn = |one: &&Alternative| one.interaction > 0.0 && one.torque > 0.0;
+    let all: Vec<&Alternative> = found.designs.iter().filter(drawn).collect();
+    let axes = (Axis::new(all.iter().map(|one| one.torque)), Axis::new(all.iter().map(|one| one.interaction)));
+    let (Some(across), Some(up)) = axes else { return None };
+    let place =
+        |one: &Alternative| (LEFT + WIDTH * across.place(one.torque), TOP + HEIGHT * (1.0 - up.place(one.interaction)));
+    let mut body = String::new();
+    for tick in across.ticks() {
+        let x = LEFT + WIDTH * across.place(tick);
+        body += &line((x, TOP), (x, TOP + HEIGHT), "grid");
+        body += &text(x, TOP + HEIGHT + 18.0, "middle", &figure(tick, 3));
+    }
+    for tick in up.ticks() {
+        let y = TOP + HEIGHT * (1.0 - up.place(tick));
+        body += &line((LEFT, y), (LEFT + WIDTH, y), "grid");
+        body += &text(LEFT - 8.0, y + 4.0, "end", &figure(tick, 3));
+    }
+    body += &text(
+        LEFT + WIDTH / 2.0,
+        TOP + HEIGHT + 38.0,
+        "middle",
+        if found.limited { "largest torque asked, over the motor's limit" } else { "largest torque asked, N m" },
+    );
+    let mut times: Vec<f64> = all.iter().map(|one| one.sample_time).collect();
+    times.sort_by(|a, b| b.total_cmp(a));
+    times.dedup();
+    let colour = |one: &Alternative| {
+        let number = times.iter().position(|time| *time == one.sample_time).unwrap_or(0);
+        format!("var(--curve-{})", number % COLOURS)
+    };
+    // What differs in effort only lies on one curve.
+    let mut sorted = all.clone();
+    sorted.sort_by(|a, b| a.effort.total_cmp(&b.effort));
+    while let Some(first) = sorted.first().copied() {
+        let alike = |one: &&Alternative| {
+            one.sample_time == first.sample_time && one.bandwidth == first.bandwidth && one.sensors == first.sensors
+        };
+        let (curve, rest): (Vec<&Alternative>, Vec<&Alternative>) = sorted.into_iter().partition(alike);
+        for pair in curve.windows(2) {
+            let ((x, y), (to_x, to_y)) = (place(pair[0]), place(pair[1]));
+            body += &format!(
+                "<path class=\"front\" stroke=\"{}\" d=\"M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}\"/>\n",
+                colour(first)
+            );
+        }
+        sorted = rest;
+    }
+    for (k, one) in all.iter().enumerate().rev() {
+        let (x, y) = place(one);
+        let title = format!(
+            "{} s, bandwidth × {}, effort × {}, {}: interaction {} {}, torque {}, noise {} rms",
+            one.sample_time,
+            one.bandwidth,
+            one.effort,
+            one.sensors,
+            figure(one.interaction, 3),
+            found.unit,
+            found.amount(one.torque, 1),
+            found.amount(one.noise, 2)
+        );
+        let fill = if one.best { colour(one) } else { "none".into() };
+        let own = if k == 0 { "<circle r=\"10\" fill=\"none\" class=\"own\"/>" } else { "" };
+        body += &format!(
+            "<g transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{own}<circle r=\"4\" fill=\"{fill}\" stroke=\"{}\"/></g>\n",
+            escape(&title),
+            colour(one)
+        );
+    }
+    let below = TOP + HEIGHT + 60.0;
+    for (k, time) in times.iter().enumerate() {
+        let x = LEFT + 130.0 * k as f64;
+        body += &format!(
+            "<circle cx=\"{x:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"var(--curve-{})\"/>\n",
+            below - 4.0,
+            k % COLOURS
+        );
+        body += &text(x + 10.0, below, "", &format!("{} Hz", figure(1.0 / time, 4)));
+    }
+    let label = format!("{} over torque", found.interaction);
+    let drawn = drawing(LEFT + WIDTH + 16.0, below + 12.0, &label, &body);
+    let caption = format!(
+        "{} in {}, over the largest torque. Joined: the same rate, bandwidth and sensors, with more effort from the upper end to the \
+         lower. Filled: no design with the same sensors, at no higher rate and no smaller bandwidth, is better in both. \
+         Ringed: the design of the file. What each is appears under the pointer.",
+        escape(&found.interaction),
+        unit(&found.unit)
+    );
+    Some(figure_of("Interaction against torque", &drawn, &caption))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_design_has_a_mark_and_the_own_one_a_ring() {
+        let one = |interaction, torque, best| Alternative {
+            interaction,
+            torque,
+            best,
+            sample_time: 1e-3,
+            ..Default::default()
+        };
+        let found = Exploration {
+            designs: vec![one(1e-3, 0.7, true), one(2e-2, 0.2, true), one(0.5, 0.9, false)],
+            ..Default::default()
+        };
+        let page = pareto(&found).unwrap().drawing;
+        assert_eq!(page.matches("<title>").count(), 3);
+        assert_eq!(page.matches("class=\"own\"").count(), 1);
+        assert_eq!(page.matches("class=\"front\"").count(), 2);
+        assert!(!page.contains("NaN") && !page.contains("inf"));
+    }
+
+    #[test]
+    fn nothing_to_draw_gives_nothing() {
+        assert_eq!(pareto(&Exploration::default()), None);
+        let strange = Alternative { interaction: f64::NAN, torque: 0.0, ..Default::default() };
+        assert_eq!(pareto(&Exploration { designs: vec![strange], ..Default::default() }), None);
+    }
+}

@@ -1,0 +1,375 @@
+//! An analysis of structure as a page.
+
+use crate::analysis_pictures as pictures;
+use crate::model::{Alert, Body, Cell, Page, row};
+use crate::text::figure;
+use crate::text::number;
+use crate::words;
+use kardan::results::{
+    Analysis, Basis, Class, ConstraintForces, EigenvalueBounds, Factor, FailingMode, FrictionState, Loss, LossSearch,
+    Mode, ParameterRange, PlacementSearch, Sensitivity, Structure, Undecided, Verdict,
+};
+
+/// More modes are counted where there is little room.
+const MODES: usize = 40;
+/// More sets of places are counted where there is little room.
+const SETS: usize = 8;
+/// More eigenvalues are shown by the first and the last.
+const VALUES: usize = 6;
+
+/// The page of an analysis.
+pub fn page(analysis: &Analysis) -> Page {
+    let structure = &analysis.structure;
+    let unfinished = analysis.unfinished.as_ref();
+    let elimination = analysis.elimination.iter().flat_map(|found| words::elimination(found, structure));
+    let forces = analysis.constraint_forces.as_ref().map(constraint_forces);
+    Page {
+        name: if analysis.name.is_empty() { "Structure analysis".into() } else { analysis.name.clone() },
+        description: analysis.description.clone(),
+        verdict: verdict(analysis),
+        alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
+        sections: Page::sections([
+            ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
+            ("elimination", "Motions without inertia", Body::default().list(elimination)),
+            ("modes", "Modes", modes(analysis)),
+            ("structure", "Controllability and observability", ranks(structure)),
+            ("transfer", "Relative degrees and zeros", transfer(structure)),
+            ("least", "Least numbers of inputs and outputs", least(structure)),
+            ("placement", "Placement", placement(analysis)),
+            ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
+            ("reduction", "Reduction", reduction(analysis)),
+            ("constraint-forces", "Constraint forces", forces.unwrap_or_default()),
+            ("certificate", "Certificate", certificate(structure)),
+            ("remarks", "Notes of the analysis", Body::default().list(analysis.notes.iter().cloned())),
+        ]),
+        data: None,
+    }
+}
+
+/// One sentence on the ranks; `true` if nothing is missing.
+fn verdict(analysis: &Analysis) -> Option<Verdict> {
+    let structure = &analysis.structure;
+    let states = structure.states.len();
+    if states == 0 {
+        return None;
+    }
+    let (controllable, observable) = (structure.controllable(), structure.observable());
+    if structure.undecided != Undecided::default() {
+        let word = |decided: Option<bool>, what: &str, rank: usize| match decided {
+            Some(true) => what.to_owned(),
+            Some(false) => format!("not {what} (rank {rank} of {states})"),
+            None => format!("whether {what} is not decided (rank at least {rank} of {states})"),
+        };
+        let text = format!(
+            "Not everything could be proven: {}; {}.",
+            word(structure.controllability(), "controllable", structure.controllable_rank),
+            word(structure.observability(), "observable", structure.observable_rank)
+        );
+        return Some(Verdict { sound: false, text });
+    }
+    let text = match (controllable, observable) {
+        (true, true) => format!("Controllable and observable: all {states} states."),
+        (false, true) => format!("Not controllable: rank {} of {states}; observable.", structure.controllable_rank),
+        (true, false) => format!("Controllable; not observable: rank {} of {states}.", structure.observable_rank),
+        (false, false) => format!(
+            "Neither controllable (rank {} of {states}) nor observable (rank {} of {states}).",
+            structure.controllable_rank, structure.observable_rank
+        ),
+    };
+    Some(Verdict { sound: structure.minimal() && analysis.unfinished.is_none(), text })
+}
+
+fn class(class: &Class) -> Body {
+    let assumptions = class.assumptions.iter().map(|one| {
+        let word = if one.holds { "holds" } else { "broken" };
+        row![&one.statement, Cell::Mark(one.holds, word.into())]
+    });
+    let broken = class.assumptions.iter().filter(|one| !one.holds);
+    let breaches = broken.flat_map(|one| {
+        let breach = |(elements, why): (Vec<&str>, &str)| format!("by {}: {why}", words::list(&elements, 100));
+        std::iter::once(format!("broken: {}", one.statement)).chain(words::breaches(one).into_iter().map(breach))
+    });
+    let constraints = class.constraints.iter().map(|c| row![&c.element, &c.equation, words::constraint_kind(c)]);
+    let point = &class.operating_point;
+    let moved = point.angles.iter().filter(|one| one.angle != 0.0);
+    let moved: Vec<String> = moved.map(|one| format!("{} = {} rad", one.shaft, number(one.angle))).collect();
+    let rest = if moved.is_empty() { "all angles 0 rad" } else { "all other angles 0 rad" };
+    let at = moved.iter().map(String::as_str).chain([rest]).collect::<Vec<_>>().join(", ");
+    let friction = point.friction.iter().map(|FrictionState { element, coulomb_torque, stuck }| {
+        let state = if *stuck { "stuck: a constraint here" } else { "slipping: a constant torque here" };
+        row![element, *coulomb_torque, state]
+    });
+    Body::default()
+        .say(words::class(class))
+        .detail(Body::default().table(&["assumption", ""], assumptions))
+        .list(breaches)
+        .table(&["constraint", "equation", "kind"], constraints)
+        .say(if point.angles.is_empty() { String::new() } else { format!("Operating point: {at}.") })
+        .table(&["friction", "#Coulomb torque [N m]", "state"], friction)
+}
+
+/// `yes` or `no` where it is decided.
+fn told(decided: Option<bool>, holds: bool) -> Cell {
+    match decided {
+        Some(_) => Cell::Mark(holds, if holds { "yes" } else { "no" }.into()),
+        None => Cell::Mark(false, "not decided".into()),
+    }
+}
+
+fn modes(analysis: &Analysis) -> Body {
+    let energy = analysis.modes.iter().any(|mode| !mode.stored.is_empty());
+    let row = |(k, mode): (usize, &Mode)| {
+        let mut row = row![
+            k + 1,
+            mode.natural_frequency / std::f64::consts::TAU,
+            mode.damping_ratio,
+            words::pair(mode.eigenvalue),
+            told(analysis.structure.controllability(), mode.controllable),
+            told(analysis.structure.observability(), mode.observable),
+            words::together(&words::shape(mode, |value| figure(value, 3))),
+        ];
+        if energy {
+            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(words::together(&text))));
+        }
+        row
+    };
+    let mut headers =
+        vec!["##", "#frequency [Hz]", "#damping", "#eigenvalue [1/s]", "reached", "seen", "largest motions"];
+    headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
+    if analysis.modes.is_empty() {
+        return Body::default();
+    }
+    Body::default()
+        .table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row))
+        .pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
+        .pictures(pictures::shapes(&analysis.modes))
+        .pictures(pictures::energies(&analysis.modes))
+}
+
+fn ranks(structure: &Structure) -> Body {
+    let states = structure.states.len();
+    if states == 0 {
+        return Body::default();
+    }
+    let judged = |what: &str, decided: Option<bool>, rank: Option<usize>| {
+        let rank = rank.map_or(String::new(), |rank| words::rank(rank, states, decided.is_some()));
+        row![what, told(decided, decided == Some(true)), rank]
+    };
+    let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(words::failing));
+    let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());
+    let factor = |factor: &Factor| {
+        row![
+            &factor.polynomial,
+            words::together(&words::pairs(&factor.roots).join(", ")),
+            factor.algebraic,
+            factor.geometric,
+            defect(structure.controllability(), factor.input_defect),
+            defect(structure.observability(), factor.output_defect),
+        ]
+    };
+    let headers = [
+        "factor of the characteristic polynomial",
+        "roots [1/s]",
+        "#multiplicity",
+        "#eigenvectors",
+        "#not reached",
+        "#not seen",
+    ];
+    let factors = Body::default().table(&headers, structure.factors.iter().map(factor));
+    let invariant = &structure.invariant_factors;
+    let invariant = match invariant.is_empty() {
+        true => Body::default(),
+        false => Body::default().names("Invariant factors of s I − A", invariant),
+    };
+    Body::default()
+        .table(
+            &["", "", ""],
+            [
+                judged("controllable", structure.controllability(), Some(structure.controllable_rank)),
+                judged("observable", structure.observability(), Some(structure.observable_rank)),
+                judged("minimal", structure.minimality(), None),
+            ],
+        )
+        .names("States", &structure.states)
+        .names("Inputs", &structure.inputs)
+        .names("Outputs", &structure.outputs)
+        .part("Modes that the inputs do not reach", failing(&structure.uncontrollable))
+        .part("Modes that the outputs do not show", failing(&structure.unobservable))
+        .detail(Body::default().part("Factors", factors.and(invariant)))
+}
+
+fn transfer(structure: &Structure) -> Body {
+    if structure.states.is_empty() {
+        return Body::default();
+    }
+    let degree = |degree: Option<&usize>| Cell::Text(degree.map_or("–".into(), usize::to_string));
+    let row = |(degrees, output): (&Vec<Option<usize>>, &String)| {
+        let all = [output.into(), degree(degrees.iter().flatten().min())].into_iter();
+        all.chain(degrees.iter().map(|found| degree(found.as_ref()))).collect()
+    };
+    let inputs = structure.inputs.iter().map(|input| format!("#{input}"));
+    let headers: Vec<String> = ["output", "#least"].map(String::from).into_iter().chain(inputs).collect();
+    let with = |(degrees, _): &(&Vec<Option<usize>>, &String)| degrees.len() + 2 == headers.len();
+    let degrees = structure.relative_degrees.iter().zip(&structure.outputs).filter(with);
+    let degrees = Body::default().table(&headers, degrees.filter(|(all, _)| !all.is_empty()).map(row));
+    let never = structure.relative_degrees.iter().flatten().any(Option::is_none);
+    let hint = if never { "– where the input never reaches the output." } else { "" };
+    let zeros = &structure.zeros;
+    let found = match (zeros.values.is_empty(), zeros.growing) {
+        (true, Some(_)) => "There are none.".into(),
+        (true, None) => zeros.polynomial.clone(),
+        _ => {
+            let values = words::list(&words::pairs(&zeros.values), 100);
+            format!("{values} 1/s, the roots of {}.", zeros.polynomial)
+        }
+    };
+    let zeros =
+        Body::default().say(found).say(words::half_plane(zeros).unwrap_or_default()).say(words::normal_rank(structure));
+    Body::default().part("Relative degrees", degrees.hint(hint)).part("Invariant zeros", zeros)
+}
+
+fn least(structure: &Structure) -> Body {
+    if structure.states.is_empty() {
+        return Body::default();
+    }
+    let certificate = &structure.certificate;
+    let kind = match structure.kind.as_str() {
+        "" => String::new(),
+        kind => format!("Case of the theorems: {kind}."),
+    };
+    let mut built = structure.construction.as_ref().map(words::construction).unwrap_or_default().into_iter();
+    Body::default()
+        .hint(kind)
+        .list([
+            words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure),
+            words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure),
+        ])
+        .say(built.next().unwrap_or_default())
+        .fold("How these inputs were built", Body::default().list(built))
+}
+
+fn placement(analysis: &Analysis) -> Body {
+    let both = [
+        ("Motors", "controllable", &analysis.placement.inputs),
+        ("Sensors", "observable", &analysis.placement.outputs),
+    ];
+    both.iter().fold(Body::default(), |body, (title, property, search)| {
+        body.part(title, search.as_ref().map_or_else(Body::default, |search| sets(search, property)))
+    })
+}
+
+fn sets(search: &PlacementSearch, property: &str) -> Body {
+    let none = search.none_because.as_ref();
+    let none = none.map_or(String::new(), |why| format!("No set makes the model {property}: {why}."));
+    let several = search.sets.len() > 1;
+    let rows = search.sets.iter().enumerate().map(|(k, set)| {
+        let mark = if set.efficient && several { "●" } else { "" };
+        row![k + 1, set.places.join(", "), set.score, set.cost, mark]
+    });
+    let score = if search.unit.is_empty() { "#score".into() } else { format!("#score [{}]", search.unit) };
+    let listed = Body::default().table_of(SETS, &["##", "places", &score, "#cost", ""], rows);
+    let efficient = several && search.sets.iter().any(|set| set.efficient);
+    let listed = listed.hint(if efficient { words::EFFICIENT } else { "" });
+    let title = format!("Table of {} set{}", search.sets.len(), if search.sets.len() == 1 { "" } else { "s" });
+    Body::default()
+        .say(words::search(search))
+        .judge(false, none)
+        .pictures(pictures::ranking(search))
+        .fold(&title, listed)
+}
+
+fn sensitivity(sensitivity: &Sensitivity) -> Body {
+    let at = |search: &Option<LossSearch>, name: &str, nominal: f64| {
+        let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
+        let value = |loss: &Loss| loss.at.iter().find(|one| one.parameter == name).map_or(nominal, |one| one.value);
+        loss.map_or("–".into(), |loss| number(value(loss)))
+    };
+    let row = |ParameterRange { name, nominal, lower, upper, unit }: &ParameterRange| {
+        row![
+            format!("{name} [{unit}]"),
+            *lower,
+            *nominal,
+            *upper,
+            at(&sensitivity.controllability, name, *nominal),
+            at(&sensitivity.observability, name, *nominal),
+        ]
+    };
+    let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
+    let said = |what: &str, search: &Option<LossSearch>| {
+        Body::default().list(search.iter().flat_map(|search| words::loss(what, search)))
+    };
+    Body::default()
+        .pictures(pictures::margins(sensitivity))
+        .table(&headers, sensitivity.parameters.iter().map(row))
+        .part("Controllability", said("controllability", &sensitivity.controllability))
+        .part("Observability", said("observability", &sensitivity.observability))
+}
+
+fn reduction(analysis: &Analysis) -> Body {
+    if analysis.coordinates.is_empty() && analysis.bases.is_empty() {
+        return Body::default();
+    }
+    let headers = ["basis", "#not orthogonal by", "matrix", "eigenvalues", "centres", "radii", "#within discs"];
+    let discs = Body::default().table(&headers, analysis.bases.iter().flat_map(bounds));
+    let hint = if discs.0.is_empty() { "" } else { "Every eigenvalue lies in at least one disc of its matrix." };
+    let body = Body::default()
+        .names("Reduced coordinates", &analysis.coordinates)
+        .part("Eigenvalues and Geršgorin's discs", discs.hint(hint));
+    analysis.bases.iter().fold(body, |body, basis| {
+        let title = format!("Matrices: {} (largest cosine of two columns {})", basis.name, number(basis.orthogonality));
+        let all = [&basis.basis, &basis.inertia, &basis.damping, &basis.stiffness, &basis.input];
+        body.detail(Body::default().fold(&title, Body::default().matrices(all)))
+    })
+}
+
+fn bounds(basis: &Basis) -> Vec<Vec<Cell>> {
+    let several = |values: &[f64]| {
+        let texts: Vec<String> = values.iter().map(|&value| number(value)).collect();
+        match &texts[..] {
+            [first, .., last] if texts.len() > VALUES => format!("{first} … {last} ({})", texts.len()),
+            all => all.join(", "),
+        }
+    };
+    let row = |(k, bounds): (usize, &EigenvalueBounds)| {
+        let EigenvalueBounds { matrix, unit, eigenvalues, centres, radii, .. } = bounds;
+        row![
+            if k == 0 { Cell::Span(basis.name.clone(), basis.bounds.len()) } else { Cell::Under },
+            if k == 0 { number(basis.orthogonality) } else { String::new() },
+            format!("{matrix} [{unit}]"),
+            several(eigenvalues),
+            several(centres),
+            several(radii),
+            words::discs(bounds),
+        ]
+    };
+    basis.bounds.iter().enumerate().map(row).collect()
+}
+
+fn constraint_forces(forces: &ConstraintForces) -> Body {
+    let plural = if forces.rank == 1 { "" } else { "s" };
+    let said = format!(
+        "The projector P has rank {}: so many independent constraint{plural}. Largest entry of P^2 − P: {}.",
+        forces.rank,
+        number(forces.idempotence_residual)
+    );
+    let projector = Body::default().fold("Projector", Body::default().matrices([&forces.projector]));
+    Body::default()
+        .say(said)
+        .matrices([&forces.input_to_multiplier])
+        .detail(Body::default().matrices([&forces.input_to_torque]).and(projector))
+}
+
+fn certificate(structure: &Structure) -> Body {
+    let certificate = &structure.certificate;
+    if structure.states.is_empty() {
+        return Body::default();
+    }
+    let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
+    let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", words::list(&primes, 12)) };
+    let hint = "The exported data hold the certificate itself, for a check by another program.";
+    Body::default()
+        .say(words::certificate(certificate))
+        .list(certificate.statements.iter().cloned())
+        .detail(Body::default().hint(primes))
+        .hint(hint)
+}

@@ -1,0 +1,52 @@
+//! What results say, as pages.
+
+pub mod analysis;
+pub mod bench;
+pub mod design;
+pub mod identification;
+pub mod study;
+
+use crate::model::{Body, Cell, row};
+use crate::text::number;
+use kardan::results::{Complex, Pole};
+
+/// Poles, one row for each real one and each conjugate pair.
+fn poles(poles: &[Pole]) -> Body {
+    let mut rest = poles.to_vec();
+    let mut rows = Vec::new();
+    while !rest.is_empty() {
+        let Complex { re: real, im: imaginary } = rest.remove(0);
+        let size = real.hypot(imaginary);
+        let conjugate = |pole: &Pole| (pole.re - real).hypot(pole.im + imaginary) <= 1e-9 * size;
+        let pair = if imaginary == 0.0 { None } else { rest.iter().position(conjugate) };
+        let value = match (pair, imaginary) {
+            (Some(_), _) => format!("{} ± {} j", number(real), number(imaginary.abs())),
+            (None, 0.0) => number(real),
+            (None, _) => format!("{} + {} j", number(real), number(imaginary)),
+        };
+        pair.map(|index| rest.remove(index));
+        let damping = if size > 0.0 { number(-real / size) } else { "–".into() };
+        let word = match real {
+            _ if real < 0.0 => "decays",
+            _ if real > 0.0 => "grows",
+            _ => "does not decay",
+        };
+        rows.push(row![value, size, damping, Cell::Mark(real < 0.0, word.into())]);
+    }
+    Body::default().table(&["#pole [1/s]", "#natural frequency [rad/s]", "#damping ratio", ""], rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Block;
+
+    #[test]
+    fn conjugate_poles_share_a_row() {
+        let body = poles(&[Complex::new(-3.0, 4.0), Complex::new(-1.0, 0.0), Complex::new(-3.0, -4.0)]);
+        let [Block::Table(table)] = &body.0[..] else { panic!("one table: {body:?}") };
+        let decays = Cell::Mark(true, "decays".into());
+        let expected = [row!["−3 ± 4 j", "5", "0.6", decays.clone()], row!["−1", "1", "1", decays]];
+        assert_eq!(table.rows, expected);
+    }
+}

@@ -1,0 +1,370 @@
+//! Runs as a page: charts, key figures, requirements, motors, energy, events, the model with its laws.
+
+use crate::charts;
+use crate::curves::{clock, variant_label};
+use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
+use crate::text::number;
+use crate::text::{Clock, figure};
+use crate::words;
+use kardan::results::{
+    Energy, Event, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study, Verdict,
+};
+
+use super::{analysis, design};
+
+/// More events of one variant are counted, not listed.
+const EVENTS: usize = 300;
+
+/// The page of a study.
+pub fn page(study: &Study) -> Page {
+    let new = Body::default;
+    let mut sections = Page::sections([
+        ("plots", "Plots", plots(study)),
+        ("figures", "Key figures", key_figures(study)),
+        ("requirements", "Requirements", requirements(study)),
+        ("motors", "Motors and their limits", motors(study)),
+        ("energy", "Energy balance", energy(study)),
+        ("events", "Events", new().detail(events(study))),
+        ("notes", "Notes", new().list(notes(study))),
+        ("warnings", "Warnings", study.warnings.iter().fold(new(), |body, text| body.judge(false, text))),
+        ("model", "Model", new().detail(model(&study.model))),
+    ]);
+    sections.extend(study.designs.iter().enumerate().map(|(k, found)| {
+        design::page(found).within(&format!("design-{}", k + 1), &format!("Design of {}", found.controller), "")
+    }));
+    let analysis = study.analysis.as_ref();
+    sections
+        .extend(analysis.map(|found| analysis::page(found).within("analysis", "Structure analysis", &whose(study))));
+    sections.extend(Page::sections([("variants", "Variants and effort", variants(study))]));
+    Page {
+        name: if study.model.name.is_empty() { "Study".into() } else { study.model.name.clone() },
+        description: study.model.description.clone(),
+        verdict: Some(verdict(study)),
+        alerts: failures(study),
+        sections,
+        data: Some(charts::data(study)),
+    }
+}
+
+/// What the inputs reach and the outputs show.
+fn structure(structure: &Structure) -> String {
+    let states = structure.states.len();
+    let part = |holds: bool, what: &str, rank: usize, names: &[String]| {
+        let names = if names.is_empty() { "nothing".into() } else { words::list(names, 4) };
+        if holds { format!("{what} {names}") } else { format!("NOT {what} {names} (rank {rank} of {states})") }
+    };
+    let controllable =
+        part(structure.controllable(), "controllable by", structure.controllable_rank, &structure.inputs);
+    let observable = part(structure.observable(), "observable from", structure.observable_rank, &structure.outputs);
+    format!("structure: {controllable}; {observable}")
+}
+
+/// Whose analysis the report shows, and what is in it.
+fn whose(study: &Study) -> String {
+    let found = study.analysis.as_ref().map_or(String::new(), |found| structure(&found.structure));
+    let open = format!("Without the laws, linearised at the operating point; {found}.");
+    match &study.runs[..] {
+        [first, _, ..] => {
+            format!("{open} Variant {}; `kardan analyze --variant NAME` shows another.", variant_label(study, first))
+        }
+        _ => open,
+    }
+}
+
+/// One sentence: did all variants run to the end, do the requirements hold? `true` if nothing is wrong.
+fn verdict(study: &Study) -> Verdict {
+    if study.runs.is_empty() {
+        return Verdict { sound: true, text: "No runs.".into() };
+    }
+    let completed = study.runs.iter().filter(|run| run.outcome == Outcome::Completed).count();
+    let judged: Vec<bool> = study.runs.iter().flat_map(|run| &run.requirements).map(|judged| judged.passed).collect();
+    let passed = judged.iter().filter(|&&passed| passed).count();
+    let runs = match (completed, study.runs.len()) {
+        (1, 1) => "The run completed".into(),
+        (0, 1) => "The run did not complete".into(),
+        (completed, all) if completed == all => format!("All {all} variants completed"),
+        (completed, all) => format!("{completed} of {all} variants completed, {} failed", all - completed),
+    };
+    let requirements = match (passed, judged.len()) {
+        (_, 0) => "no requirements are stated".into(),
+        (1, 1) => "the requirement is met".into(),
+        (0, 1) => "the requirement is not met".into(),
+        (passed, all) if passed == all => format!("all {all} requirements are met"),
+        (passed, all) => format!("{passed} of {all} requirements are met, {} are not", all - passed),
+    };
+    let strained = study.runs.iter().filter(|run| run.strains.iter().any(MotorStrain::strained)).count();
+    let strained = match strained {
+        0 => String::new(),
+        some if some == study.runs.len() => "; a motor is at its limit for some time".into(),
+        some => format!("; in {some} of {} variants a motor is at its limit for some time", study.runs.len()),
+    };
+    let sound = completed == study.runs.len() && passed == judged.len();
+    Verdict { sound, text: format!("{runs}; {requirements}{strained}.") }
+}
+
+/// An alert for each failed run.
+fn failures(study: &Study) -> Vec<Alert> {
+    let failed = study.runs.iter().filter_map(|run| match &run.outcome {
+        Outcome::Failed { time, cause } => Some((run, time, cause)),
+        Outcome::Completed => None,
+    });
+    let alert = |(run, time, cause): (&Run, &f64, &String)| {
+        let label = variant_label(study, run);
+        let name = if label == run.name { label } else { format!("{} ({label})", run.name) };
+        let at = clock(study).time(*time);
+        let text = format!("{name} stopped at {at}: {cause} Everything up to that time is shown.");
+        Alert { kind: "Ended early".into(), text }
+    };
+    failed.map(alert).collect()
+}
+
+/// What says that there is nothing.
+fn or_none(body: Body, none: &str) -> Body {
+    if body.0.is_empty() { body.say(none) } else { body }
+}
+
+fn plots(study: &Study) -> Body {
+    let pictures = crate::plots(study);
+    let charts = study.plots.iter().zip(&pictures).enumerate();
+    let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
+    if charts.is_empty() {
+        return Body::default().say("The model file asks for no plots.");
+    }
+    Body(charts)
+}
+
+/// The variants with their parameters, outcome and effort.
+fn variants(study: &Study) -> Body {
+    let rows = study.runs.iter().map(|run| {
+        let parameters: Vec<String> =
+            run.parameters.iter().map(|value| format!("{} = {}", value.name, value.text)).collect();
+        let outcome = match &run.outcome {
+            Outcome::Completed => Cell::Mark(true, "completed".into()),
+            Outcome::Failed { time, .. } => Cell::Mark(false, format!("stopped at {}", clock(study).time(*time))),
+        };
+        let effort = run.effort;
+        row![
+            &run.name,
+            parameters.join(", "),
+            outcome,
+            effort.steps,
+            effort.rejected,
+            effort.evaluations,
+            effort.events
+        ]
+    });
+    let headers = ["variant", "parameters", "outcome", "#steps", "#rejected", "#evaluations", "#located events"];
+    or_none(Body::default().table(&headers, rows), "There are no runs.")
+}
+
+/// The name of the first of several rows, which stands for all of them.
+fn span(text: impl Into<String>, index: usize, rows: usize) -> Cell {
+    if index == 0 { Cell::Span(text.into(), rows) } else { Cell::Under }
+}
+
+/// Extremes and last values of every signal plotted for a variant; of all signals if there are no plots.
+fn key_figures(study: &Study) -> Body {
+    let mut names: Vec<&String> = Vec::new();
+    let all = study.runs.iter().filter(|_| study.plots.is_empty()).flat_map(|run| &run.series.signals);
+    for name in study.plots.iter().flat_map(|plot| &plot.signals).chain(all.map(|signal| &signal.name)) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let plotted = |run: &Run, name: &String| {
+        let of = |plot: &Plot| plot.variants.is_empty() || plot.variants.contains(&run.name);
+        study.plots.is_empty() || study.plots.iter().any(|plot| of(plot) && plot.signals.contains(name))
+    };
+    let mut rows = Vec::new();
+    for name in names {
+        let runs = study.runs.iter().filter(|run| plotted(run, name));
+        let found = runs.filter_map(|run| Some((run, run.series.signal(name)?)));
+        let found: Vec<(&Run, &Signal)> = found.collect();
+        for (index, (run, signal)) in found.iter().enumerate() {
+            let name = format!("{name} [{}]", signal.physical.unit());
+            let mut row = row![span(name, index, found.len()), variant_label(study, run)];
+            row.extend(extremes(&run.series.time, &signal.values, clock(study)));
+            rows.push(row);
+        }
+    }
+    let headers = ["signal", "variant", "#minimum", "#at", "#maximum", "#at", "#final"];
+    or_none(Body::default().table_of(usize::MAX, &headers, rows), "No signals are plotted.")
+}
+
+fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
+    let finite = || time.iter().zip(values).filter(|(_, value)| value.is_finite());
+    let cells = |found: Option<(&f64, &f64)>| match found {
+        Some((time, value)) => [Cell::from(*value), Cell::Text(clock.time(*time))],
+        None => ["–".into(), "–".into()],
+    };
+    let [low, low_time] = cells(finite().min_by(|a, b| a.1.total_cmp(b.1)));
+    // The first of equal maxima, as for minima.
+    let [high, high_time] = cells(finite().min_by(|a, b| b.1.total_cmp(a.1)));
+    let [last, _] = cells(finite().next_back());
+    [low, low_time, high, high_time, last]
+}
+
+/// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
+fn motors(study: &Study) -> Body {
+    let strains = study.runs.iter().flat_map(|run| run.strains.iter().map(move |strain| (run, strain)));
+    let rows = strains.map(|(run, strain)| {
+        let [asked, limit, time] = words::design::strain(strain, run.length());
+        let time = if strain.strained() { Cell::Mark(false, time) } else { Cell::Text(time) };
+        row![&strain.motor, variant_label(study, run), asked, limit, time]
+    });
+    Body::default().table(&["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], rows)
+}
+
+/// The requirements, each for every variant.
+fn requirements(study: &Study) -> Body {
+    let mut texts: Vec<&String> = Vec::new();
+    for judged in study.runs.iter().flat_map(|run| &run.requirements) {
+        if !texts.contains(&&judged.text) {
+            texts.push(&judged.text);
+        }
+    }
+    let mut rows = Vec::new();
+    for text in texts {
+        let judged = study.runs.iter().flat_map(|run| run.requirements.iter().map(move |judged| (run, judged)));
+        let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
+        for (index, (run, requirement)) in judged.iter().enumerate() {
+            let measured = match requirement.measured.filter(|measured| measured.is_finite()) {
+                Some(measured) => format!("{} {}", number(measured), requirement.unit),
+                None => "not measured".into(),
+            };
+            let passed = requirement.passed;
+            let verdict = Cell::Mark(passed, if passed { "passed" } else { "failed" }.into());
+            rows.push(row![span(text, index, judged.len()), variant_label(study, run), measured, verdict]);
+        }
+    }
+    let headers = ["requirement", "variant", "#measured", "verdict"];
+    or_none(Body::default().table(&headers, rows), "The model file states no requirements.")
+}
+
+/// The energy balance of every run.
+fn energy(study: &Study) -> Body {
+    let rows = study.runs.iter().map(|run| {
+        let Energy { input, stored, dissipated, residual } = run.energy;
+        let largest = input.abs().max(stored.abs()).max(dissipated.abs());
+        let relative = if largest > 0.0 { format!("{:.1e}", (residual / largest).abs()) } else { "–".into() };
+        let relative = relative.replace('-', "−");
+        row![variant_label(study, run), input, stored, dissipated, figure(residual, 2), relative]
+    });
+    let headers =
+        ["variant", "#input [J]", "#stored [J]", "#dissipated [J]", "#residual [J]", "#residual / largest term"];
+    or_none(Body::default().table(&headers, rows), "There are no runs.").hint(
+        "input = stored + dissipated + residual. The residual is what the integration did not account for; its size certifies the \
+         run.",
+    )
+}
+
+/// What happened, run by run, folded away.
+fn events(study: &Study) -> Body {
+    let body = study.runs.iter().fold(Body::default(), |body, run| {
+        let name = variant_label(study, run);
+        match run.events.len() {
+            0 => body.say(format!("{name}: no events")),
+            1 => body.fold(&format!("{name}: 1 event"), listed(&run.events, clock(study))),
+            count => body.fold(&format!("{name}: {count} events"), listed(&run.events, clock(study))),
+        }
+    });
+    or_none(body, "There are no runs.")
+}
+
+fn listed(events: &[Event], clock: Clock) -> Body {
+    let rows =
+        events.iter().take(EVENTS).map(|event| row![format!("{:.6}", event.time * clock.per_second), &event.what]);
+    let hint = match events.len().saturating_sub(EVENTS) {
+        0 => String::new(),
+        rest => format!("The first {EVENTS} are listed; {rest} later ones are in the exported data."),
+    };
+    Body::default().table_of(EVENTS, &[&format!("#time [{}]", clock.unit), "event"], rows).hint(hint)
+}
+
+/// Notes of the runs, each text once with the variants it concerns.
+fn notes(study: &Study) -> Vec<String> {
+    let mut notes: Vec<(&String, Vec<String>)> = Vec::new();
+    for run in &study.runs {
+        for note in &run.notes {
+            match notes.iter_mut().find(|(text, _)| *text == note) {
+                Some((_, variants)) => variants.push(variant_label(study, run)),
+                None => notes.push((note, vec![variant_label(study, run)])),
+            }
+        }
+    }
+    let item = |(text, variants): (&String, Vec<String>)| {
+        let whom = if variants.len() == study.runs.len() { "all variants".into() } else { variants.join("; ") };
+        format!("{text} ({whom})")
+    };
+    notes.into_iter().map(item).collect()
+}
+
+/// Elements, coordinates, matrices, laws and poles.
+fn model(model: &ModelSummary) -> Body {
+    let elements = model.elements.iter().map(|one| row![&one.name, &one.kind, &one.values]);
+    let coordinates = match model.coordinates.is_empty() {
+        true => Body::default(),
+        false => Body::default().names("Reduced coordinates", &model.coordinates),
+    };
+    let poles = super::poles(&model.closed_loop_poles);
+    let hint = match poles.0.is_empty() {
+        true => "",
+        false => "Linearised at the initial position, first variant, without Coulomb friction, in floating point.",
+    };
+    let body = Body::default()
+        .part("Elements", Body::default().table(&["name", "kind", "values"], elements))
+        .and(coordinates)
+        .part("Reduced matrices at the initial position", Body::default().matrices(&model.matrices));
+    let body = model.laws.iter().fold(body, |mut body, law| {
+        let said = Body::default().list(law.notes.iter().cloned()).matrices(&law.gains);
+        let title = format!("Law {} ({})", law.name, law.law);
+        body.0.push(Block::Part(Section { anchor: String::new(), title, body: said }));
+        body
+    });
+    let body = body.part("Closed-loop poles", Body::default().hint(hint).and(poles));
+    or_none(body, "No summary of the model is given.")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::{Physical, Series};
+
+    #[test]
+    fn only_signals_plotted_for_the_variant_are_listed() {
+        let signal = |name: &str| Signal {
+            name: name.into(),
+            physical: Physical::Angle,
+            description: String::new(),
+            values: vec![1.0],
+        };
+        let plot = |signal: &str, variants: &[&str]| Plot {
+            signals: vec![signal.into()],
+            variants: variants.iter().map(|&name| name.into()).collect(),
+            ..Plot::default()
+        };
+        let run = Run {
+            name: "b".into(),
+            parameters: vec![],
+            series: Series { time: vec![0.0], signals: vec![signal("x"), signal("y"), signal("z")] },
+            energy: Default::default(),
+            events: vec![],
+            outcome: Outcome::Completed,
+            requirements: vec![],
+            notes: vec![],
+            strains: vec![],
+            effort: Default::default(),
+        };
+        let plots = vec![plot("x", &["a"]), plot("y", &[])];
+        let mut study = Study { plots, runs: vec![run], ..Study::default() };
+        let names = |study: &Study| match &key_figures(study).0[..] {
+            [Block::Table(table)] => table.rows.iter().map(|row| row[0].clone()).collect::<Vec<_>>(),
+            other => panic!("{other:?}"),
+        };
+        let spans =
+            |names: &[&str]| names.iter().map(|name| Cell::Span(format!("{name} [rad]"), 1)).collect::<Vec<_>>();
+        assert_eq!(names(&study), spans(&["y"]));
+        study.plots.clear();
+        assert_eq!(names(&study), spans(&["x", "y", "z"]));
+    }
+}

@@ -1,0 +1,151 @@
+//! Plots for paper. The crate `kuva` is used here and nowhere else.
+
+use std::sync::Arc;
+
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::LinePlot;
+use kuva::plot::legend::{LegendEntry, LegendPosition, LegendShape};
+use kuva::plot::line::LineStyle;
+use kuva::render::layout::{Layout, TickFormat};
+use kuva::render::plots::Plot as Drawn;
+use kuva::render::render::render_multiple;
+use kuva::render::theme::Theme;
+
+use super::PlotFile;
+use super::curves::{self, Curve, ON_WHITE};
+use super::text::Clock;
+use super::thin::thin;
+use super::ticks::{self, Axis};
+use kardan::results::{Plot, Study};
+
+const WIDTH: f64 = 760.0;
+/// Height without title and legend.
+const HEIGHT: f64 = 380.0;
+const POINTS: usize = 2000;
+const REFERENCE: &str = "#000000";
+const FONTS: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif";
+
+/// See [`super::plots`].
+pub(super) fn plots(study: &Study) -> Vec<PlotFile> {
+    let stems = curves::stems(study);
+    let file = |(plot, stem): (&Plot, String)| {
+        let svg = finish(&draw(study, plot), &stem);
+        PlotFile { name: format!("{stem}.svg"), svg }
+    };
+    study.plots.iter().zip(stems).map(file).collect()
+}
+
+/// What `kuva` leaves to do: a view box, so that the picture can be scaled, and an id of its own for the clip path,
+/// which `kuva` numbers through the life of the process.
+fn finish(svg: &str, stem: &str) -> String {
+    let attribute = |name: &str| svg.split_once(&format!("{name}=\""))?.1.split('"').next();
+    let (width, height) = (attribute("width").unwrap_or_default(), attribute("height").unwrap_or_default());
+    let scalable = svg.replacen("<svg ", &format!("<svg viewBox=\"0 0 {width} {height}\" "), 1);
+    match attribute("<clipPath id") {
+        Some(id) => scalable
+            .replacen(&format!("id=\"{id}\""), &format!("id=\"clip-{stem}\""), 1)
+            .replace(&format!("url(#{id})"), &format!("url(#clip-{stem})")),
+        None => scalable,
+    }
+}
+
+fn draw(study: &Study, plot: &Plot) -> String {
+    let curves = curves::curves(study, plot);
+    let Clock { per_second, unit } = curves::clock(study);
+    let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
+    let value = ticks::axis(curves.iter().flat_map(|curve| curve.values.iter().copied()), 0.04, 7);
+
+    // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
+    let entries: Vec<LegendEntry> = curves.iter().map(entry).collect();
+    let title = if curves.is_empty() { format!("{} (no data)", plot.title) } else { plot.title.clone() };
+    let mut layout = Layout::new((time.low, time.high), (value.low, value.high))
+        .with_theme(theme())
+        .with_width(WIDTH)
+        .with_title(plain(&title))
+        .with_title_size(16)
+        .with_title_wrap(78)
+        .with_x_label(format!("time [{unit}]"))
+        .with_y_label(plain(&curves::axis_label(plot, &curves)))
+        .with_y_label_wrap(46)
+        .with_label_size(13)
+        .with_tick_size(12)
+        .with_body_size(12)
+        .with_box_axes()
+        .with_tick_length(4.0)
+        .with_axis_line_width(0.8)
+        .with_tick_width(0.8)
+        .with_grid_line_width(0.6)
+        .with_x_axis_min(time.low)
+        .with_x_axis_max(time.high)
+        .with_x_tick_step(time.step)
+        .with_x_tick_format(format(time))
+        .with_y_axis_min(value.low)
+        .with_y_axis_max(value.high)
+        .with_y_tick_step(value.step)
+        .with_y_tick_format(format(value));
+    let mut height = HEIGHT + 40.0 * (title.chars().count().div_ceil(78)) as f64;
+    // One curve is named by its axis, unless it is a reference.
+    if curves.len() > 1 || curves.iter().any(|curve| curve.colour.is_none()) {
+        height += legend_height(&entries);
+        layout = layout
+            .with_legend_position(LegendPosition::OutsideBottomColumns)
+            .with_legend_box(false)
+            .with_legend_entries(entries);
+    }
+    let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second)).map(Drawn::Line).collect();
+    SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height)))
+}
+
+/// What `kuva` adds below the axis for the legend's rows at width [`WIDTH`], px.
+fn legend_height(entries: &[LegendEntry]) -> f64 {
+    let longest = entries.iter().map(|entry| entry.label.chars().count()).max().unwrap_or(0) as f64;
+    let columns = (640.0 / (38.0 + 6.5 * longest)).floor().max(1.0);
+    18.0 * (entries.len() as f64 / columns).ceil() + 10.0
+}
+
+fn entry(curve: &Curve) -> LegendEntry {
+    LegendEntry {
+        label: plain(&curve.label),
+        color: colour(curve).into(),
+        shape: LegendShape::Line,
+        // The legend's sample is short: two dashes of a reference just fit.
+        dasharray: if curve.colour.is_none() { Some("5 2 5 2".into()) } else { dasharray(curve) },
+    }
+}
+
+/// The polylines of a curve: one for each stretch between two gaps.
+fn lines(curve: &Curve, per_second: f64) -> Vec<LinePlot> {
+    let kept = thin(curve.time, curve.values, POINTS);
+    let stretches = kept.split(|&index| !curve.values[index].is_finite());
+    let drawn = |stretch: &[usize]| {
+        let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
+        LinePlot::new()
+            .with_data(stretch.iter().map(|&index| (curve.time[index] * per_second, curve.values[index])))
+            .with_color(colour(curve))
+            .with_stroke_width(if curve.colour.is_some() { 1.3 } else { 1.0 })
+            .with_line_style(style)
+    };
+    stretches.filter(|stretch| stretch.len() > 1).map(drawn).collect()
+}
+
+fn colour(curve: &Curve) -> &'static str {
+    curve.colour.map_or(REFERENCE, |index| ON_WHITE[index % ON_WHITE.len()])
+}
+
+fn dasharray(curve: &Curve) -> Option<String> {
+    let lengths: Vec<String> = curve.dash.iter().map(f64::to_string).collect();
+    (!lengths.is_empty()).then(|| lengths.join(" "))
+}
+
+fn format(axis: Axis) -> TickFormat {
+    TickFormat::Custom(Arc::new(move |value| axis.label(value)))
+}
+
+/// The text as `kuva` shows it unchanged: it would read `$…$` as mathematics, and XML knows no control characters.
+fn plain(text: &str) -> String {
+    text.replace(|c: char| c.is_control() || c == '\u{fffe}' || c == '\u{ffff}', " ").replace('$', "\\$")
+}
+
+fn theme() -> Theme {
+    Theme { grid_color: "#e4e4e4".into(), font_family: Some(FONTS.into()), ..Theme::light() }
+}

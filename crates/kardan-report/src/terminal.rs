@@ -1,0 +1,187 @@
+//! A page as text in 100 columns.
+
+use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
+
+const WIDTH: usize = 100;
+/// A matrix with more rows or columns is not shown.
+const LARGE: usize = 24;
+/// Longer names of rows and columns of a matrix are cut.
+const NAME: usize = 16;
+/// More names in a row are counted, not shown.
+const NAMES: usize = 16;
+/// More sentences of a list are counted, not shown.
+const ITEMS: usize = 20;
+/// Texts in a table are at least as wide.
+const LEAST: usize = 8;
+/// Digits of rounded entries of a matrix: somebody may type them in.
+const DIGITS: usize = 9;
+
+/// See [`Page::text`].
+pub(super) fn text(page: &Page, origin: &str) -> String {
+    let mut out = page.name.clone() + &if origin.is_empty() { String::new() } else { format!(" ({origin})") } + "\n";
+    if let Some(first) = page.description.split("\n\n").map(str::trim).find(|text| !text.is_empty()) {
+        sentence(&mut out, first);
+    }
+    let verdict = page.verdict.iter().cloned().map(Block::Verdict);
+    let alerts = page.alerts.iter().cloned().map(Block::Alert);
+    let first = Body(verdict.chain(alerts).collect());
+    out += if first.0.is_empty() { "" } else { "\n" };
+    blocks(&mut out, &first);
+    for Section { title, body, .. } in &page.sections {
+        let mut said = String::new();
+        blocks(&mut said, body);
+        if !said.is_empty() {
+            out += &format!("\n{title}\n{said}");
+        }
+    }
+    // A terminal obeys control characters.
+    let plain = |c: char| match c {
+        '−' => '-',
+        c if c.is_control() && c != '\n' => '?',
+        c => c,
+    };
+    out.chars().map(plain).collect()
+}
+
+fn blocks(out: &mut String, body: &Body) {
+    for block in &body.0 {
+        match block {
+            Block::Text(Tone::Bad, text) => sentence(out, &format!("WARNING: {text}")),
+            Block::Text(_, text) => sentence(out, text),
+            Block::Verdict(verdict) => sentence(out, &verdict.text),
+            Block::Alert(alert) => sentence(out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text)),
+            Block::List(texts) => {
+                texts.iter().take(ITEMS).for_each(|text| sentence(out, text));
+                more(out, texts.len(), ITEMS);
+            }
+            Block::Names(what, names) => {
+                let shown = if names.is_empty() { "none".into() } else { super::words::list(names, NAMES) };
+                sentence(out, &format!("{what} ({}): {shown}", names.len()));
+            }
+            Block::Table(found) => table(out, found),
+            // Of a whole page within this one the verdict is enough.
+            Block::Part(part) if !part.anchor.is_empty() => {}
+            Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one)),
+            Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {
+                let mut said = String::new();
+                blocks(&mut said, body);
+                if !said.is_empty() {
+                    sentence(out, &format!("{title}:"));
+                    *out += &said;
+                }
+            }
+            Block::Picture(_) | Block::Chart(_) | Block::Detail(_) => {}
+        }
+    }
+}
+
+/// A paragraph, wrapped and indented.
+fn sentence(out: &mut String, text: &str) {
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("    ");
+    *out += &textwrap::fill(&text, options);
+    out.push('\n');
+}
+
+/// Says how many rows were not shown.
+fn more(out: &mut String, all: usize, shown: usize) {
+    if all > shown {
+        *out += &format!("  … and {} more; --json gives all\n", all - shown);
+    }
+}
+
+fn cell(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) | Cell::Code(text) | Cell::Span(text, _) | Cell::Mark(true, text) => text.clone(),
+        // Units have no other case.
+        Cell::Mark(false, text) if text.contains(|c: char| c.is_ascii_digit()) => format!("{text} (!)"),
+        Cell::Mark(false, text) => text.to_uppercase(),
+        Cell::Under => String::new(),
+        Cell::Entry(entry) => entry.written(DIGITS).0,
+    }
+}
+
+/// A table as wide as its contents, at most [`WIDTH`]: first the titles above numbers give way, then texts between
+/// their words, the widest first, and in the end words.
+fn table(out: &mut String, table: &Table) {
+    let number = |k: usize| table.columns[k].starts_with('#');
+    let count = |text: &str| text.chars().count();
+    let titles: Vec<String> =
+        table.columns.iter().map(|title| title.strip_prefix('#').unwrap_or(title).into()).collect();
+    let shown = table.rows.iter().take(table.brief).map(|row| row.iter().map(cell).collect::<Vec<_>>());
+    let shown: Vec<Vec<String>> = shown.collect();
+    let widest = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| count(cell)).max().unwrap_or(0);
+    let mut widths: Vec<usize> = (0..titles.len()).map(|k| widest(k).max(count(&titles[k]))).collect();
+    let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
+    let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
+    let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST };
+    while 2 * widths.len() + widths.iter().sum::<usize>() > WIDTH {
+        let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
+        match narrower.max_by_key(|&k| (number(k), widths[k] > words(k), widths[k], std::cmp::Reverse(k))) {
+            Some(k) => widths[k] -= 1,
+            None => break,
+        }
+    }
+    let titled = titles.iter().any(|title| !title.is_empty());
+    for row in titled.then_some(&titles).into_iter().chain(&shown) {
+        let cells: Vec<Vec<String>> = row.iter().zip(&widths).map(|(cell, &width)| lines(cell, width)).collect();
+        for line in 0..cells.iter().map(Vec::len).max().unwrap_or(0) {
+            let mut text = String::new();
+            for (k, &width) in widths.iter().enumerate().take(cells.len()) {
+                let part = cells[k].get(line).map_or("", String::as_str);
+                text += &if number(k) { format!("  {part:>width$}") } else { format!("  {part:width$}") };
+            }
+            *out += &format!("{}\n", text.trim_end());
+        }
+    }
+    more(out, table.rows.len(), table.brief);
+}
+
+/// The lines of a cell; hard spaces do not break, and become plain ones.
+fn lines(cell: &str, width: usize) -> Vec<String> {
+    textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
+}
+
+/// A matrix with its names, in as many pieces as its columns need.
+fn matrix(out: &mut String, matrix: &Matrix) {
+    let (height, width) = (matrix.entries.len(), matrix.columns.len());
+    let fits = height.max(width) <= LARGE;
+    let rounded = fits && matrix.entries.iter().flatten().any(|entry| entry.written(DIGITS).1);
+    let exact = match (matrix.exact, rounded) {
+        (true, false) => ", exact",
+        (true, true) => ", long fractions rounded",
+        (false, _) => "",
+    };
+    sentence(out, &format!("{}{exact}", matrix.title));
+    if !fits {
+        *out += &format!("  {height} × {width}; --json gives all\n");
+        return;
+    }
+    let cut = |text: &String| super::analysis_pictures::cut(text, NAME);
+    let names: Vec<String> = matrix.rows.iter().map(cut).collect();
+    let columns: Vec<String> = matrix.columns.iter().map(cut).collect();
+    let left = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+    let size = |entry: &Entry| entry.written(DIGITS).0.chars().count();
+    let wide = |j: usize| {
+        let cells = matrix.entries.iter().filter_map(|row| row.get(j)).map(size);
+        cells.chain([columns[j].chars().count()]).max().unwrap_or(0) + 2
+    };
+    let mut from = 0;
+    while from < width {
+        let mut room = WIDTH.saturating_sub(left + 2);
+        let mut until = from;
+        while until < width && (until == from || wide(until) <= room) {
+            room = room.saturating_sub(wide(until));
+            until += 1;
+        }
+        let titles = columns[from..until].iter().map(|name| format!("#{name}"));
+        let row = |(name, row): (&String, &Vec<Entry>)| {
+            let entries = row.iter().take(until).skip(from).cloned().map(Cell::Entry);
+            std::iter::once(Cell::from(name)).chain(entries).collect()
+        };
+        let rows = names.iter().zip(&matrix.entries).map(row).collect();
+        let columns = std::iter::once(String::new()).chain(titles).collect();
+        table(out, &Table { columns, rows, brief: LARGE });
+        from = until;
+    }
+}

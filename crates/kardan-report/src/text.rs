@@ -1,0 +1,177 @@
+//! Numbers and texts as HTML and JSON want them.
+
+/// The text with everything that HTML would interpret written as entities; control characters become spaces.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            control if control.is_control() => escaped.push(' '),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// A number for the reader of a table: `digits` significant ones, trailing zeros dropped, a typographic minus.
+pub(super) fn figure(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let scientific = format!("{:.*e}", digits.max(1) - 1, value);
+    let (mantissa, exponent) = scientific.split_once('e').expect("Rust prints an exponent");
+    let exponent: i32 = exponent.parse().expect("and it is an integer");
+    let text = if value == 0.0 {
+        "0".into()
+    } else if (-4..6).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        without_trailing_zeros(&format!("{value:.decimals$}")).to_owned()
+    } else {
+        format!("{}e{exponent}", without_trailing_zeros(mantissa))
+    };
+    text.replace('-', "−")
+}
+
+/// Five significant digits: how numbers are written where nothing else is said.
+pub(super) fn number(value: f64) -> String {
+    figure(value, 5)
+}
+
+/// The unit of time that suits a study: s, ms or µs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clock {
+    /// How many there are in a second.
+    pub(super) per_second: f64,
+    /// Its symbol.
+    pub(super) unit: &'static str,
+}
+
+impl Clock {
+    /// For a study whose longest run ends then, s.
+    pub(super) fn until(end: f64) -> Self {
+        match end {
+            end if end > 0.0 && end < 2e-4 => Self { per_second: 1e6, unit: "µs" },
+            end if end > 0.0 && end < 0.2 => Self { per_second: 1e3, unit: "ms" },
+            _ => Self { per_second: 1.0, unit: "s" },
+        }
+    }
+
+    /// A time in s for the reader: `1.0000 s` reads `1 s`; four decimals.
+    pub(super) fn time(self, time: f64) -> String {
+        if !time.is_finite() {
+            return "–".into();
+        }
+        let number = format!("{:.4}", time * self.per_second);
+        format!("{} {}", without_trailing_zeros(&number).replace('-', "−"), self.unit)
+    }
+}
+
+/// A unit with its powers written as such: `kg m^2` reads `kg m²`.
+pub(super) fn unit(unit: &str) -> String {
+    unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴")
+}
+
+/// Powers written as such: `s^12 + 3 s` reads `s¹² + 3 s`.
+pub(super) fn powers(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut raised = false;
+    let mut rest = text.chars().peekable();
+    while let Some(character) = rest.next() {
+        match character {
+            '^' if rest.peek().is_some_and(char::is_ascii_digit) => raised = true,
+            digit if raised && digit.is_ascii_digit() => {
+                out.push(['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize]);
+            }
+            other => {
+                raised = false;
+                out.push(other);
+            }
+        }
+    }
+    out
+}
+
+fn without_trailing_zeros(number: &str) -> &str {
+    if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
+}
+
+/// A JSON string that is also safe inside a `<script>` element.
+pub(super) fn json_string(text: &str) -> String {
+    let mut json = String::with_capacity(text.len() + 2);
+    json.push('"');
+    for character in text.chars() {
+        match character {
+            '"' => json.push_str("\\\""),
+            '\\' => json.push_str("\\\\"),
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => json.push_str(&format!("\\u{:04x}", character as u32)),
+            control if control.is_control() => json.push_str(&format!("\\u{:04x}", control as u32)),
+            other => json.push(other),
+        }
+    }
+    json.push('"');
+    json
+}
+
+/// A JSON number of nine significant digits in its shortest form; `null` if it is not finite.
+pub(super) fn json_number(value: f64) -> String {
+    if !value.is_finite() {
+        return "null".into();
+    }
+    let rounded: f64 = format!("{value:.8e}").parse().expect("Rust reads what it prints");
+    let (plain, scientific) = (format!("{rounded}"), format!("{rounded:e}"));
+    if plain.len() <= scientific.len() { plain } else { scientific }
+}
+
+/// A JSON array of items that are JSON already.
+pub(super) fn json_array(items: impl IntoIterator<Item = String>) -> String {
+    format!("[{}]", items.into_iter().collect::<Vec<_>>().join(","))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_read_well() {
+        let cases = [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (std::f64::consts::PI, "3.1416"),
+            (-1.5, "−1.5"),
+            (123_456.0, "123456"),
+            (12_345_678.0, "1.2346e7"),
+            (-2.5e-7, "−2.5e−7"),
+            (0.000_123_456, "0.00012346"),
+            (9.999_99, "10"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "–"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(figure(value, 5), expected);
+        }
+        let long = Clock::until(9.0);
+        assert_eq!((long.time(1.0), long.time(5.12345)), ("1 s".into(), "5.1235 s".into()));
+        assert_eq!(Clock::until(2e-3).time(4.04e-4), "0.404 ms");
+        assert_eq!(Clock::until(5e-5).time(1.25e-5), "12.5 µs");
+        assert_eq!(Clock::until(0.0).time(f64::NAN), "–");
+        assert_eq!(powers("s^12 + 3 s^2 + 20, e^-3"), "s¹² + 3 s² + 20, e^-3");
+    }
+
+    #[test]
+    fn json_is_short_and_safe() {
+        assert_eq!(json_number(0.1 + 0.2), "0.3");
+        assert_eq!(json_number(-1.25e-12), "-1.25e-12");
+        assert_eq!(json_number(f64::NAN), "null");
+        assert_eq!(json_string("a\"</script>\n"), r#""a\"\u003c/script\u003e\u000a""#);
+        assert_eq!(json_array(["1".into(), "2".into()]), "[1,2]");
+    }
+
+    #[test]
+    fn html_is_escaped() {
+        assert_eq!(escape("<b a=\"x\">&'\u{7}"), "&lt;b a=&quot;x&quot;&gt;&amp;&#39; ");
+    }
+}
