@@ -11,7 +11,7 @@ use crate::results::{ChannelResult, ControllerData, Design, ObserverResult, Phys
 use crate::schema::{Field, Kind, Sign};
 use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
-use crate::synthesis::observed::{Reading, reading, rows, sensor_table, sensors, told_apart};
+use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows, sensor_table, sensors};
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::sampled::{
@@ -612,7 +612,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
     let all: Vec<String> = plant.states().into_iter().chain(lagged).chain(names).collect();
-    let mut sentences = told_apart(plant, &system)?;
+    let mut sentences = distinguishable_torques(plant, &system)?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
