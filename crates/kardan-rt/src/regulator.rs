@@ -167,15 +167,12 @@ impl<T: Real> Regulator<'_, T> {
         if let Some(known) = &known {
             known.force_input.accumulate(known.forces, next);
         }
-        if all_finite(next) {
-            copy(next, estimate);
-        } else {
-            health.estimate_kept = true;
-        }
-        if all_finite(next_model) {
-            copy(next_model, model);
-        } else {
-            health.estimate_kept = true;
+        for (found, kept) in [(next, estimate), (next_model, model)] {
+            if all_finite(found) {
+                copy(found, kept);
+            } else {
+                health.estimate_kept = true;
+            }
         }
         health
     }

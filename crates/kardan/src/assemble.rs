@@ -219,10 +219,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     }
     next.add_balances(balances);
     next.read_compliances();
-    sort(&mut next.inertias);
-    sort(&mut next.springs);
-    sort(&mut next.dampers);
-    sort(&mut next.frictions);
+    next.sort_terms();
     Equations { shafts: out.shafts, ..next }
 }
 
@@ -237,6 +234,13 @@ impl Equations {
         }
         self.springs.push(Along { element: element.clone(), row, value: spring });
         self.compliances.push(constrained);
+    }
+
+    fn sort_terms(&mut self) {
+        sort(&mut self.inertias);
+        sort(&mut self.springs);
+        sort(&mut self.dampers);
+        sort(&mut self.frictions);
     }
 
     /// Kirchhoff's law at each node, from its shares.
