@@ -237,6 +237,19 @@ struct Runner<T> {
     kept: bool,
 }
 
+impl Runner<f64> {
+    /// The same as tasks of the full model.
+    fn wishes(&self) -> Vec<Wish> {
+        let wish = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+            Channel::Position { position_loop, .. } => {
+                Wish::Task(Task::Position { shaft, position_loop: *position_loop })
+            }
+            Channel::Torque { .. } => Wish::Task(Task::Torque { shaft }),
+        };
+        self.channels.iter().zip(&self.output_shafts).map(wish).collect()
+    }
+}
+
 impl<T: Float> Runner<T> {
     fn cast<U: Float>(&self) -> Runner<U> {
         let to = |x: T| U::from_f64(x.to_f64());
@@ -335,7 +348,8 @@ impl<T: Float> Block for Runner<T> {
     }
 }
 
-fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+/// The channels with the names of their inputs and outputs.
+fn chosen_channels(request: &Request<'_>) -> Result<(Vec<ChannelDesign>, Vec<String>, Vec<String>), SynthesisError> {
     let model = &request.plant.linear;
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
@@ -353,6 +367,28 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         outputs.push(output);
         designs.push(ChannelDesign { shaft, input: number });
     }
+    Ok((designs, inputs, outputs))
+}
+
+/// What computes a channel, and what is asked of it.
+fn channel_block(channel: &Values, inverse_inertia: f64) -> (Channel<f64>, ChannelSpec) {
+    if !is_position(channel) {
+        return (Channel::Torque { inverse_inertia }, ChannelSpec::Torque);
+    }
+    let exact = |key, otherwise| channel.exact(key).map_or(otherwise, Exact::to_rational);
+    let natural_frequency = exact("natural_frequency", Rational::from(20));
+    let damping_ratio = exact("damping_ratio", Rational::from_parts(7.into(), 10u8.into()));
+    let position_loop = PositionLoop {
+        natural_frequency: rational_to_f64(&natural_frequency),
+        damping_ratio: rational_to_f64(&damping_ratio),
+    };
+    let spec = ChannelSpec::Position { natural_frequency, damping_ratio };
+    (Channel::Position { position_loop, inverse_inertia }, spec)
+}
+
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+    let model = &request.plant.linear;
+    let (designs, inputs, outputs) = chosen_channels(request)?;
     let names = |channel: &ChannelDesign| {
         (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
@@ -368,20 +404,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     for (channel, inertia) in channels(request.values).zip(&design.effective_inertia) {
         let inverse_inertia = 1.0 / rational_to_f64(inertia);
         told.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
-        blocks.push(if is_position(channel) {
-            let exact = |key, otherwise| channel.exact(key).map_or(otherwise, Exact::to_rational);
-            let natural_frequency = exact("natural_frequency", Rational::from(20));
-            let damping_ratio = exact("damping_ratio", Rational::from_parts(7.into(), 10u8.into()));
-            let position_loop = PositionLoop {
-                natural_frequency: rational_to_f64(&natural_frequency),
-                damping_ratio: rational_to_f64(&damping_ratio),
-            };
-            specs.push(ChannelSpec::Position { natural_frequency, damping_ratio });
-            Channel::Position { position_loop, inverse_inertia }
-        } else {
-            specs.push(ChannelSpec::Torque);
-            Channel::Torque { inverse_inertia }
-        });
+        let (block, spec) = channel_block(channel, inverse_inertia);
+        blocks.push(block);
+        specs.push(spec);
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
@@ -434,18 +459,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if loads.iter().any(Option::is_some) {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
-    let wishes = designed
-        .runner
-        .channels
-        .iter()
-        .zip(&designed.runner.output_shafts)
-        .map(|(channel, &shaft)| match channel {
-            Channel::Position { position_loop, .. } => {
-                Wish::Task(Task::Position { shaft, position_loop: *position_loop })
-            }
-            Channel::Torque { .. } => Wish::Task(Task::Torque { shaft }),
-        })
-        .collect();
+    let wishes = designed.runner.wishes();
     let friction_width = request.values.number("friction_width");
     Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wishes, told_references, friction_width)?))
 }
