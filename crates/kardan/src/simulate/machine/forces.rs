@@ -195,13 +195,13 @@ impl Machine {
                 law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
             }
         }
-        let mut loss = self.dynamics.damping_power(&self.work);
+        let mut dissipated = self.dynamics.damping_power(&self.work);
         for (k, mode) in self.modes.iter().enumerate() {
             let speed = self.dynamics.friction_speed(k, &self.work);
-            loss += mode.sign() * self.dynamics.sliding_torque(k, speed) * speed;
+            dissipated += mode.sign() * self.dynamics.sliding_torque(k, speed) * speed;
         }
         out[self.size - 2] = input_power;
-        out[self.size - 1] = loss;
+        out[self.size - 1] = dissipated;
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.

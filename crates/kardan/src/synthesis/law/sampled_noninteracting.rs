@@ -15,7 +15,7 @@ use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_inputs, paired_template};
 use crate::synthesis::sampled::{
-    GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter, hold_plant,
+    GovernorData, PERIOD, Problem, RegulatorData, RunningRegulator, ScheduleData, Solution, Target, filter, hold_plant,
     on_their_way, turning,
 };
 use crate::synthesis::{
@@ -948,9 +948,9 @@ fn unit(signal: &str) -> &'static str {
 impl Sampled {
     fn block(&self, single: bool) -> Box<dyn Block> {
         if single {
-            Box::new(Runner::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
+            Box::new(RunningRegulator::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         } else {
-            Box::new(Runner::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
+            Box::new(RunningRegulator::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         }
     }
 

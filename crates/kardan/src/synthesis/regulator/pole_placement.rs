@@ -164,7 +164,7 @@ fn eigenvectors(
     rank: usize,
     poles: &[Pole],
 ) -> Result<Option<Assignment>, PlacementError> {
-    let wishes = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
+    let wanted = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
     let (a, b) = (a.to_f64(), b.to_f64());
     if !(finite(&a) && finite(&b)) {
         return Err(PlacementError::NotFinite);
@@ -180,7 +180,7 @@ fn eigenvectors(
         let pushes = scaled(&b, &scales, &vec![1.0; b.ncols()]);
         let sizes: Vec<f64> = (0..b.ncols()).map(|j| 1.0 / size(&pushes, j)).collect();
         let pushes = scaled(&pushes, &vec![1.0; a.nrows()], &sizes);
-        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &wishes) else { break };
+        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &wanted) else { break };
         let gain = Mat::from_fn(b.ncols(), a.nrows(), |i, j| found.gain[(i, j)] * sizes[i] * inverse[j]);
         // The next round is balanced for the closed loop.
         scales = balance(&(&a - &b * &gain));
@@ -192,12 +192,12 @@ fn eigenvectors(
 }
 
 /// Largest distance of an achieved pole from its wish, relative to the wish.
-fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
+fn mismatch(achieved: &[Pole], wanted: &[Pole]) -> f64 {
     let size = |p: &Pole| p.0.hypot(p.1);
-    let largest = wishes.iter().map(size).fold(0.0, f64::max);
-    let distances = take_nearest(&mut achieved.to_vec(), wishes);
-    let relative = |(d, wish): (f64, &Pole)| if d > 0.0 { d / size(wish).max(1e-3 * largest) } else { 0.0 };
-    distances.into_iter().zip(wishes).map(relative).fold(0.0, f64::max)
+    let largest = wanted.iter().map(size).fold(0.0, f64::max);
+    let distances = take_nearest(&mut achieved.to_vec(), wanted);
+    let relative = |(d, wanted): (f64, &Pole)| if d > 0.0 { d / size(wanted).max(1e-3 * largest) } else { 0.0 };
+    distances.into_iter().zip(wanted).map(relative).fold(0.0, f64::max)
 }
 
 /// The exact rank of B; repeated poles must be possible with independent eigenvectors.
