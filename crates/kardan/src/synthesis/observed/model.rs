@@ -21,7 +21,7 @@ impl<T: Float> Model<T> {
     /// Returns whether there is a finite answer; if not, nothing is written.
     pub fn rates(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         match self {
-            Self::Linear(runner) => runner.rates(states, torques, view, out),
+            Self::Linear(linear) => linear.rates(states, torques, view, out),
             Self::Nonlinear(full) => full.rates(states, torques, &view.values, out),
         }
     }
@@ -30,7 +30,7 @@ impl<T: Float> Model<T> {
     /// written.
     pub fn next(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         match self {
-            Self::Linear(runner) => runner.rates(states, torques, view, out),
+            Self::Linear(linear) => linear.rates(states, torques, view, out),
             Self::Nonlinear(full) => full.next(states, torques, &view.values, out),
         }
     }
