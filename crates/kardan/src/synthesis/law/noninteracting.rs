@@ -348,8 +348,11 @@ impl<T: Float> Block for RunningNoninteracting<T> {
     }
 }
 
+/// Channels, their inputs and their outputs.
+type ChosenChannels = (Vec<ChannelDesign>, Vec<String>, Vec<String>);
+
 /// The channels with the names of their inputs and outputs.
-fn chosen_channels(request: &Request<'_>) -> Result<(Vec<ChannelDesign>, Vec<String>, Vec<String>), SynthesisError> {
+fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisError> {
     let model = &request.plant.linear;
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
