@@ -132,15 +132,15 @@ impl<T: Real> ModelObserver<'_, T> {
     fn found<'m>(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut &'m mut [T]) -> Option<&'m [T]> {
         let (r, p) = (self.mechanism.coordinates.len(), self.sensors.len());
         let (position, rest) = state.split_at_checked(r)?;
-        let (speed, told) = rest.split_at_checked(r)?;
-        let told = told.get(..self.disturbances.len())?;
+        let (speed, disturbing) = rest.split_at_checked(r)?;
+        let disturbing = disturbing.get(..self.disturbances.len())?;
         let evaluated = self.mechanism.evaluate_within(position, speed, memory)?;
         let force = take(memory, r)?;
         let direction = take(memory, r)?;
         let lower = take(memory, r.checked_mul(r)?)?;
         let out = take(memory, self.states())?;
         known_forces(&self.mechanism, &evaluated, self.friction_width, direction, force);
-        for (shaft, torque) in self.disturbances.iter().zip(told) {
+        for (shaft, torque) in self.disturbances.iter().zip(disturbing) {
             add_scaled(*torque, row(evaluated.basis, *shaft, r), force);
         }
         for (number, torque) in self.inputs.iter().zip(torques) {

@@ -104,17 +104,17 @@ impl<T: Real> Regulator<'_, T> {
         memory: RegulatorMemory<'_, T>,
         known: Option<Known<'_, T>>,
     ) -> Health {
-        let RegulatorMemory { estimate, model, readings: read, references: told, commands, work } = memory;
+        let RegulatorMemory { estimate, model, readings: read, references: governed, commands, work } = memory;
         let kept = Health { estimate_kept: true, ..Health::default() };
-        let (n, k, r, p) = (estimate.len(), model.len(), told.len(), read.len());
+        let (n, k, r, p) = (estimate.len(), model.len(), governed.len(), read.len());
         let Some((seen, work)) = work.split_at_mut_checked(sum(&[n, k, r])) else { return kept };
         let Some((next, work)) = work.split_at_mut_checked(n) else { return kept };
         let Some((next_model, work)) = work.split_at_mut_checked(k) else { return kept };
-        let Some((wish, work)) = work.split_at_mut_checked(r) else { return kept };
+        let Some((asked, work)) = work.split_at_mut_checked(r) else { return kept };
         let Some((error, _)) = work.split_at_mut_checked(p) else { return kept };
         let mut health = Health { readings_held: hold(readings, read), ..Health::default() };
-        copy(told, wish);
-        health.references_held = hold(references, wish);
+        copy(governed, asked);
+        health.references_held = hold(references, asked);
 
         // What the readings tell.
         error.fill(T::ZERO);
@@ -135,30 +135,30 @@ impl<T: Real> Regulator<'_, T> {
         let Some((own_model, own_references)) = rest.split_at_mut_checked(k) else { return health };
         copy(model, own_model);
         if let Some(governor) = &self.governor {
-            health.governed = governor.govern(corrected, own_model, wish, told);
+            health.governed = governor.govern(corrected, own_model, asked, governed);
         } else {
-            copy(wish, told);
+            copy(asked, governed);
         }
-        copy(told, own_references);
+        copy(governed, own_references);
 
         next_model.fill(T::ZERO);
-        self.model_input.accumulate(told, next_model);
+        self.model_input.accumulate(governed, next_model);
         self.model.accumulate(own_model, next_model);
 
         // u = −K [x̂; ξ; r]; the row of each command is summed in place of the one before.
         let before: &mut [T] = commands;
         for (number, command) in before.iter_mut().enumerate() {
             let fed = self.feedback.row_times(number, seen);
-            let wish = match &known {
+            let asked = match &known {
                 Some(known) => -(fed + known.on_forces.row_times(number, known.forces)),
                 None => -fed,
             };
             let bounded = match self.bounds.get(number) {
-                Some(bounds) => bounds.nearest(wish, *command),
-                None => Bounds { torque: None, change: None }.nearest(wish, *command),
+                Some(bounds) => bounds.nearest(asked, *command),
+                None => Bounds { torque: None, change: None }.nearest(asked, *command),
             };
             *command = if bounded.is_finite() { bounded } else { *command };
-            health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != wish));
+            health.commands_bounded = health.commands_bounded.saturating_add(usize::from(*command != asked));
         }
 
         next.fill(T::ZERO);
@@ -167,15 +167,12 @@ impl<T: Real> Regulator<'_, T> {
         if let Some(known) = &known {
             known.force_input.accumulate(known.forces, next);
         }
-        if all_finite(next) {
-            copy(next, estimate);
-        } else {
-            health.estimate_kept = true;
-        }
-        if all_finite(next_model) {
-            copy(next_model, model);
-        } else {
-            health.estimate_kept = true;
+        for (found, kept) in [(next, estimate), (next_model, model)] {
+            if all_finite(found) {
+                copy(found, kept);
+            } else {
+                health.estimate_kept = true;
+            }
         }
         health
     }

@@ -185,16 +185,9 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
                 next.constraints.push(Along { element, row: row(along), value: offset.clone() });
             }
             Term::Compliance { along, offset, scale, stiffness, damping } => {
-                let constrained = row(along);
-                let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&scale.to_rational()));
-                let row: Vec<(usize, Rational)> = constrained.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
                 let rest = -&offset.div(scale).unwrap_or_else(Exact::zero);
-                if !damping.is_zero() {
-                    next.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
-                }
-                let law = SpringLaw { stiffness: stiffness.clone(), rest };
-                next.springs.push(Along { element: element.clone(), row, value: law });
-                next.compliances.push(Along { element, row: constrained, value: scale.clone() });
+                let spring = SpringLaw { stiffness: stiffness.clone(), rest };
+                next.add_compliance(Along { element, row: row(along), value: scale.clone() }, spring, damping);
             }
             Term::Transmission { driven, driving, curve } => match curve.shifted_identity() {
                 Some(shift) => {
@@ -224,26 +217,54 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
             }
         }
     }
-    for (node, mut shares) in balances {
-        shares.retain(|_, x| !Scalar::is_zero(x));
-        if !shares.is_empty() {
-            let row = shares.into_iter().collect();
-            next.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
-            next.nodes.push(node);
-        }
-    }
-    for (_, sensor) in &mut next.sensors {
-        if let Measured::ConstraintTorque(element, shaft) = &sensor.measured
-            && next.compliances.iter().any(|compliance| compliance.element == *element)
-        {
-            sensor.measured = Measured::ComplianceTorque(element.clone(), shaft.clone());
-        }
-    }
-    sort(&mut next.inertias);
-    sort(&mut next.springs);
-    sort(&mut next.dampers);
-    sort(&mut next.frictions);
+    next.add_balances(balances);
+    next.read_compliances();
+    next.sort_terms();
     Equations { shafts: out.shafts, ..next }
+}
+
+impl Equations {
+    /// A spring and a damper along a direction, in units of a scale, in place of its constraint.
+    fn add_compliance(&mut self, constrained: Along<Exact>, spring: SpringLaw, damping: &Exact) {
+        let element = &constrained.element;
+        let inverse = Scalar::minus(&Rational::ZERO, &Rational::ONE.over(&constrained.value.to_rational()));
+        let row: Vec<(usize, Rational)> = constrained.row.iter().map(|(k, x)| (*k, x.times(&inverse))).collect();
+        if !damping.is_zero() {
+            self.dampers.push(Along { element: element.clone(), row: row.clone(), value: damping.clone() });
+        }
+        self.springs.push(Along { element: element.clone(), row, value: spring });
+        self.compliances.push(constrained);
+    }
+
+    fn sort_terms(&mut self) {
+        sort(&mut self.inertias);
+        sort(&mut self.springs);
+        sort(&mut self.dampers);
+        sort(&mut self.frictions);
+    }
+
+    /// Kirchhoff's law at each node, from its shares.
+    fn add_balances(&mut self, balances: BTreeMap<String, BTreeMap<usize, Rational>>) {
+        for (node, mut shares) in balances {
+            shares.retain(|_, x| !Scalar::is_zero(x));
+            if !shares.is_empty() {
+                let row = shares.into_iter().collect();
+                self.constraints.push(Along { element: node.clone(), row, value: Exact::zero() });
+                self.nodes.push(node);
+            }
+        }
+    }
+
+    /// Sensors of constraint torques of compliances read their springs and dampers.
+    fn read_compliances(&mut self) {
+        for (_, sensor) in &mut self.sensors {
+            if let Measured::ConstraintTorque(element, shaft) = &sensor.measured
+                && self.compliances.iter().any(|compliance| compliance.element == *element)
+            {
+                sensor.measured = Measured::ComplianceTorque(element.clone(), shaft.clone());
+            }
+        }
+    }
 }
 
 /// By the shafts that a term acts on: sums then run in the same order whatever the elements are called.

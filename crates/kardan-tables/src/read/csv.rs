@@ -25,12 +25,12 @@ pub(super) struct CsvLog {
     layout: Layout,
     groups: [Group; 1],
     reading: Option<Reading>,
-    found: Found,
+    found: Noticed,
 }
 
 /// What is told in the notes.
 #[derive(Default)]
-struct Found {
+struct Noticed {
     rows: u64,
     skipped: u64,
     first_skipped: Option<u64>,
@@ -62,7 +62,7 @@ struct Reading {
 impl CsvLog {
     pub(super) fn open(bytes: Arc<dyn Bytes>, options: &CsvOptions) -> Result<Self, LogError> {
         let (layout, group) = layout::find(&*bytes, options)?;
-        Ok(Self { bytes, layout, groups: [group], reading: None, found: Found::default() })
+        Ok(Self { bytes, layout, groups: [group], reading: None, found: Noticed::default() })
     }
 }
 
@@ -88,7 +88,7 @@ impl Reading {
     }
 
     /// Parses the text that is there and meanwhile reads the next.
-    fn advance(&mut self, found: &mut Found, names: &dyn Fn(usize) -> String) {
+    fn advance(&mut self, found: &mut Noticed, names: &dyn Fn(usize) -> String) {
         let mut text = std::mem::take(&mut self.text);
         if self.skip > 0 {
             let mut start = 0;
@@ -176,7 +176,7 @@ impl Log for CsvLog {
     fn choose(&mut self, wanted: &[(usize, usize)]) -> Result<(), LogError> {
         let channels = chosen(&self.groups, wanted)?.remove(0);
         self.reading = None;
-        self.found = Found::default();
+        self.found = Noticed::default();
         if channels.is_empty() {
             return Ok(());
         }

@@ -47,7 +47,7 @@ pub enum LogError {
         /// What was looked for and what to do.
         why: String,
     },
-    /// [`Log::choose`] was asked for what is not there.
+    /// [`Log::choose`](super::Log::choose) was asked for what is not there.
     #[error("there is no channel {channel} in group {group} (both counted from 0); choose from the listed groups")]
     UnknownChannel {
         /// The group asked for.

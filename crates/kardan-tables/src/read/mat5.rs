@@ -461,15 +461,7 @@ impl<I: Input> Reader<I> {
             }
             2 => {
                 let names = self.fields(&name)?;
-                let mut structs = Vec::new();
-                for _ in 0..if names.is_empty() { 0 } else { count } {
-                    let mut fields = Vec::new();
-                    for field in &names {
-                        fields.push((field.clone(), self.inner(depth, budget)?));
-                    }
-                    structs.push(fields);
-                }
-                Content::Structs(structs)
+                self.structs(&names, count, depth, budget)?
             }
             3 => Content::Other("a MATLAB object"),
             4 => {
@@ -482,23 +474,7 @@ impl<I: Input> Reader<I> {
                 Content::Text(letters)
             }
             5 if !I::SPARSE => Content::Other("a sparse matrix"),
-            5 => {
-                let (rows, starts) = (self.counts()?, self.counts()?);
-                let values = self.numbers()?;
-                let [height, width] = dimensions[..] else {
-                    return damaged(format!("sparse matrix `{name}` has more than two dimensions"));
-                };
-                let used = starts.last().copied().unwrap_or(0);
-                let sound = starts.len() == width + 1
-                    && starts.is_sorted()
-                    && used <= rows.len()
-                    && used <= values.count()
-                    && rows[..used].iter().all(|row| *row < height);
-                if !sound {
-                    return damaged(format!("the indices of sparse matrix `{name}` do not fit its size"));
-                }
-                Content::Sparse { rows, starts, values }
-            }
+            5 => self.sparse(&name, &dimensions)?,
             6..=15 => {
                 let numbers = self.numbers()?;
                 if numbers.count() != count {
@@ -510,6 +486,43 @@ impl<I: Input> Reader<I> {
             _ => return damaged(format!("`{name}` is of the unknown class {class}")),
         };
         Ok(array(content))
+    }
+
+    /// So many structures with fields of these names.
+    fn structs(
+        &mut self,
+        names: &[String],
+        count: usize,
+        depth: usize,
+        budget: &mut usize,
+    ) -> Result<Content<I::Run>, Broken> {
+        let mut structs = Vec::new();
+        for _ in 0..if names.is_empty() { 0 } else { count } {
+            let mut fields = Vec::new();
+            for field in names {
+                fields.push((field.clone(), self.inner(depth, budget)?));
+            }
+            structs.push(fields);
+        }
+        Ok(Content::Structs(structs))
+    }
+
+    fn sparse(&mut self, name: &str, dimensions: &[usize]) -> Result<Content<I::Run>, Broken> {
+        let (rows, starts) = (self.counts()?, self.counts()?);
+        let values = self.numbers()?;
+        let [height, width] = dimensions[..] else {
+            return damaged(format!("sparse matrix `{name}` has more than two dimensions"));
+        };
+        let used = starts.last().copied().unwrap_or(0);
+        let sound = starts.len() == width + 1
+            && starts.is_sorted()
+            && used <= rows.len()
+            && used <= values.count()
+            && rows[..used].iter().all(|row| *row < height);
+        if !sound {
+            return damaged(format!("the indices of sparse matrix `{name}` do not fit its size"));
+        }
+        Ok(Content::Sparse { rows, starts, values })
     }
 
     fn inner(&mut self, depth: usize, budget: &mut usize) -> Result<Array<I::Run>, Broken> {

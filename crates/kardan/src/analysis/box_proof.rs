@@ -526,7 +526,17 @@ impl Cells {
 
     /// R: of all left inverses of L(c, y) the one with the least variance of `R (ΔL) scale` if each uncertainty were random.
     fn left_inverse(&mut self, at: c64, delta: f64, scale: &[f64]) -> bool {
-        let (m, n) = (self.m, self.n);
+        self.fill_level_and_spread(at, delta, scale);
+        if !(cholesky(&mut self.spread, self.m) && self.orthogonalise()) {
+            return false;
+        }
+        self.invert();
+        self.inverse.iter().all(|x| x.norm_sqr() <= LARGEST_INVERSE * LARGEST_INVERSE)
+    }
+
+    /// L in the middle of the cell, and the matrix of how far its columns spread over the cell and the box.
+    fn fill_level_and_spread(&mut self, at: c64, delta: f64, scale: &[f64]) {
+        let m = self.m;
         let powers = [c64::new(1.0, 0.0), at, at * at];
         let derivatives = [c64::new(0.0, 0.0), c64::new(1.0, 0.0), at + at];
         let zero = c64::new(0.0, 0.0);
@@ -563,10 +573,12 @@ impl Cells {
         for i in 0..m {
             self.spread[i * m + i] = c64::new(self.spread[i * m + i].re * (1.0 + 1e-4) + least, 0.0);
         }
-        if !(cholesky(&mut self.spread, m)) {
-            return false;
-        }
-        // Columns Λ⁻¹ L, orthogonalised (modified Gram-Schmidt).
+    }
+
+    /// Q T: the columns Λ⁻¹ L, orthogonalised (modified Gram-Schmidt); false if they depend on each other.
+    fn orthogonalise(&mut self) -> bool {
+        let (m, n) = (self.m, self.n);
+        let zero = c64::new(0.0, 0.0);
         self.orthogonal.copy_from_slice(&self.level);
         for j in 0..n {
             let (before, rest) = self.orthogonal.split_at_mut(j * m);
@@ -594,7 +606,12 @@ impl Cells {
             self.triangle[j * n + j] = c64::new(norm, 0.0);
             column.iter_mut().for_each(|x| *x *= 1.0 / norm);
         }
-        // R = T⁻¹ Qᴴ Λ⁻¹.
+        true
+    }
+
+    /// R = T⁻¹ Qᴴ Λ⁻¹.
+    fn invert(&mut self) {
+        let (m, n) = (self.m, self.n);
         for i in 0..n {
             self.vector.copy_from_slice(&self.orthogonal[i * m..(i + 1) * m]);
             for k in (0..m).rev() {
@@ -615,7 +632,6 @@ impl Cells {
                 }
             }
         }
-        self.inverse.iter().all(|x| x.norm_sqr() <= LARGEST_INVERSE * LARGEST_INVERSE)
     }
 
     /// The parts of G and their sum, rounding included.

@@ -274,6 +274,79 @@ pub(super) fn prove(
     attempt(&system, actions, primes, progress)
 }
 
+/// What was found modulo many primes.
+#[derive(Default)]
+struct Gathered {
+    primes: Vec<u64>,
+    /// Bits of their product.
+    bits: u64,
+    characteristic: Reconstruction,
+    determinant: Reconstruction,
+    spectra: Vec<Group<Layout>>,
+    zeros: Vec<Group<(usize, Vec<usize>)>>,
+    /// Rank of the system matrix.
+    rank: usize,
+    relative_degrees: Option<Vec<Vec<Option<usize>>>>,
+}
+
+impl Gathered {
+    /// Modulo so many primes that what is the same modulo most of them is so.
+    fn new(
+        system: &LinearSystem,
+        actions: [Option<&Matrix<Rational>>; 2],
+        primes: &mut dyn FnMut() -> u64,
+        progress: &dyn Fn(f64),
+    ) -> Result<Self, String> {
+        let n = system.states.len();
+        let for_divisors = norm_bits(&without_ports(system)) + n as u64 + 2;
+        let for_minors = norm_bits(system) + 1;
+        let [characteristic, determinant] = [Reconstruction::new(), Reconstruction::new()];
+        let mut out = Self { characteristic, determinant, ..Self::default() };
+        loop {
+            let full = out.is_regular(system);
+            // Whole multiples are not at hand for zeros, fractions need twice the bits.
+            let for_zeros = match largest(&out.zeros) {
+                Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
+                _ => for_minors,
+            };
+            let spectrum = largest(&out.spectra).map_or(0, |group| group.bits);
+            let zeros = if full { out.bits } else { largest(&out.zeros).map_or(0, |group| group.bits) };
+            let goal = for_divisors.max(for_zeros);
+            let missing = for_divisors.saturating_sub(spectrum).max(for_zeros.saturating_sub(zeros));
+            progress(1.0 - missing as f64 / goal as f64);
+            if missing == 0 {
+                return Ok(out);
+            }
+            if out.bits > 2 * goal + 10_000 {
+                return Err(format!("no structure is the same modulo enough of {} primes", out.primes.len()));
+            }
+            for (prime, evidence) in batch(missing, primes, |prime| Evidence::of(system, actions, prime)) {
+                out.add(prime, evidence);
+            }
+        }
+    }
+
+    /// Whether there are as many outputs as inputs, and the system matrix has full rank.
+    fn is_regular(&self, system: &LinearSystem) -> bool {
+        let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
+        inputs == outputs && self.rank == n + inputs
+    }
+
+    fn add(&mut self, prime: u64, evidence: Evidence) {
+        let evidence = Arc::new(evidence);
+        self.primes.push(prime);
+        self.bits += bits(prime);
+        self.characteristic.add(prime, &evidence.characteristic());
+        let values: Vec<u64> = evidence.system_determinant.iter().map(|&x| evidence.field.value(x)).collect();
+        self.determinant.add(prime, &values);
+        add(&mut self.spectra, evidence.spectrum.layout(), &evidence.divisors(), &evidence);
+        let degrees = evidence.zeros.factors.iter().map(|f| f.len() - 1).collect();
+        add(&mut self.zeros, (evidence.zeros.rank, degrees), &evidence.zero_factors(), &evidence);
+        self.rank = self.rank.max(evidence.zeros.rank);
+        self.relative_degrees = Some(least(self.relative_degrees.take(), &evidence.relative_degrees));
+    }
+}
+
 /// One attempt for a system with whole numbers.
 fn attempt(
     system: &LinearSystem,
@@ -284,55 +357,14 @@ fn attempt(
     // All is done only at the end.
     let finished = progress;
     let progress = &|fraction: f64| finished(fraction.min(0.99));
-    let (n, inputs, outputs) = (system.states.len(), system.inputs.len(), system.outputs.len());
-    let for_divisors = norm_bits(&without_ports(system)) + n as u64 + 2;
-    let for_minors = norm_bits(system) + 1;
-    let mut used = Vec::new();
-    let mut all = 0;
-    let (mut characteristic, mut determinant) = (Reconstruction::new(), Reconstruction::new());
-    let mut spectra: Vec<Group<Layout>> = Vec::new();
-    let mut zero_groups: Vec<Group<(usize, Vec<usize>)>> = Vec::new();
-    let (mut rank, mut table): (usize, Option<Vec<Vec<Option<usize>>>>) = (0, None);
-    loop {
-        let full = inputs == outputs && rank == n + inputs;
-        // Whole multiples are not at hand for zeros, fractions need twice the bits.
-        let for_zeros = match largest(&zero_groups) {
-            Some(group) if !full && !group.key.1.is_empty() => 2 * (for_minors + n as u64) + 2,
-            _ => for_minors,
-        };
-        let spectrum = largest(&spectra).map_or(0, |group| group.bits);
-        let zeros = if full { all } else { largest(&zero_groups).map_or(0, |group| group.bits) };
-        let goal = for_divisors.max(for_zeros);
-        let missing = for_divisors.saturating_sub(spectrum).max(for_zeros.saturating_sub(zeros));
-        progress(1.0 - missing as f64 / goal as f64);
-        if missing == 0 {
-            break;
-        }
-        if all > 2 * goal + 10_000 {
-            return Err(format!("no structure is the same modulo enough of {} primes", used.len()));
-        }
-        let found = batch(missing, primes, |prime| Evidence::of(system, actions, prime));
-        for (prime, evidence) in found {
-            let evidence = Arc::new(evidence);
-            used.push(prime);
-            all += bits(prime);
-            characteristic.add(prime, &evidence.characteristic());
-            let values: Vec<u64> = evidence.system_determinant.iter().map(|&x| evidence.field.value(x)).collect();
-            determinant.add(prime, &values);
-            add(&mut spectra, evidence.spectrum.layout(), &evidence.divisors(), &evidence);
-            let degrees = evidence.zeros.factors.iter().map(|f| f.len() - 1).collect();
-            add(&mut zero_groups, (evidence.zeros.rank, degrees), &evidence.zero_factors(), &evidence);
-            rank = rank.max(evidence.zeros.rank);
-            table = Some(least(table, &evidence.relative_degrees));
-        }
-    }
+    let mut gathered = Gathered::new(system, actions, primes, progress)?;
     let mut facts = Facts {
-        primes: used,
+        primes: std::mem::take(&mut gathered.primes),
         lists: Default::default(),
         pieces: Vec::new(),
-        relative_degrees: table.unwrap_or_default(),
-        states: n,
-        rank,
+        relative_degrees: gathered.relative_degrees.take().unwrap_or_default(),
+        states: system.states.len(),
+        rank: gathered.rank,
         zeros: None,
         zero_count: 0,
         statements: Vec::new(),
@@ -341,8 +373,8 @@ fn attempt(
         unlucky: false,
     };
     facts.say(&format!("det(sE - A): coefficients known {} twice their bound", modulo(facts.primes.len() as u64)));
-    let group = largest(&spectra).expect("there is a prime that does not divide det E");
-    facts.take_spectrum(group, &characteristic.integers());
+    let group = largest(&gathered.spectra).expect("there is a prime that does not divide det E");
+    facts.take_spectrum(group, &gathered.characteristic.integers());
     if facts.unlucky {
         facts.open_zeros.push("not looked for".into());
         return Ok(facts);
@@ -358,9 +390,9 @@ fn attempt(
             .say("multiplicities and defects: powers of square-free factors multiply to the invariant factors exactly");
     }
     facts.say("relative degrees: earlier coefficients vanish modulo primes with a product above their bound");
-    let group = largest(&zero_groups).expect("there is a prime that does not divide det E");
-    if inputs == outputs && rank == n + inputs {
-        let coefficients = determinant.integers().into_iter().map(Rational::from).collect();
+    let group = largest(&gathered.zeros).expect("there is a prime that does not divide det E");
+    if gathered.is_regular(system) {
+        let coefficients = gathered.determinant.integers().into_iter().map(Rational::from).collect();
         let zeros = Polynomial::new(coefficients).monic();
         facts.zero_count = zeros.degree();
         facts.zeros = Some(zeros);

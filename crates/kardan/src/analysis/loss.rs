@@ -59,10 +59,10 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
         descend(family, &limits, start(eigenvalues, number, &mut random), y, bound)
     };
     // Each batch is bounded by the one before it, whatever the order of its members.
-    let mut best: Option<Found> = None;
+    let mut best: Option<Candidate> = None;
     for batch in [0..starts / 4, starts / 4..starts] {
         let bound = best.as_ref().map_or(FARTHEST, |found| found.gauge);
-        let found: Vec<Found> = batch.into_par_iter().filter_map(|number| from(number, bound)).collect();
+        let found: Vec<Candidate> = batch.into_par_iter().filter_map(|number| from(number, bound)).collect();
         best = best.into_iter().chain(found).min_by(|a, b| a.gauge.total_cmp(&b.gauge));
     }
     let found = tidied(family, &limits, best?);
@@ -86,7 +86,7 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
 }
 
 /// Parameters that do not matter, back at their nominal values.
-fn tidied(family: &Family<'_>, limits: &Limits, mut found: Found) -> Found {
+fn tidied(family: &Family<'_>, limits: &Limits, mut found: Candidate) -> Candidate {
     for i in 0..found.y.len() {
         let mut y = found.y.clone();
         y[i] = 0.0;
@@ -107,7 +107,7 @@ fn tidied(family: &Family<'_>, limits: &Limits, mut found: Found) -> Found {
         let residual = max_norm(&(&l * &v));
         if residual < 10.0 * SOLVED {
             let v = (0..columns.len()).map(|j| v[(j, 0)] * columns[j]).collect();
-            found = Found { gauge: limits.gauge(&y), y, v, residual, ..found };
+            found = Candidate { gauge: limits.gauge(&y), y, v, residual, ..found };
         }
     }
     found
@@ -123,7 +123,7 @@ fn shares(shafts: &[String], v: &[c64]) -> Vec<NamedShare> {
 }
 
 /// A point with a null vector.
-struct Found {
+struct Candidate {
     gauge: f64,
     y: Vec<f64>,
     lambda: c64,
@@ -193,10 +193,10 @@ fn start(eigenvalues: &[Pole], number: usize, random: &mut Random) -> c64 {
 }
 
 /// From one start to the locus of losses and along it; something only if it undercuts `bound`.
-fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, bound: f64) -> Option<Found> {
+fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, bound: f64) -> Option<Candidate> {
     let real = lambda.im == 0.0;
     let mut lambda = lambda;
-    let mut best: Option<Found> = None;
+    let mut best: Option<Candidate> = None;
     let (rows, columns) = equilibrium(family, &y, lambda)?;
     let (m, n) = (rows.len(), columns.len());
     let scaled = |p: &Mat<f64>| Mat::from_fn(m, n, |i, j| p[(i, j)] * rows[i] * columns[j]);
@@ -226,7 +226,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         let relative = max_norm(&residual) / size.max(f64::MIN_POSITIVE);
         let gauge = limits.gauge(&y);
         let better =
-            |b: &Found| gauge < b.gauge * (1.0 - 1e-9) || gauge <= b.gauge * (1.0 + 1e-9) && relative < b.residual;
+            |b: &Candidate| gauge < b.gauge * (1.0 - 1e-9) || gauge <= b.gauge * (1.0 + 1e-9) && relative < b.residual;
         let candidate = relative < SOLVED && gauge < bound && best.as_ref().is_none_or(better);
         let settled = if gauge < bound { 1e-12 } else { 1e-3 };
         let done = relative < SOLVED && (last_gauge - gauge).abs() <= settled * gauge;
@@ -272,7 +272,7 @@ fn descend(family: &Family<'_>, limits: &Limits, lambda: c64, mut y: Vec<f64>, b
         // Rounding must not be able to make or unmake the loss: where the equations hardly depend on the parameters, it could.
         if candidate && size * NOISE < DOUBT * steepness {
             let unscaled = (0..n).map(|j| v[(j, 0)] * columns[j]).collect();
-            best = Some(Found { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
+            best = Some(Candidate { gauge, y: y.clone(), lambda, v: unscaled, residual: relative });
         }
         if done {
             break;

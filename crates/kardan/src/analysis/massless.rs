@@ -153,22 +153,8 @@ pub fn eliminate_massless(
         return Err(MasslessError::Static);
     }
 
-    // N ḟ = f + B_f u in coordinates of W.
     let (k, width) = (finite.columns(), infinite.columns());
-    let aw = a.multiply(&infinite);
-    let split = beside(&e.multiply(&finite), &aw);
-    let lower = |x: Matrix<Rational>| Matrix::from_fn(width, x.columns(), |i, j| x[(k + i, j)].clone());
-    let solved = split.solve(&beside(&e.multiply(&infinite), &b)).expect("regular: the pencil is");
-    let solved = lower(solved);
-    let nilpotent = Matrix::from_fn(width, width, |i, j| solved[(i, j)].clone());
-    let first = Matrix::from_fn(width, m, |i, j| solved[(i, width + j)].clone());
-    // f = −Σ Nⁱ B_f u⁽ⁱ⁾: what follows the inputs and their derivatives.
-    let mut follows = vec![infinite.multiply(&first)];
-    let mut power = first;
-    for _ in 1..=width {
-        power = nilpotent.multiply(&power);
-        follows.push(infinite.multiply(&power));
-    }
+    let follows = following(&e, &a, &b, &finite, &infinite);
     for (order, follow) in follows.iter().enumerate().skip(1).rev() {
         let seen = c.multiply(follow);
         let place = (0..p).flat_map(|i| (0..m).map(move |j| (i, j))).find(|place| !seen[*place].is_zero());
@@ -187,7 +173,7 @@ pub fn eliminate_massless(
     let (states, definitions, chosen) = choose_states(&names, &finite, &reached);
     // V with M V = 1.
     let basis = finite.multiply(&chosen.multiply(&finite).solve(&Matrix::identity(k)).expect("independent by choice"));
-    let left = null_space(&aw.transpose()).transpose();
+    let left = null_space(&a.multiply(&infinite).transpose()).transpose();
     let removed = names.iter().filter(|name| !states.contains(name)).cloned().collect();
     let system = LinearSystem {
         states,
@@ -201,6 +187,27 @@ pub fn eliminate_massless(
         freedoms: (width == 0).then_some(r),
     };
     Ok(Eliminated { system, definitions, removed })
+}
+
+/// `f = −Σ Nⁱ B_f u⁽ⁱ⁾`, from `N ḟ = f + B_f u` in coordinates of W: what follows the inputs and their derivatives at once.
+fn following(
+    e: &Matrix<Rational>,
+    a: &Matrix<Rational>,
+    b: &Matrix<Rational>,
+    finite: &Matrix<Rational>,
+    infinite: &Matrix<Rational>,
+) -> Vec<Matrix<Rational>> {
+    let (k, width) = (finite.columns(), infinite.columns());
+    let split = beside(&e.multiply(finite), &a.multiply(infinite));
+    let solved = split.solve(&beside(&e.multiply(infinite), b)).expect("regular: the pencil is");
+    let nilpotent = Matrix::from_fn(width, width, |i, j| solved[(k + i, j)].clone());
+    let mut power = Matrix::from_fn(width, b.columns(), |i, j| solved[(k + i, width + j)].clone());
+    let mut out = vec![infinite.multiply(&power)];
+    for _ in 1..=width {
+        power = nilpotent.multiply(&power);
+        out.push(infinite.multiply(&power));
+    }
+    out
 }
 
 /// The states z = M x, M V regular: original ones that inputs do not move at once, then combinations of such.

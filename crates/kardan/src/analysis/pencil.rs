@@ -33,20 +33,7 @@ pub fn linear_system(
     let (inertia, damping, stiffness) =
         (reduce(&system.inertia_matrix()), reduce(&system.damping_matrix()), reduce(&system.stiffness_matrix()));
     let input = basis.transpose().multiply(&system.input_matrix());
-    let zero = Rational::ZERO;
-    let minus = |x: &Rational| zero.minus(x);
-    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
-    let e = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => unit(i, j),
-        (false, false) => inertia[(i - r, j - r)].clone(),
-        _ => Rational::ZERO,
-    });
-    let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
-        (true, true) => Rational::ZERO,
-        (true, false) => unit(i, j - r),
-        (false, true) => minus(&stiffness[(i - r, j)]),
-        (false, false) => minus(&damping[(i - r, j - r)]),
-    });
+    let (e, a) = first_order(&inertia, &damping, &stiffness);
     let m = system.inputs.len();
     let b = Matrix::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { input[(i - r, j)].clone() });
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
@@ -108,6 +95,32 @@ pub fn linear_system(
         d,
         freedoms: Some(r),
     }
+}
+
+fn minus(x: &Rational) -> Rational {
+    Rational::ZERO.minus(x)
+}
+
+/// E and A of the states `[q_r; q̇_r]`.
+fn first_order(
+    inertia: &Matrix<Rational>,
+    damping: &Matrix<Rational>,
+    stiffness: &Matrix<Rational>,
+) -> (Matrix<Rational>, Matrix<Rational>) {
+    let r = inertia.rows();
+    let unit = |i: usize, j: usize| if i == j { Rational::ONE } else { Rational::ZERO };
+    let e = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+        (true, true) => unit(i, j),
+        (false, false) => inertia[(i - r, j - r)].clone(),
+        _ => Rational::ZERO,
+    });
+    let a = Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
+        (true, true) => Rational::ZERO,
+        (true, false) => unit(i, j - r),
+        (false, true) => minus(&stiffness[(i - r, j)]),
+        (false, false) => minus(&damping[(i - r, j - r)]),
+    });
+    (e, a)
 }
 
 /// Torque of an element's constraints on a shaft, over the states and the inputs.

@@ -82,28 +82,7 @@ pub fn place(
         out.method = "all candidates together are not enough".into();
         return Some(out);
     }
-    let mut found: Vec<Vec<usize>> = Vec::new();
-    for size in least.max(1)..=candidates.len() {
-        if binomial(candidates.len(), size) > MOST_SETS {
-            found = vec![greedy(&everything, n, &rank, &mut out.tried)];
-            out.exhaustive = false;
-            break;
-        }
-        let mut set: Vec<usize> = (0..size).collect();
-        loop {
-            out.tried += 1;
-            if rank(&set) == n {
-                found.push(set.clone());
-            }
-            if !next_set(&mut set, candidates.len()) {
-                break;
-            }
-        }
-        if !found.is_empty() {
-            out.method = exhausted(found.len(), size, candidates.len());
-            break;
-        }
-    }
+    let found = smallest_sets(&everything, n, least, &rank, &mut out);
     let gramians = gramians(system, side, candidates, horizon);
     let score = |set: &[usize]| -> f64 {
         let Some(parts) = gramians.as_ref() else { return f64::NAN };
@@ -141,6 +120,38 @@ pub fn place(
     }
     out.sets.truncate(MOST_LISTED);
     Some(out)
+}
+
+/// All smallest sets of that rank; one that is small where there are too many to try.
+fn smallest_sets(
+    places: &[usize],
+    n: usize,
+    least: usize,
+    rank: &impl Fn(&[usize]) -> usize,
+    out: &mut PlacementSearch,
+) -> Vec<Vec<usize>> {
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    for size in least.max(1)..=places.len() {
+        if binomial(places.len(), size) > MOST_SETS {
+            out.exhaustive = false;
+            return vec![greedy(places, n, rank, &mut out.tried)];
+        }
+        let mut set: Vec<usize> = (0..size).collect();
+        loop {
+            out.tried += 1;
+            if rank(&set) == n {
+                found.push(set.clone());
+            }
+            if !next_set(&mut set, places.len()) {
+                break;
+            }
+        }
+        if !found.is_empty() {
+            out.method = exhausted(found.len(), size, places.len());
+            break;
+        }
+    }
+    found
 }
 
 /// What a search through all sets says.

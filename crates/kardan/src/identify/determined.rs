@@ -1,5 +1,5 @@
 use super::Coefficient;
-use crate::assemble::CoefficientKind as Kind;
+use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::num::{Matrix, Random, Rational, Scalar, echelon};
 use crate::reduce::{Kinematics, Reduced, linearise};
 
@@ -42,79 +42,115 @@ pub fn undetermined(
     unmeasured: &[usize],
     excitation: Excitation,
 ) -> Vec<Vec<Rational>> {
-    let (r, equations) = (reduced.freedoms(), &reduced.equations);
+    let r = reduced.freedoms();
     let mut positions = vec![vec![0.0; r]];
     if !Kinematics::new(reduced).is_constant() {
         let mut random = Random::new(POSITIONS.1);
         positions.extend((0..POSITIONS.0).map(|_| (0..r).map(|_| 2.0 * random.unit() - 1.0).collect()));
     }
-    let mut features: Vec<Vec<Rational>> = Vec::new();
-    for position in positions {
-        let basis = linearise(reduced, &position).basis;
-        let direction = |row: &[(usize, Rational)]| -> Vec<Rational> {
-            let along =
-                |j: usize| row.iter().fold(Rational::ZERO, |sum, (shaft, a)| sum.plus(&a.times(&basis[(*shaft, j)])));
-            (0..r).map(along).collect()
-        };
-        let of = |kind: Kind, term: usize| match kind {
-            Kind::Inertia => direction(&equations.inertias[term].row),
-            Kind::Damping => direction(&equations.dampers[term].row),
-            Kind::Stiffness => direction(&equations.springs[term].row),
-            Kind::Friction => direction(&equations.frictions[term].row),
-        };
-        // Speeds that can be: all, or those at which no spring is twisted on.
-        let speeds = match excitation {
-            Excitation::Free => Matrix::identity(r),
-            Excitation::Steady => {
-                let springs = equations.springs.iter().filter(|spring| !spring.value.stiffness.is_zero());
-                let rows: Vec<Vec<Rational>> = springs.map(|spring| direction(&spring.row)).collect();
-                null_space(&Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone()))
-            }
-        };
-        let seen = |g: &[Rational]| -> Vec<Rational> {
-            let along = |k: usize| (0..r).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&speeds[(j, k)])));
-            (0..speeds.columns()).map(along).collect()
-        };
-        // A basis of what is across the torques that nobody measured.
-        let torques: Vec<Vec<Rational>> = unmeasured.iter().map(|&k| direction(&equations.inputs[k].row)).collect();
-        let across = null_space(&Matrix::from_fn(torques.len(), r, |i, j| torques[i][j].clone()));
-        let rest = |g: &[Rational]| -> Vec<Rational> {
-            let along = |k: usize| (0..r).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&across[(j, k)])));
-            (0..across.columns()).map(along).collect()
-        };
-        let rows = across.columns();
+    let features: Vec<Vec<Rational>> = positions
+        .iter()
+        .flat_map(|position| {
+            let there = Position::new(reduced, position, unmeasured, excitation);
+            let mut features = there.of_squares(wanted);
+            features.extend(there.of_frictions(wanted));
+            features
+        })
+        .collect();
+    let p = wanted.len();
+    let matrix = Matrix::from_fn(features.len(), p, |i, j| features[i][j].clone());
+    let found = null_space(&matrix);
+    (0..found.columns()).map(|k| (0..p).map(|j| found[(j, k)].clone()).collect()).collect()
+}
+
+/// What can be told of coefficients at one reduced position.
+struct Position<'a> {
+    equations: &'a Equations,
+    basis: Matrix<Rational>,
+    excitation: Excitation,
+    /// A basis of the speeds that can be: all, or those at which no spring is twisted on.
+    speeds: Matrix<Rational>,
+    /// A basis of what is across the torques that nobody measured.
+    across: Matrix<Rational>,
+}
+
+/// What of a direction is along the columns of a basis.
+fn along(g: &[Rational], basis: &Matrix<Rational>) -> Vec<Rational> {
+    let along = |k: usize| (0..g.len()).fold(Rational::ZERO, |sum, j| sum.plus(&g[j].times(&basis[(j, k)])));
+    (0..basis.columns()).map(along).collect()
+}
+
+impl<'a> Position<'a> {
+    fn new(reduced: &'a Reduced, position: &[f64], unmeasured: &[usize], excitation: Excitation) -> Self {
+        let (r, equations) = (reduced.freedoms(), &reduced.equations);
+        let basis = linearise(reduced, position).basis;
+        let free = Matrix::identity(r);
+        let mut out = Self { equations, basis, excitation, speeds: free.clone(), across: free };
+        if excitation == Excitation::Steady {
+            let springs = equations.springs.iter().filter(|spring| !spring.value.stiffness.is_zero());
+            let rows: Vec<Vec<Rational>> = springs.map(|spring| out.direction(&spring.row)).collect();
+            out.speeds = null_space(&Matrix::from_fn(rows.len(), r, |i, j| rows[i][j].clone()));
+        }
+        let torques: Vec<Vec<Rational>> = unmeasured.iter().map(|&k| out.direction(&equations.inputs[k].row)).collect();
+        out.across = null_space(&Matrix::from_fn(torques.len(), r, |i, j| torques[i][j].clone()));
+        out
+    }
+
+    /// A row over the reduced coordinates.
+    fn direction(&self, row: &[(usize, Rational)]) -> Vec<Rational> {
+        let along =
+            |j: usize| row.iter().fold(Rational::ZERO, |sum, (shaft, a)| sum.plus(&a.times(&self.basis[(*shaft, j)])));
+        (0..self.basis.columns()).map(along).collect()
+    }
+
+    /// The direction of a term.
+    fn of_term(&self, kind: Kind, term: usize) -> Vec<Rational> {
+        match kind {
+            Kind::Inertia => self.direction(&self.equations.inertias[term].row),
+            Kind::Damping => self.direction(&self.equations.dampers[term].row),
+            Kind::Stiffness => self.direction(&self.equations.springs[term].row),
+            Kind::Friction => self.direction(&self.equations.frictions[term].row),
+        }
+    }
+
+    /// What inertias, dampings and stiffnesses add to the torques: their directions squared.
+    fn of_squares(&self, wanted: &[Coefficient]) -> Vec<Vec<Rational>> {
+        let (r, rows) = (self.basis.columns(), self.across.columns());
+        let mut features = Vec::new();
         for kind in [Kind::Inertia, Kind::Damping, Kind::Stiffness] {
-            if kind == Kind::Inertia && excitation == Excitation::Steady {
+            if kind == Kind::Inertia && self.excitation == Excitation::Steady {
                 continue;
             }
-            let squares: Vec<Option<Vec<Rational>>> = wanted
-                .iter()
-                .map(|one| {
-                    (one.kind == kind).then(|| {
-                        let mut sum = vec![Rational::ZERO; rows * r];
-                        for &term in &one.terms {
-                            let g = of(kind, term);
-                            let mut signal = if kind == Kind::Damping { seen(&g) } else { g.clone() };
-                            signal.resize(r, Rational::ZERO);
-                            let torque = rest(&g);
-                            (0..rows * r).for_each(|k| sum[k] = sum[k].plus(&torque[k / r].times(&signal[k % r])));
-                        }
-                        sum
-                    })
+            let square = |one: &Coefficient| {
+                (one.kind == kind).then(|| {
+                    let mut sum = vec![Rational::ZERO; rows * r];
+                    for &term in &one.terms {
+                        let g = self.of_term(kind, term);
+                        let mut signal = if kind == Kind::Damping { along(&g, &self.speeds) } else { g.clone() };
+                        signal.resize(r, Rational::ZERO);
+                        let torque = along(&g, &self.across);
+                        (0..rows * r).for_each(|k| sum[k] = sum[k].plus(&torque[k / r].times(&signal[k % r])));
+                    }
+                    sum
                 })
-                .collect();
+            };
+            let squares: Vec<Option<Vec<Rational>>> = wanted.iter().map(square).collect();
             for k in 0..rows * r {
                 let entry = |square: &Option<Vec<Rational>>| square.as_ref().map_or(Rational::ZERO, |s| s[k].clone());
                 features.push(squares.iter().map(entry).collect());
             }
         }
-        // Frictions along one line (g = t ĝ, first entry of ĝ one) share a sign: they add |t| ĝ sgn(ĝᵀq̇).
+        features
+    }
+
+    /// Frictions along one line (g = t ĝ, first entry of ĝ one) share a sign: they add |t| ĝ sgn(ĝᵀq̇).
+    fn of_frictions(&self, wanted: &[Coefficient]) -> Vec<Vec<Rational>> {
         let mut lines: Vec<(Vec<Rational>, Vec<Rational>)> = Vec::new();
         for (column, one) in wanted.iter().enumerate().filter(|(_, one)| one.kind == Kind::Friction) {
             for &term in &one.terms {
-                let g = of(Kind::Friction, term);
+                let g = self.of_term(Kind::Friction, term);
                 // Of a friction that rests nobody knows the sign; one along a torque that nobody measured does nothing else.
-                if seen(&g).iter().all(Rational::is_zero) || rest(&g).iter().all(Rational::is_zero) {
+                if [&self.speeds, &self.across].iter().any(|basis| along(&g, basis).iter().all(Rational::is_zero)) {
                     continue;
                 }
                 let Some(first) = g.iter().find(|x| !x.is_zero()).cloned() else { continue };
@@ -128,12 +164,8 @@ pub fn undetermined(
                 weights[column] = weights[column].plus(&size);
             }
         }
-        features.extend(lines.into_iter().map(|(_, weights)| weights));
+        lines.into_iter().map(|(_, weights)| weights).collect()
     }
-    let p = wanted.len();
-    let matrix = Matrix::from_fn(features.len(), p, |i, j| features[i][j].clone());
-    let found = null_space(&matrix);
-    (0..found.columns()).map(|k| (0..p).map(|j| found[(j, k)].clone()).collect()).collect()
 }
 
 /// A basis of the null space, a column for each column that is no pivot.

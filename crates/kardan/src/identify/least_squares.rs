@@ -196,14 +196,14 @@ impl LeastSquares {
         let (left, right) = (svd.U(), svd.V());
         let singular: Vec<f64> = (0..p).map(|k| svd.S()[k]).collect();
         let largest = singular.iter().copied().fold(0.0, f64::max);
-        let told = |k: usize| singular[k] > ROUNDING * largest && singular[k] > 0.0;
-        let rank = (0..p).filter(|&k| told(k)).count();
+        let is_determined = |k: usize| singular[k] > ROUNDING * largest && singular[k] > 0.0;
+        let rank = (0..p).filter(|&k| is_determined(k)).count();
         let mut values = vec![0.0; p];
         // What the factor leaves over, and the part of y that undetermined directions would have taken.
         let mut square = entry(p, p).powi(2);
         for k in 0..p {
             let along: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();
-            if told(k) {
+            if is_determined(k) {
                 (0..p).for_each(|j| values[j] += right[(j, k)] * along / singular[k]);
             } else {
                 square += along * along;
@@ -212,10 +212,10 @@ impl LeastSquares {
         let freedom = self.count.saturating_sub(rank);
         let residual = if freedom > 0 { (square / freedom as f64).sqrt() } else { 0.0 };
         let covariance = Matrix::from_fn(p, p, |i, j| {
-            let all = (0..p).filter(|&k| told(k));
+            let all = (0..p).filter(|&k| is_determined(k));
             all.map(|k| right[(i, k)] * right[(j, k)] / singular[k].powi(2)).sum::<f64>()
         });
-        let lost = |j: usize| (0..p).any(|k| !told(k) && right[(j, k)].abs() > ROUNDING.sqrt());
+        let lost = |j: usize| (0..p).any(|k| !is_determined(k) && right[(j, k)].abs() > ROUNDING.sqrt());
         let errors: Vec<f64> = (0..p)
             .map(|j| if lost(j) { f64::INFINITY } else { residual * covariance[(j, j)].sqrt() / scales[j] })
             .collect();
@@ -233,7 +233,7 @@ impl LeastSquares {
             rank,
             condition: largest / singular.iter().copied().fold(f64::INFINITY, f64::min),
             undetermined: (0..p)
-                .filter(|&k| !told(k))
+                .filter(|&k| !is_determined(k))
                 .map(|k| (0..p).map(|j| right[(j, k)] / scales[j]).collect())
                 .collect(),
         })

@@ -1,7 +1,9 @@
 //! A motor in the loop: torque limit, then rate limit, then lag.
 
+use crate::equations::Motor;
 use crate::num::Keeper;
 use crate::results::Span;
+use crate::units::Exact;
 
 /// Part of its torque limit by which a command that its controller holds there may miss it: that of a bound kept in single
 /// precision.
@@ -83,6 +85,23 @@ impl Spans {
 }
 
 impl Drive {
+    /// A motor whose rate limiter and lag have these places in the state, if it has them.
+    pub(super) fn new(motor: &Motor, rate_state: Option<usize>, lag_state: Option<usize>) -> Self {
+        let number = |x: &Option<Exact>| x.as_ref().map(Exact::to_f64);
+        Self {
+            limit: number(&motor.torque_limit),
+            rate: number(&motor.rate_limit),
+            lag: number(&motor.lag),
+            ripple: motor.ripple.as_ref().map(|ripple| (ripple.torque.to_f64(), ripple.order.to_f64())),
+            limit_mode: Limit::Inside,
+            rate_mode: Rate::Follow,
+            rate_state,
+            lag_state,
+            at_limit: Spans::default(),
+            at_rate_limit: Spans::default(),
+        }
+    }
+
     /// Its modes, and what it remembers of its limits.
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
         let mut mode = [self.limit_mode as usize, self.rate_mode as usize];

@@ -37,6 +37,198 @@ pub fn signal_names(reduced: &Reduced, scenario: &Scenario) -> Vec<(String, Phys
     Outputs::new(reduced, scenario).signals.into_iter().map(|signal| (signal.name, signal.physical)).collect()
 }
 
+/// The columns of a run, as they are listed: name, kind, description and where the values come from.
+struct Columns<'a> {
+    reduced: &'a Reduced,
+    multipliers: &'a Multipliers,
+    list: Vec<(String, Physical, String, Read)>,
+}
+
+impl Columns<'_> {
+    fn add(&mut self, name: String, physical: Physical, description: String, read: Read) {
+        self.list.push((name, physical, description, read));
+    }
+
+    fn torque(&mut self, name: String, description: String, read: Read) {
+        self.add(name, Physical::Torque, description, read);
+    }
+
+    /// Angles and speeds; charges, currents and voltages of branches.
+    fn add_shafts(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, shaft) in equations.shafts.iter().enumerate() {
+            if equations.domain(k) == Domain::Rotation {
+                self.add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
+                let description = format!("angular velocity of shaft {shaft}");
+                self.add(format!("{shaft}.w"), Physical::Speed, description, Read::Speed(k));
+                continue;
+            }
+            self.add(format!("{shaft}.q"), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
+            self.add(format!("{shaft}.i"), Physical::Current, format!("current through {shaft}"), Read::Speed(k));
+            // A source shows its own voltage.
+            if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
+                let share = |(row, along): (usize, &Along<_>)| {
+                    let share = along.row_f64().into_iter().find(|(charge, _)| *charge == k);
+                    share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, x))
+                };
+                let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
+                let description = format!("voltage across {shaft}");
+                self.add(format!("{shaft}.v"), Physical::Voltage, description, Read::Potentials(shares));
+            }
+        }
+    }
+
+    /// Torques of motors, voltages of sources.
+    fn add_inputs(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, input) in equations.inputs.iter().enumerate() {
+            let name = &input.element;
+            if equations.domain_of(input) == Domain::Charge {
+                self.add(format!("{name}.v"), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
+            } else if let InputKind::Motor(motor) = &input.value {
+                self.torque(format!("{name}.tau"), format!("torque of {name}"), Read::Torque(k));
+                if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
+                    let description = format!("torque asked of {name}, before limits and lag");
+                    self.torque(format!("{name}.command"), description, Read::Command(k));
+                }
+                if motor.ripple.is_some() {
+                    let description = format!("torque that {name} adds to what it reports");
+                    self.torque(format!("{name}.ripple"), description, Read::Ripple(k));
+                }
+            }
+        }
+    }
+
+    /// Multipliers and what they do to shafts; potentials of nodes.
+    fn add_constraints(&mut self) {
+        let equations = &self.reduced.equations;
+        for (k, element) in self.multipliers.elements.iter().enumerate() {
+            if equations.node(k).is_some() {
+                let description = format!("potential of node {element}");
+                self.add(format!("{element}.v"), Physical::Voltage, description, Read::Multiplier(k));
+                continue;
+            }
+            // The torques of a transformer are the voltages of its windings, which are there already.
+            if equations.constraints.get(k).is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
+                continue;
+            }
+            let description = format!("constraint multiplier of {element}");
+            self.torque(format!("{element}.tau"), description, Read::Multiplier(k));
+            let shafts: Vec<usize> = match equations.constraints.get(k) {
+                Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
+                None => {
+                    let transmission = &equations.transmissions[k - equations.constraints.len()];
+                    vec![transmission.driven, transmission.driving]
+                }
+            };
+            for shaft in shafts {
+                let name = &equations.shafts[shaft];
+                let description = format!("constraint torque of {element} on shaft {name}");
+                self.torque(format!("{element}.{name}.tau"), description, Read::ConstraintTorque(k, shaft));
+            }
+        }
+    }
+
+    fn add_compliances(&mut self) {
+        let reduced = self.reduced;
+        for compliance in &reduced.equations.compliances {
+            let element = &compliance.element;
+            let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
+            let description = format!("torque of {element} in place of a constraint multiplier");
+            self.torque(format!("{element}.tau"), description, torque(None));
+            for (shaft, _) in &compliance.row {
+                let name = &reduced.equations.shafts[*shaft];
+                let description = format!("torque of {element} on shaft {name}");
+                self.torque(format!("{element}.{name}.tau"), description, torque(Some(*shaft)));
+            }
+        }
+    }
+
+    /// Springs and dampers between shafts.
+    fn add_couplings(&mut self) {
+        let (reduced, equations) = (self.reduced, &self.reduced.equations);
+        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) == Domain::Rotation;
+        let mut couplings: Vec<&str> =
+            equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
+        couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
+        couplings.sort_unstable();
+        couplings.dedup();
+        couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
+        for element in couplings {
+            let read = Read::SpringDamper {
+                springs: self.springs_of(element),
+                dampers: numbered(element, &equations.dampers),
+            };
+            self.torque(format!("{element}.tau"), format!("spring and damper torque of {element}"), read);
+        }
+    }
+
+    fn springs_of(&self, element: &str) -> Vec<usize> {
+        numbered(element, &self.reduced.equations.springs)
+    }
+
+    fn add_sources(&mut self, sources: &[Source]) {
+        for (k, Source { name, physical, description, target }) in sources.iter().enumerate() {
+            // The command of a motor without a law is that motor's torque, which is there already.
+            if let SourceTarget::Input(input) = target
+                && matches!(self.reduced.equations.inputs[*input].value, InputKind::Motor(_))
+            {
+                continue;
+            }
+            self.add(name.clone(), *physical, description.clone(), Read::Source(k));
+        }
+    }
+
+    /// What each sensor reads, and the sensor.
+    fn add_sensors(&mut self, seed: u64) -> Vec<(Read, Sampler)> {
+        let reduced = self.reduced;
+        let mut samplers = Vec::new();
+        for (name, sensor) in &reduced.equations.sensors {
+            let measured = &sensor.measured;
+            let (suffix, physical, quantity) = self.quantity(measured);
+            let quantity = match (measured, Sampler::differentiates(sensor)) {
+                (Measured::Speed(name), true) => Read::Angle(reduced.shaft(name).expect("a sensor names a shaft")),
+                _ => quantity,
+            };
+            let description = format!("reading of sensor {name}");
+            self.add(format!("{name}.{suffix}"), physical, description, Read::Sensor(samplers.len()));
+            samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), seed)));
+        }
+        samplers
+    }
+
+    /// The end of a sensor's name, and what it measures.
+    fn quantity(&self, measured: &Measured) -> (&'static str, Physical, Read) {
+        let reduced = self.reduced;
+        let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
+        let torque = match measured {
+            Measured::Angle(s) => return ("phi", Physical::Angle, Read::Angle(shaft(s))),
+            Measured::Speed(s) => return ("w", Physical::Speed, Read::Speed(shaft(s))),
+            Measured::SpringTorque(element) => {
+                Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
+            }
+            Measured::NetTorque(s) => {
+                Read::NetTorque(shaft(s), rational_to_f64(&reduced.equations.own_inertia(shaft(s))))
+            }
+            Measured::ComplianceTorque(element, s) => {
+                let torque = Compliance::new(reduced, element, Some(shaft(s)));
+                Read::Compliance(torque.expect("a sensor names a compliance"))
+            }
+            Measured::ConstraintTorque(element, s) => {
+                let mut elements = self.multipliers.elements.iter();
+                let k = elements.position(|e| e == element).expect("a sensor names a constraint");
+                Read::ConstraintTorque(k, shaft(s))
+            }
+        };
+        ("tau", Physical::Torque, torque)
+    }
+}
+
+/// Numbers of the terms of an element.
+fn numbered<T>(element: &str, terms: &[Along<T>]) -> Vec<usize> {
+    terms.iter().enumerate().filter(|(_, term)| term.element == element).map(|(k, _)| k).collect()
+}
+
 /// Reads all signals of a run.
 pub(super) struct Outputs {
     reads: Vec<Read>,
@@ -55,155 +247,19 @@ impl Outputs {
     pub fn new(reduced: &Reduced, scenario: &Scenario) -> Self {
         let equations = &reduced.equations;
         let multipliers = Multipliers::new(reduced);
-        let mut columns: Vec<(String, Physical, String, Read)> = Vec::new();
-        let mut add =
-            |name: String, physical, description: String, read| columns.push((name, physical, description, read));
-        for (k, shaft) in equations.shafts.iter().enumerate() {
-            if equations.domain(k) == Domain::Charge {
-                add(format!("{shaft}.q"), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
-                add(format!("{shaft}.i"), Physical::Current, format!("current through {shaft}"), Read::Speed(k));
-                // A source shows its own voltage.
-                if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
-                    let share = |(row, along): (usize, &Along<_>)| {
-                        let share = along.row_f64().into_iter().find(|(charge, _)| *charge == k);
-                        share.filter(|_| equations.node(row).is_some()).map(|(_, x)| (row, x))
-                    };
-                    let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
-                    add(
-                        format!("{shaft}.v"),
-                        Physical::Voltage,
-                        format!("voltage across {shaft}"),
-                        Read::Potentials(shares),
-                    );
-                }
-                continue;
-            }
-            add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
-            add(format!("{shaft}.w"), Physical::Speed, format!("angular velocity of shaft {shaft}"), Read::Speed(k));
-        }
-        for (k, input) in equations.inputs.iter().enumerate() {
-            let name = &input.element;
-            if equations.domain_of(input) == Domain::Charge {
-                add(format!("{name}.v"), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
-            } else if let InputKind::Motor(motor) = &input.value {
-                add(format!("{name}.tau"), Physical::Torque, format!("torque of {name}"), Read::Torque(k));
-                if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
-                    let description = format!("torque asked of {name}, before limits and lag");
-                    add(format!("{name}.command"), Physical::Torque, description, Read::Command(k));
-                }
-                if motor.ripple.is_some() {
-                    let description = format!("torque that {name} adds to what it reports");
-                    add(format!("{name}.ripple"), Physical::Torque, description, Read::Ripple(k));
-                }
-            }
-        }
-        for (k, element) in multipliers.elements.iter().enumerate() {
-            if equations.node(k).is_some() {
-                add(
-                    format!("{element}.v"),
-                    Physical::Voltage,
-                    format!("potential of node {element}"),
-                    Read::Multiplier(k),
-                );
-                continue;
-            }
-            // The torques of a transformer are the voltages of its windings, which are there already.
-            if equations.constraints.get(k).is_some_and(|row| equations.domain_of(row) == Domain::Charge) {
-                continue;
-            }
-            let description = format!("constraint multiplier of {element}");
-            add(format!("{element}.tau"), Physical::Torque, description, Read::Multiplier(k));
-            let shafts: Vec<usize> = match equations.constraints.get(k) {
-                Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
-                None => {
-                    let transmission = &equations.transmissions[k - equations.constraints.len()];
-                    vec![transmission.driven, transmission.driving]
-                }
-            };
-            for shaft in shafts {
-                let name = &equations.shafts[shaft];
-                let description = format!("constraint torque of {element} on shaft {name}");
-                add(format!("{element}.{name}.tau"), Physical::Torque, description, Read::ConstraintTorque(k, shaft));
-            }
-        }
-        for compliance in &equations.compliances {
-            let element = &compliance.element;
-            let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
-            let description = format!("torque of {element} in place of a constraint multiplier");
-            add(format!("{element}.tau"), Physical::Torque, description, torque(None));
-            for (shaft, _) in &compliance.row {
-                let name = &equations.shafts[*shaft];
-                let description = format!("torque of {element} on shaft {name}");
-                add(format!("{element}.{name}.tau"), Physical::Torque, description, torque(Some(*shaft)));
-            }
-        }
-        let numbered = |name: &str, elements: Vec<&str>| -> Vec<usize> {
-            elements.iter().enumerate().filter(|(_, element)| **element == name).map(|(k, _)| k).collect()
-        };
-        let springs_of = |name: &str| numbered(name, equations.springs.iter().map(|s| s.element.as_str()).collect());
-        let dampers_of = |name: &str| numbered(name, equations.dampers.iter().map(|d| d.element.as_str()).collect());
-        let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) == Domain::Rotation;
-        let mut couplings: Vec<&str> =
-            equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
-        couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
-        couplings.sort_unstable();
-        couplings.dedup();
-        couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
-        for element in couplings {
-            let read = Read::SpringDamper { springs: springs_of(element), dampers: dampers_of(element) };
-            add(format!("{element}.tau"), Physical::Torque, format!("spring and damper torque of {element}"), read);
-        }
+        let mut columns = Columns { reduced, multipliers: &multipliers, list: Vec::new() };
+        columns.add_shafts();
+        columns.add_inputs();
+        columns.add_constraints();
+        columns.add_compliances();
+        columns.add_couplings();
         for (k, friction) in equations.frictions.iter().enumerate() {
             let name = &friction.element;
-            add(format!("{name}.friction"), Physical::Torque, format!("friction torque of {name}"), Read::Friction(k));
+            columns.torque(format!("{name}.friction"), format!("friction torque of {name}"), Read::Friction(k));
         }
-        for (k, Source { name, physical, description, target }) in scenario.sources.iter().enumerate() {
-            // The command of a motor without a law is that motor's torque, which is there already.
-            if let SourceTarget::Input(input) = target
-                && matches!(equations.inputs[*input].value, InputKind::Motor(_))
-            {
-                continue;
-            }
-            add(name.clone(), *physical, description.clone(), Read::Source(k));
-        }
-        let mut samplers = Vec::new();
-        for (name, sensor) in &equations.sensors {
-            let measured = &sensor.measured;
-            let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
-            let (suffix, physical, quantity) = match measured {
-                Measured::Angle(s) => ("phi", Physical::Angle, Read::Angle(shaft(s))),
-                Measured::Speed(s) => ("w", Physical::Speed, Read::Speed(shaft(s))),
-                Measured::SpringTorque(element) => {
-                    let read = Read::SpringDamper { springs: springs_of(element), dampers: Vec::new() };
-                    ("tau", Physical::Torque, read)
-                }
-                Measured::NetTorque(s) => (
-                    "tau",
-                    Physical::Torque,
-                    Read::NetTorque(shaft(s), rational_to_f64(&equations.own_inertia(shaft(s)))),
-                ),
-                Measured::ComplianceTorque(element, s) => {
-                    let torque = Compliance::new(reduced, element, Some(shaft(s)));
-                    ("tau", Physical::Torque, Read::Compliance(torque.expect("a sensor names a compliance")))
-                }
-                Measured::ConstraintTorque(element, s) => {
-                    let k =
-                        multipliers.elements.iter().position(|e| e == element).expect("a sensor names a constraint");
-                    ("tau", Physical::Torque, Read::ConstraintTorque(k, shaft(s)))
-                }
-            };
-            let quantity = match (measured, Sampler::differentiates(sensor)) {
-                (Measured::Speed(name), true) => Read::Angle(shaft(name)),
-                _ => quantity,
-            };
-            add(
-                format!("{name}.{suffix}"),
-                physical,
-                format!("reading of sensor {name}"),
-                Read::Sensor(samplers.len()),
-            );
-            samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), scenario.seed)));
-        }
+        columns.add_sources(&scenario.sources);
+        let samplers = columns.add_sensors(scenario.seed);
+        let columns = columns.list;
         let (mut reads, mut signals) = (Vec::new(), Vec::new());
         let wanted = |name: &String| scenario.recorded.as_ref().is_none_or(|names| names.contains(name));
         for (name, physical, description, read) in columns.into_iter().filter(|(name, ..)| wanted(name)) {

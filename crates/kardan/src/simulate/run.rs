@@ -70,7 +70,7 @@ const LONGEST: f64 = 1e9;
 const DIVERGED: f64 = 1e6;
 
 /// The integration of a closed loop: as far as it has come, and what is due there.
-pub(super) struct Runner {
+pub(super) struct RunningLoop {
     pub(super) machine: Machine,
     solver: Dop853,
     pub(super) outputs: Outputs,
@@ -168,16 +168,16 @@ impl Looks {
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
     let duration = setup.scenario.duration;
-    let mut runner = Runner::new(setup, tolerance);
-    let outcome = match runner.proceed(duration, progress) {
+    let mut running = RunningLoop::new(setup, tolerance);
+    let outcome = match running.proceed(duration, progress) {
         Ok(()) => {
             // The last row, at the end itself.
-            runner.observe_until(f64::INFINITY, Some(duration));
+            running.observe_until(f64::INFINITY, Some(duration));
             Outcome::Completed
         }
         Err(outcome) => outcome,
     };
-    runner.finish(outcome)
+    running.finish(outcome)
 }
 
 /// What is to be done where the integration stands, before it goes on.
@@ -200,7 +200,7 @@ struct Chatter {
     longest: f64,
 }
 
-impl Runner {
+impl RunningLoop {
     /// A loop at its start.
     pub(super) fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let (reduced, scenario) = (setup.reduced, setup.scenario);
@@ -225,7 +225,7 @@ impl Runner {
         state[..r].copy_from_slice(&scenario.position);
         state[r..2 * r].copy_from_slice(&scenario.speed);
         machine.start_laws(&mut state);
-        Runner {
+        RunningLoop {
             solver: Dop853::new(tolerance.relative, &absolute),
             machine,
             outputs,

@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 
 use thiserror::Error;
 
-use super::run::Runner;
+use super::run::RunningLoop;
 use super::{Scenario, Setup, Tolerance};
 use crate::names::unknown_name;
 use crate::num::Keeper;
@@ -44,7 +44,7 @@ use crate::results::{Event, Outcome, Physical};
 /// # Ok::<(), kardan::simulate::SimulationError>(())
 /// ```
 pub struct Simulation {
-    runner: Runner,
+    running: RunningLoop,
     /// The time reached, s.
     now: f64,
     /// Whether the signals at that time have been evaluated.
@@ -176,9 +176,9 @@ impl Simulation {
     pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
         let Setup { reduced, laws, scenario } = setup;
         let endless = Scenario { duration: f64::INFINITY, times: Vec::new(), recorded: None, ..scenario.clone() };
-        let runner = Runner::new(Setup { reduced, laws, scenario: &endless }, tolerance);
+        let running = RunningLoop::new(Setup { reduced, laws, scenario: &endless }, tolerance);
         let mut hasher = Fnv(0);
-        for signal in &runner.outputs.signals {
+        for signal in &running.outputs.signals {
             signal.name.hash(&mut hasher);
         }
         for law in laws {
@@ -190,7 +190,7 @@ impl Simulation {
         format!("{:?}", reduced.equations).hash(&mut hasher);
         Self {
             own: vec![None; scenario.sources.len()],
-            runner,
+            running,
             now: 0.0,
             looked: false,
             failed: None,
@@ -206,13 +206,13 @@ impl Simulation {
 
     /// All signals that can be read, with their kinds.
     pub fn signals(&self) -> impl Iterator<Item = (SignalId, &str, Physical)> + Clone {
-        let all = self.runner.outputs.signals.iter().enumerate();
+        let all = self.running.outputs.signals.iter().enumerate();
         all.map(|(k, signal)| (SignalId(k), signal.name.as_str(), signal.physical))
     }
 
     /// All signals that can be set, with their kinds.
     pub fn inputs(&self) -> impl Iterator<Item = (InputId, &str, Physical)> + Clone {
-        let all = self.runner.scenario.sources.iter().enumerate();
+        let all = self.running.scenario.sources.iter().enumerate();
         all.map(|(k, source)| (InputId(k), source.name.as_str(), source.physical))
     }
 
@@ -244,15 +244,15 @@ impl Simulation {
     pub fn set(&mut self, input: InputId, value: f64) -> Result<(), SimulationError> {
         let InputId(source) = input;
         if !value.is_finite() {
-            let what = format!("the value of {}", self.runner.scenario.sources[source].name);
+            let what = format!("the value of {}", self.running.scenario.sources[source].name);
             return Err(SimulationError::NotFinite { what, value });
         }
         if self.own[source] == Some(value) {
             return Ok(());
         }
         self.own[source] = Some(value);
-        self.runner.stand(self.now);
-        self.runner.machine.take_over(source, self.now, value);
+        self.running.stand(self.now);
+        self.running.machine.take_over(source, self.now, value);
         self.looked = false;
         Ok(())
     }
@@ -273,10 +273,10 @@ impl Simulation {
             return Err(SimulationError::Failed(cause.clone()));
         }
         self.looked = self.looked && until == self.now;
-        if let Err(outcome) = self.runner.proceed(until, &mut |_| None) {
+        if let Err(outcome) = self.running.proceed(until, &mut |_| None) {
             let (time, cause) = match outcome {
                 Outcome::Failed { time, cause } => (time, cause),
-                Outcome::Completed => (self.runner.time, "the run ended".into()),
+                Outcome::Completed => (self.running.time, "the run ended".into()),
             };
             self.now = time.clamp(self.now, until);
             self.failed = Some(cause.clone());
@@ -292,16 +292,16 @@ impl Simulation {
     /// If the signal belongs to another model.
     pub fn get(&mut self, signal: SignalId) -> f64 {
         if !self.looked {
-            self.runner.look(self.now);
+            self.running.look(self.now);
             self.looked = true;
         }
-        self.runner.outputs.value(signal.0, &self.runner.machine)
+        self.running.outputs.value(signal.0, &self.running.machine)
     }
 
     /// What happened since the last call, before the time reached.
     pub fn events(&mut self) -> Vec<Event> {
-        let until = self.runner.events.partition_point(|event| event.time < self.now);
-        self.runner.events.drain(..until).collect()
+        let until = self.running.events.partition_point(|event| event.time < self.now);
+        self.running.events.drain(..until).collect()
     }
 
     /// Where the loop stands. Events that were not asked for are no part of it.
@@ -328,9 +328,9 @@ impl Simulation {
         }
         if snapshot.values != self.values {
             // What was computed ahead is that of the other values.
-            self.runner.stand(self.now);
+            self.running.stand(self.now);
         }
-        self.runner.events.clear();
+        self.running.events.clear();
         self.looked = false;
         self.failed = None;
         Ok(())
@@ -339,7 +339,7 @@ impl Simulation {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.number(&mut self.now);
         self.own.iter_mut().for_each(|own| keeper.optional(own));
-        self.runner.keep(keeper);
+        self.running.keep(keeper);
     }
 }
 

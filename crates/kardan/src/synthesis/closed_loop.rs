@@ -60,10 +60,10 @@ pub fn closed_loop_matrix(model: &LinearModel, laws: &[Arc<dyn Law>]) -> Option<
             }
         }
         let (angles, speeds) = (linear.angles.multiply(&basis), linear.speeds.multiply(&basis));
-        let told = linear.torques.multiply(&command);
+        let commanded = linear.torques.multiply(&command);
         for i in 0..states {
             for j in 0..n {
-                a[(first + i, j)] += told[(i, j)];
+                a[(first + i, j)] += commanded[(i, j)];
             }
             for j in 0..r {
                 a[(first + i, j)] += angles[(i, j)];

@@ -142,7 +142,7 @@ pub struct Seen<'a> {
     pub angles: &'a [f64],
     /// Their speeds, rad/s.
     pub speeds: &'a [f64],
-    /// Disturbance torques on the shafts of [`Request::disturbances`], N m.
+    /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
     pub disturbances: &'a [f64],
     /// What the scenario tells it, in the order of [`Law::references`].
     pub references: &'a [f64],

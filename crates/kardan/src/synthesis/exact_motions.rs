@@ -221,14 +221,14 @@ fn whole(model: &LinearModel, lags: &[f64], parts: &[Part]) -> Option<(Matrix<Ra
     let mut signals: Vec<Vec<Rational>> =
         own.iter().flat_map(|own| (0..own.rows()).map(|i| own.row(i).to_vec())).collect();
     for (part, &first) in parts.iter().zip(&firsts) {
-        let told = |i: usize, j: usize| match lagged[part.inputs[i]] {
+        let commanded = |i: usize, j: usize| match lagged[part.inputs[i]] {
             Some(place) => at(place, j),
             None => commands[(part.inputs[i], j)].clone(),
         };
-        let told = part.torques.multiply(&Matrix::from_fn(part.inputs.len(), n, told));
+        let commanded = part.torques.multiply(&Matrix::from_fn(part.inputs.len(), n, commanded));
         let plant = over(first, &part.law.a, &part.law.b);
         for i in 0..part.law.a.rows() {
-            (0..n).for_each(|j| flow[(first + i, j)] = plant[(i, j)].plus(&told[(i, j)]));
+            (0..n).for_each(|j| flow[(first + i, j)] = plant[(i, j)].plus(&commanded[(i, j)]));
             // What drives the states, and the states themselves.
             signals.push((0..n).map(|j| flow[(first + i, j)].clone()).collect());
             signals.push((0..n).map(|j| at(first + i, j)).collect());

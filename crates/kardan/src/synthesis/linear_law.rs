@@ -131,8 +131,8 @@ impl Linear {
 }
 
 impl Linear {
-    fn runner<T: Float>(&self, block: &LinearBlock) -> Runner<T> {
-        Runner::new(block, &self.coordinates, self.references.len(), &self.limits)
+    fn running<T: Float>(&self, block: &LinearBlock) -> RunningLinearLaw<T> {
+        RunningLinearLaw::new(block, &self.coordinates, self.references.len(), &self.limits)
     }
 }
 
@@ -175,7 +175,7 @@ fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
 }
 
 /// The block [`StateSpace`] with the memory of one evaluation.
-struct Runner<T> {
+struct RunningLinearLaw<T> {
     a: Vec<T>,
     b: Vec<T>,
     c: Vec<T>,
@@ -192,7 +192,7 @@ struct Runner<T> {
     health: Health,
 }
 
-impl<T: Float> Runner<T> {
+impl<T: Float> RunningLinearLaw<T> {
     fn new(block: &LinearBlock, coordinates: &[usize], references: usize, limits: &[Option<f64>]) -> Self {
         let (states, inputs) = (block.states.len(), block.d.rows());
         Self {
@@ -255,7 +255,7 @@ impl<T: Float> Runner<T> {
     }
 }
 
-impl Continuous for Runner<f64> {
+impl Continuous for RunningLinearLaw<f64> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         Block::keep(self, keeper);
     }
@@ -273,7 +273,7 @@ impl Continuous for Runner<f64> {
     }
 }
 
-impl<T: Float> Block for Runner<T> {
+impl<T: Float> Block for RunningLinearLaw<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(&mut self.commands);
         keep_health(&mut self.health, keeper);
@@ -329,7 +329,7 @@ impl Law for Linear {
     }
 
     fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.runner::<f64>(&self.block)))
+        Running::Continuous(Box::new(self.running::<f64>(&self.block)))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
@@ -341,9 +341,9 @@ impl Law for Linear {
         Some(Firmware {
             linear: self.linear().held(clock.period)?,
             block: if clock.single {
-                Box::new(self.runner::<f32>(&block))
+                Box::new(self.running::<f32>(&block))
             } else {
-                Box::new(self.runner::<f64>(&block))
+                Box::new(self.running::<f64>(&block))
             },
         })
     }
@@ -363,7 +363,7 @@ impl Law for Linear {
             let first = matrix.columns() - self.excess - self.disturbances;
             Matrix::from_fn(matrix.rows(), self.disturbances, |i, j| matrix[(i, first + j)])
         };
-        let told =
+        let on_references =
             |matrix: &Matrix<f64>| Matrix::from_fn(matrix.rows(), self.references.len(), |i, j| matrix[(i, 2 * r + j)]);
         let LinearBlock { a, b, c, d, .. } = &self.block;
         LinearLaw {
@@ -376,8 +376,8 @@ impl Law for Linear {
             on_angles: spread(d, 0),
             on_speeds: spread(d, r),
             on_disturbances: last(d),
-            references: told(b),
-            on_references: told(d),
+            references: on_references(b),
+            on_references: on_references(d),
             errors: Matrix::zeros(a.rows(), 0),
             on_errors: Matrix::zeros(c.rows(), 0),
         }

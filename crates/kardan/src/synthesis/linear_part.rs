@@ -28,7 +28,7 @@ pub struct LinearLaw {
     pub references: Matrix<f64>,
     /// Dρ, inputs × references.
     pub on_references: Matrix<f64>,
-    /// How errors of the readings of [`Law::sensors`] act on the states beside what follows from true angles and speeds, states ×
+    /// How errors of the readings of [`Law::sensors`](super::Law::sensors) act on the states beside what follows from true angles and speeds, states ×
     /// sensors.
     pub errors: Matrix<f64>,
     /// How they act on the commands, inputs × sensors.

@@ -17,15 +17,15 @@ pub(super) struct Nonlinear {
     /// Whether the model is its linear one, without forces at zero.
     like_linear: bool,
     /// As it is at the start of a run.
-    runner: Runner<f64>,
+    running: RunningComputedTorque<f64>,
 }
 
 /// The block [`ComputedTorque`] with the memory of one evaluation.
-struct Runner<T> {
+struct RunningComputedTorque<T> {
     data: MechanismData<T>,
     tasks: Vec<Task<T>>,
     /// The reference of each task.
-    told: Vec<usize>,
+    reference_places: Vec<usize>,
     inputs: Vec<usize>,
     friction_width: Option<T>,
     coordinates: Vec<usize>,
@@ -41,7 +41,7 @@ struct Runner<T> {
     kept: bool,
 }
 
-impl<T: Float> Runner<T> {
+impl<T: Float> RunningComputedTorque<T> {
     fn law(&self) -> ComputedTorque<'_, T> {
         ComputedTorque {
             mechanism: self.data.block(),
@@ -51,7 +51,7 @@ impl<T: Float> Runner<T> {
         }
     }
 
-    fn cast<U: Float>(&self) -> Runner<U> {
+    fn cast<U: Float>(&self) -> RunningComputedTorque<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
         let task = |task: &Task<T>| match task {
@@ -65,10 +65,10 @@ impl<T: Float> Runner<T> {
             Task::Torque { shaft } => Task::Torque { shaft: *shaft },
             Task::ConstraintTorque { cut } => Task::ConstraintTorque { cut: *cut },
         };
-        Runner {
+        RunningComputedTorque {
             data: self.data.cast(to),
             tasks: self.tasks.iter().map(task).collect(),
-            told: self.told.clone(),
+            reference_places: self.reference_places.clone(),
             inputs: self.inputs.clone(),
             friction_width: self.friction_width.map(to),
             coordinates: self.coordinates.clone(),
@@ -84,7 +84,7 @@ impl<T: Float> Runner<T> {
     }
 }
 
-impl Continuous for Runner<f64> {
+impl Continuous for RunningComputedTorque<f64> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         Block::keep(self, keeper);
     }
@@ -97,7 +97,7 @@ impl Continuous for Runner<f64> {
     }
 }
 
-impl<T: Float> Block for Runner<T> {
+impl<T: Float> Block for RunningComputedTorque<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(&mut self.torques);
         keeper.flag(&mut self.kept);
@@ -108,8 +108,8 @@ impl<T: Float> Block for Runner<T> {
             self.position[k] = T::from_f64(seen.angles[shaft]);
             self.speed[k] = T::from_f64(seen.speeds[shaft]);
         }
-        for (reference, &told) in self.references.iter_mut().zip(&self.told) {
-            *reference = T::from_f64(seen.references[told]);
+        for (reference, &reference_places) in self.references.iter_mut().zip(&self.reference_places) {
+            *reference = T::from_f64(seen.references[reference_places]);
         }
         self.disturbances.fill(T::ZERO);
         for (shaft, torque) in self.disturbed.iter().zip(seen.disturbances) {
@@ -137,7 +137,7 @@ impl<T: Float> Block for Runner<T> {
 }
 
 /// What a channel of a nonlinear law controls, before the model is tabulated.
-pub(super) enum Wish {
+pub(super) enum WantedTask {
     Task(Task<f64>),
     /// The constraint torque that a sensor would measure.
     ConstraintTorque(Measured),
@@ -151,15 +151,15 @@ impl Nonlinear {
     pub fn new(
         request: &Request<'_>,
         at_design_point: Arc<dyn Law>,
-        wishes: Vec<Wish>,
-        told: Vec<usize>,
+        wanted: Vec<WantedTask>,
+        reference_places: Vec<usize>,
         friction_width: Option<f64>,
     ) -> Result<Self, SynthesisError> {
         let reduced = &request.plant.reduced;
-        let cuts: Vec<(&str, &str)> = wishes
+        let cuts: Vec<(&str, &str)> = wanted
             .iter()
-            .filter_map(|wish| match wish {
-                Wish::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
+            .filter_map(|wanted| match wanted {
+                WantedTask::ConstraintTorque(Measured::ConstraintTorque(element, shaft)) => {
                     Some((element.as_str(), shaft.as_str()))
                 }
                 _ => None,
@@ -167,11 +167,11 @@ impl Nonlinear {
             .collect();
         let data = MechanismData::with_cuts(reduced, &cuts).map_err(no_block)?;
         let mut cut = 0;
-        let tasks: Vec<Task<f64>> = wishes
+        let tasks: Vec<Task<f64>> = wanted
             .into_iter()
-            .map(|wish| match wish {
-                Wish::Task(task) => task,
-                Wish::ConstraintTorque(_) => {
+            .map(|wanted| match wanted {
+                WantedTask::Task(task) => task,
+                WantedTask::ConstraintTorque(_) => {
                     cut += 1;
                     Task::ConstraintTorque { cut: cut - 1 }
                 }
@@ -183,8 +183,8 @@ impl Nonlinear {
         let inputs: Vec<usize> = at_design_point.inputs().iter().map(number).collect();
         let felt = |shaft: &usize| tasks.iter().any(|task| matches!(task, Task::Torque { shaft: s } if s == shaft));
         let r = reduced.coordinates.len();
-        let mut runner = Runner {
-            told,
+        let mut running = RunningComputedTorque {
+            reference_places,
             torques: vec![0.0; inputs.len()],
             kept: false,
             inputs,
@@ -199,22 +199,25 @@ impl Nonlinear {
             tasks,
             data,
         };
-        runner.memory = vec![0.0; runner.law().memory()];
-        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), runner })
+        running.memory = vec![0.0; running.law().memory()];
+        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), running })
     }
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
         let names = |tail: &str, unit: &str| {
-            let name = |&shaft: &usize| ReadSignal::new(format!("{}.{tail}", self.runner.data.shafts[shaft]), unit);
-            self.runner.coordinates.iter().map(name).collect::<Vec<_>>()
+            let name = |&shaft: &usize| ReadSignal::new(format!("{}.{tail}", self.running.data.shafts[shaft]), unit);
+            self.running.coordinates.iter().map(name).collect::<Vec<_>>()
         };
         let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
         let references = self.at_design_point.references();
-        let shafts = self.runner.disturbed.iter().flatten();
-        let disturbance = |&k: &usize| ReadSignal::new(format!("{}.disturbance", self.runner.data.shafts[k]), "N m");
+        let shafts = self.running.disturbed.iter().flatten();
+        let disturbance = |&k: &usize| ReadSignal::new(format!("{}.disturbance", self.running.data.shafts[k]), "N m");
         reads.extend(
-            self.runner.told.iter().map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
+            self.running
+                .reference_places
+                .iter()
+                .map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
         );
         reads.extend(shafts.map(disturbance));
         ControllerData {
@@ -224,7 +227,7 @@ impl Nonlinear {
             sample_time: None,
             single: false,
             matrices: self
-                .runner
+                .running
                 .data
                 .tables(|x| x)
                 .into_iter()
@@ -232,11 +235,11 @@ impl Nonlinear {
                 .map(|(name, rows)| DataMatrix::new(name, rows))
                 .collect(),
             numbers: [
-                DataNumber::new("shafts", self.runner.data.shafts.len() as f64),
-                DataNumber::new("held", self.runner.data.held() as f64),
+                DataNumber::new("shafts", self.running.data.shafts.len() as f64),
+                DataNumber::new("held", self.running.data.held() as f64),
             ]
             .into_iter()
-            .chain(self.runner.friction_width.map(|width| DataNumber::new("friction_width", width)))
+            .chain(self.running.friction_width.map(|width| DataNumber::new("friction_width", width)))
             .collect(),
         }
     }
@@ -255,7 +258,7 @@ impl Nonlinear {
             row.push(*input as f64);
             row
         };
-        self.runner.tasks.iter().zip(&self.runner.inputs).map(row).collect()
+        self.running.tasks.iter().zip(&self.running.inputs).map(row).collect()
     }
 }
 
@@ -276,13 +279,17 @@ impl Law for Nonlinear {
     }
 
     fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.runner.cast::<f64>()))
+        Running::Continuous(Box::new(self.running.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
+            block: if clock.single {
+                Box::new(self.running.cast::<f32>())
+            } else {
+                Box::new(self.running.cast::<f64>())
+            },
         })
     }
 
@@ -291,11 +298,11 @@ impl Law for Nonlinear {
     }
 
     fn friction_width(&self) -> Option<f64> {
-        self.runner.friction_width
+        self.running.friction_width
     }
 
     fn bends(&self) -> bool {
-        self.runner.friction_width.is_some() || !self.like_linear
+        self.running.friction_width.is_some() || !self.like_linear
     }
 
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
@@ -303,20 +310,20 @@ impl Law for Nonlinear {
         if !self.bends() {
             return Some(out);
         }
-        let (shafts, m) = (out.on_angles.columns(), self.runner.inputs.len());
-        let mut runner = self.runner.cast::<f64>();
-        let (mut memory, rest) = (vec![0.0; runner.data.block().memory()], vec![0.0; position.len()]);
-        let now = runner.data.block().evaluate(position, &rest, &mut memory)?;
+        let (shafts, m) = (out.on_angles.columns(), self.running.inputs.len());
+        let mut running = self.running.cast::<f64>();
+        let (mut memory, rest) = (vec![0.0; running.data.block().memory()], vec![0.0; position.len()]);
+        let now = running.data.block().evaluate(position, &rest, &mut memory)?;
         let mut angles: Vec<f64> = now.angles.iter().copied().take(shafts).collect();
         let mut speeds = vec![0.0; shafts];
         let mut disturbances = vec![0.0; out.on_disturbances.columns()];
         let mut references = vec![0.0; self.references().len()];
-        for (task, told) in runner.tasks.iter().zip(&runner.told) {
+        for (task, reference_places) in running.tasks.iter().zip(&running.reference_places) {
             if let Task::Position { shaft, .. } = task {
-                references[*told] = angles[*shaft];
+                references[*reference_places] = angles[*shaft];
             }
         }
-        let width = self.runner.friction_width.map_or(1.0, |width| width.min(1.0));
+        let width = self.running.friction_width.map_or(1.0, |width| width.min(1.0));
         let mut ends = |seen: [&mut Vec<f64>; 4], which: usize, k: usize, step: f64| -> Option<Vec<f64>> {
             let middle = seen[which][k];
             let mut at = |value: f64| {
@@ -324,7 +331,7 @@ impl Law for Nonlinear {
                 let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
                 let now = Seen { angles, speeds, disturbances, references, readings: &[], states: &[] };
-                Block::command(&mut runner, now, &mut torques);
+                Block::command(&mut running, now, &mut torques);
                 torques
             };
             let (above, below) = (at(middle + step), at(middle - step));

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Dimension, Exact, Reader, TEXT_LIMIT, UnitError, check_length, check_range};
+use super::quantity::{TEXT_LIMIT, check_length, check_range};
+use super::reader::Reader;
+use super::{Dimension, Exact, UnitError};
 
 /// How far a quantity may be from its nominal value, as written.
 ///

@@ -11,8 +11,26 @@ use std::path::Path;
 
 use crate::reader::{code, crate_folder, sources};
 
-/// Dependences that close a circle and stand for now: the file, what it depends on, why.
-const ALLOWED: &[(&str, &str, &str)] = &[];
+/// Dependences that close circles and stand for now: crate, file or folder, what it depends on, why. The list may only shrink.
+const ALLOWED: &[(&str, &str, &str, &str)] = &[
+    (
+        "kardan",
+        "element/",
+        "element/mod.rs",
+        "what elements share stands beside their registry: to be untied with the door",
+    ),
+    ("kardan", "model/resolve.rs", "model/", "places and tables know each other: to be untied with the door"),
+    ("kardan", "report/", "report/mod.rs", "the file of a plot stands beside all pages: to be untied with the door"),
+    ("kardan", "study/", "study/mod.rs", "progress and requirements stand beside the run: to be untied with the door"),
+    ("kardan", "study/", "study/prepare.rs", "what is prepared stands beside all checks: to be untied with the door"),
+    ("kardan", "study/", "study/project.rs", "a project is opened by what it runs: to be untied with the door"),
+    ("kardan", "study/identification/", "study/identification/mod.rs", "to be untied with the door"),
+    ("kardan", "study/sensitivity.rs", "study/analyze.rs", "to be untied with the door"),
+    ("kardan", "study/circuit.rs", "study/checks.rs", "to be untied with the door"),
+    ("kardan-cli", "commands/", "commands/mod.rs", "exit codes stand beside all commands: to be untied with the door"),
+    ("kardan-cli", "panics.rs", "commands/mod.rs", "to be untied with the door"),
+    ("kardan-cli", "render.rs", "input.rs", "to be untied with the door"),
+];
 
 /// One file of a crate as a module.
 #[derive(Default)]
@@ -148,7 +166,8 @@ fn module(file: String, code: &str) -> Module {
                 }
             }
             word if is_word(word) && !(at > 1 && matches!(tokens[at - 2].as_str(), "::" | ".")) => {
-                let mut path = vec![word.to_string()];
+                let (word, before) = (word.to_string(), at.checked_sub(2).map(|k| tokens[k].clone()));
+                let mut path = vec![word.clone()];
                 while tokens.get(at).is_some_and(|t| t == "::") && tokens.get(at + 1).is_some_and(|t| is_word(t)) {
                     path.push(tokens[at + 1].clone());
                     at += 2;
@@ -156,7 +175,9 @@ fn module(file: String, code: &str) -> Module {
                 if path.len() > 1 {
                     out.named.push(path);
                 }
-                out.words.insert(word.into());
+                if before.as_deref() != Some("mod") {
+                    out.words.insert(word);
+                }
             }
             _ => {}
         }
@@ -272,20 +293,25 @@ fn circles(dependences: &[BTreeMap<usize, BTreeSet<String>>]) -> Vec<(usize, usi
     out
 }
 
+/// Whether a file is that of an entry of the list, or in its folder.
+fn is_of(file: &str, entry: &str) -> bool {
+    file == entry || entry.ends_with('/') && file.starts_with(entry)
+}
+
 #[test]
 fn files_of_a_crate_have_no_circles() {
     let mut wrong = Vec::new();
-    for (name, allowed) in [("kardan", ALLOWED), ("kardan-cli", &[]), ("kardan-rt", &[]), ("kardan-tables", &[])] {
+    for name in ["kardan", "kardan-cli", "kardan-rt", "kardan-tables"] {
         let all = read(&crate_folder(&format!("../{name}/src")));
         let mut dependences = all.dependences();
         let file = |k: usize| all.modules[k].file.as_str();
-        for (from, to, _) in allowed {
-            let on_a_circle =
-                circles(&dependences).into_iter().find(|(k, other)| file(*k) == *from && file(*other) == *to);
-            match on_a_circle {
-                Some((k, other)) => drop(dependences[k].remove(&other)),
-                None => wrong.push(format!("{name}: {from} → {to} closes no circle: take it out of the list")),
+        let on_circles = circles(&dependences);
+        for (_, from, to, _) in ALLOWED.iter().filter(|entry| entry.0 == name) {
+            let covered = on_circles.iter().filter(|(k, other)| is_of(file(*k), from) && is_of(file(*other), to));
+            if covered.clone().next().is_none() {
+                wrong.push(format!("{name}: {from} → {to} closes no circle: take it out of the list"));
             }
+            covered.for_each(|(k, other)| drop(dependences[*k].remove(other)));
         }
         for (k, other) in circles(&dependences) {
             let names: Vec<&str> = dependences[k][&other].iter().map(String::as_str).collect();
@@ -293,4 +319,32 @@ fn files_of_a_crate_have_no_circles() {
         }
     }
     assert!(wrong.is_empty(), "dependences on circles:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn names_are_followed_to_the_file_that_defines_them() {
+    let sources = [
+        ("lib.rs", "pub mod a; pub mod b;"),
+        ("a/mod.rs", "mod one; mod two; pub use one::One; pub use two::*; pub use one::Unused as Renamed; fn own() {}"),
+        ("a/one.rs", "use super::{Two, two::{self, Other}}; pub struct One(Two); fn f() { two::g(); super::own() }"),
+        ("a/two.rs", "pub struct Two; pub enum Other { X } pub fn g() { let a = 1; a.own(); }"),
+        ("b.rs", "use crate::a::{self, Renamed as R}; const X: a::One = crate::a::Two; fn h(x: std::a::One) {}"),
+    ];
+    let all = Crate::new(sources.map(|(file, code)| module(file.into(), code)).into());
+    let file = |k: usize| all.modules[k].file.clone();
+    let found: Vec<(String, Vec<String>)> = all
+        .dependences()
+        .iter()
+        .enumerate()
+        .map(|(k, next)| (file(k), next.keys().map(|other| file(*other)).collect()))
+        .filter(|(_, next): &(String, Vec<String>)| !next.is_empty())
+        .collect();
+    let expected = [("a/one.rs", vec!["a/mod.rs", "a/two.rs"]), ("b.rs", vec!["a/one.rs", "a/two.rs"])];
+    assert_eq!(found, expected.map(|(file, next)| (file.to_string(), next.iter().map(ToString::to_string).collect())));
+    assert!(circles(&all.dependences()).is_empty());
+    // A folder that uses in its own code what its files give closes a circle with those that use what it defines.
+    let own = "mod one; pub use one::One; fn own() -> One { one::make() }";
+    let closed = [("lib.rs", "mod a;"), ("a/mod.rs", own), ("a/one.rs", "pub struct One; fn make() { super::own() }")];
+    let all = Crate::new(closed.map(|(file, code)| module(file.into(), code)).into());
+    assert_eq!(circles(&all.dependences()), [(1, 2), (2, 1)]);
 }

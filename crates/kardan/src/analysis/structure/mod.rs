@@ -127,13 +127,7 @@ fn decide_modulo(
     let Look { image: first, dual: dual_first, reached, seen } = &ranks.found;
     let mut statements = Statements::new(system);
     let undecided = ranks.proven().map(|proven| certify.is_some() && !proven);
-    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", seen.rank, 1)] {
-        if undecided[k] {
-            statements.undecided(what, rank, n, limits.primes);
-        } else {
-            statements.rank(what, rank, n, ranks.proven()[k]);
-        }
-    }
+    tell_ranks(&ranks, undecided, limits, &mut statements);
     let facts = certify.and_then(|progress| prove_all(system, &ranks, &mut own, progress, &mut statements));
 
     // What is not proven is found modulo random primes.
@@ -193,6 +187,18 @@ fn decide_modulo(
         construction: None,
         certificate: certificate(system, statements, undecided, primes, [inputs, outputs], ranks),
     })
+}
+
+fn tell_ranks(ranks: &Ranks, undecided: [bool; 2], limits: &Limits, statements: &mut Statements) {
+    let Look { image, reached, seen, .. } = &ranks.found;
+    let n = image.g.rows;
+    for (what, rank, k) in [("controllability", reached.rank, 0), ("observability", seen.rank, 1)] {
+        if undecided[k] {
+            statements.undecided(what, rank, n, limits.primes);
+        } else {
+            statements.rank(what, rank, n, ranks.proven()[k]);
+        }
+    }
 }
 
 /// Proves what ranks leave open; if that cannot be done, a statement says why.

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use kardan_rt::{PositionLoop, Task};
 
 use crate::analysis::OutputSignal;
+use crate::element::Values;
 use crate::equations::Measured;
 use crate::num::{Polynomial, Scalar};
 use crate::results::{Design, Feedback};
@@ -12,10 +13,10 @@ use crate::synthesis::channels::{
 };
 use crate::synthesis::decoupling::{decouple, relative_degrees};
 use crate::synthesis::linear_law::{Linear, LinearBlock};
-use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
-use crate::synthesis::{ExactLoop, Law, LawKind, Request, SynthesisError, named};
+use crate::synthesis::{ExactLoop, Law, LawKind, Plant, Request, SynthesisError, named};
 use crate::units::Dimension;
 
 keys! {
@@ -101,30 +102,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     once(names.iter().map(String::as_str), "output")?;
     once(inputs.iter().map(String::as_str), "input")?;
     once(references.iter().map(|r| r.name.as_str()), "reference")?;
-    let (mut polynomials, mut wishes) = (Vec::new(), Vec::new());
-    for (channel, output) in channels(values).zip(&outputs) {
-        check_dynamics(channel, &output.name)?;
-        let degree = match &output.measured {
-            Measured::Angle(_) => 2,
-            Measured::ConstraintTorque(..) => 0,
-            _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
-        };
-        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
-        let has_dynamics =
-            ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
-        if let (0, Some(key)) = (degree, has_dynamics) {
-            return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
-        }
-        let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
-        wishes.push(match &output.measured {
-            Measured::Angle(shaft) => Wish::Task(Task::Position {
-                shaft: plant.reduced.shaft(shaft).expect("an output names a shaft"),
-                position_loop: position_loop(&polynomial),
-            }),
-            measured => Wish::ConstraintTorque(measured.clone()),
-        });
-        polynomials.push(polynomial);
-    }
+    let (polynomials, wanted) = channel_tasks(values, plant, &outputs)?;
     let system = plant.system(&inputs, &outputs);
     let relative = relative_degrees(&system);
     for (output, (degree, polynomial)) in names.iter().zip(relative.degrees.iter().zip(&polynomials)) {
@@ -181,9 +159,42 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let units: Vec<(String, String)> =
         references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
     let exact = ExactLoop::feedback(system.clone(), system, [&found.k, &found.l], &units);
-    let told = (0..references.len()).collect();
+    let reference_places = (0..references.len()).collect();
     let linear = Linear::new(request, design, Some(exact), references, block);
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), wishes, told, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(linear), wanted, reference_places, friction_width)?))
+}
+
+/// Of each channel the characteristic polynomial of its error and what its block wishes.
+fn channel_tasks(
+    values: &Values,
+    plant: &Plant,
+    outputs: &[OutputSignal],
+) -> Result<(Vec<Polynomial>, Vec<WantedTask>), SynthesisError> {
+    let (mut polynomials, mut wanted) = (Vec::new(), Vec::new());
+    for (channel, output) in channels(values).zip(outputs) {
+        check_dynamics(channel, &output.name)?;
+        let degree = match &output.measured {
+            Measured::Angle(_) => 2,
+            Measured::ConstraintTorque(..) => 0,
+            _ => return Err(SynthesisError::NotForComputedTorque { signal: output.name.clone() }),
+        };
+        let wrong = |error| SynthesisError::Compensation { output: output.name.clone(), error: Box::new(error) };
+        let has_dynamics =
+            ["natural_frequency", "damping_ratio", "crossover_frequency", "poles"].iter().find(|k| channel.has(k));
+        if let (0, Some(key)) = (degree, has_dynamics) {
+            return Err(SynthesisError::NoDynamics { output: output.name.clone(), key });
+        }
+        let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
+        wanted.push(match &output.measured {
+            Measured::Angle(shaft) => WantedTask::Task(Task::Position {
+                shaft: plant.reduced.shaft(shaft).expect("an output names a shaft"),
+                position_loop: position_loop(&polynomial),
+            }),
+            measured => WantedTask::ConstraintTorque(measured.clone()),
+        });
+        polynomials.push(polynomial);
+    }
+    Ok((polynomials, wanted))
 }
 
 /// The loop around a double integrator with that characteristic polynomial.

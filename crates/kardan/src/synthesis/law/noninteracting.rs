@@ -4,7 +4,7 @@ use kardan_rt::{Channel, Gain, Health, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
 use crate::synthesis::channels::once;
-use crate::synthesis::nonlinear_law::{Nonlinear, Wish};
+use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::zeros::check_zeros;
 
@@ -212,11 +212,11 @@ struct Designed {
     /// −M, and the shafts of its columns.
     disturbance_gain: Matrix<f64>,
     disturbed: Vec<String>,
-    runner: Runner<f64>,
+    running: RunningNoninteracting<f64>,
 }
 
 /// The block [`kardan_rt::Noninteracting`] with the memory of one evaluation.
-struct Runner<T> {
+struct RunningNoninteracting<T> {
     /// Where each channel finds its reference and its load among the references.
     told: Vec<(usize, Option<usize>)>,
     coordinate_shafts: Vec<usize>,
@@ -240,8 +240,21 @@ struct Runner<T> {
     kept: bool,
 }
 
-impl<T: Float> Runner<T> {
-    fn cast<U: Float>(&self) -> Runner<U> {
+impl RunningNoninteracting<f64> {
+    /// The same as tasks of the full model.
+    fn wanted(&self) -> Vec<WantedTask> {
+        let wanted = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
+            Channel::Position { position_loop, .. } => {
+                WantedTask::Task(Task::Position { shaft, position_loop: *position_loop })
+            }
+            Channel::Torque { .. } => WantedTask::Task(Task::Torque { shaft }),
+        };
+        self.channels.iter().zip(&self.output_shafts).map(wanted).collect()
+    }
+}
+
+impl<T: Float> RunningNoninteracting<T> {
+    fn cast<U: Float>(&self) -> RunningNoninteracting<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
         let channel = |channel: &Channel<T>| match channel {
@@ -254,7 +267,7 @@ impl<T: Float> Runner<T> {
             },
             Channel::Torque { inverse_inertia } => Channel::Torque { inverse_inertia: to(*inverse_inertia) },
         };
-        Runner {
+        RunningNoninteracting {
             told: self.told.clone(),
             coordinate_shafts: self.coordinate_shafts.clone(),
             output_shafts: self.output_shafts.clone(),
@@ -276,7 +289,7 @@ impl<T: Float> Runner<T> {
     }
 }
 
-impl Continuous for Runner<f64> {
+impl Continuous for RunningNoninteracting<f64> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         Block::keep(self, keeper);
     }
@@ -289,7 +302,7 @@ impl Continuous for Runner<f64> {
     }
 }
 
-impl<T: Float> Block for Runner<T> {
+impl<T: Float> Block for RunningNoninteracting<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(&mut self.torques);
         keeper.flag(&mut self.kept);
@@ -338,7 +351,11 @@ impl<T: Float> Block for Runner<T> {
     }
 }
 
-fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+/// Channels, their inputs and their outputs.
+type ChosenChannels = (Vec<ChannelDesign>, Vec<String>, Vec<String>);
+
+/// The channels with the names of their inputs and outputs.
+fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisError> {
     let model = &request.plant.linear;
     let mut designs = Vec::new();
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
@@ -356,6 +373,28 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         outputs.push(output);
         designs.push(ChannelDesign { shaft, input: number });
     }
+    Ok((designs, inputs, outputs))
+}
+
+/// What computes a channel, and what is asked of it.
+fn channel_block(channel: &Values, inverse_inertia: f64) -> (Channel<f64>, ChannelSpec) {
+    if !is_position(channel) {
+        return (Channel::Torque { inverse_inertia }, ChannelSpec::Torque);
+    }
+    let exact = |key, otherwise| channel.exact(key).map_or(otherwise, Exact::to_rational);
+    let natural_frequency = exact("natural_frequency", Rational::from(20));
+    let damping_ratio = exact("damping_ratio", Rational::from_parts(7.into(), 10u8.into()));
+    let position_loop = PositionLoop {
+        natural_frequency: rational_to_f64(&natural_frequency),
+        damping_ratio: rational_to_f64(&damping_ratio),
+    };
+    let spec = ChannelSpec::Position { natural_frequency, damping_ratio };
+    (Channel::Position { position_loop, inverse_inertia }, spec)
+}
+
+fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
+    let model = &request.plant.linear;
+    let (designs, inputs, outputs) = chosen_channels(request)?;
     let names = |channel: &ChannelDesign| {
         (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
@@ -371,20 +410,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     for (channel, inertia) in channels(request.values).zip(&design.effective_inertia) {
         let inverse_inertia = 1.0 / rational_to_f64(inertia);
         told.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
-        blocks.push(if is_position(channel) {
-            let exact = |key, otherwise| channel.exact(key).map_or(otherwise, Exact::to_rational);
-            let natural_frequency = exact("natural_frequency", Rational::from(20));
-            let damping_ratio = exact("damping_ratio", Rational::from_parts(7.into(), 10u8.into()));
-            let position_loop = PositionLoop {
-                natural_frequency: rational_to_f64(&natural_frequency),
-                damping_ratio: rational_to_f64(&damping_ratio),
-            };
-            specs.push(ChannelSpec::Position { natural_frequency, damping_ratio });
-            Channel::Position { position_loop, inverse_inertia }
-        } else {
-            specs.push(ChannelSpec::Torque);
-            Channel::Torque { inverse_inertia }
-        });
+        let (block, spec) = channel_block(channel, inverse_inertia);
+        blocks.push(block);
+        specs.push(spec);
     }
     let nonlinear = request.values.word("plant") == Some("nonlinear");
     if request.values.has("friction_width") && !nonlinear {
@@ -397,7 +425,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let told_references: Vec<usize> = told.iter().map(|(reference, _)| *reference).collect();
     let loads: Vec<Option<usize>> = told.iter().map(|(_, load)| *load).collect();
     let disturbance_gain = disturbance_gain.scale(&Rational::NEG_ONE).to_f64();
-    let runner = Runner {
+    let running = RunningNoninteracting {
         told,
         coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
         output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
@@ -429,7 +457,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         disturbed: (0..request.disturbances.len())
             .map(|k| request.plant.shafts()[request.disturbances[k]].clone())
             .collect(),
-        runner,
+        running,
     };
     if !nonlinear {
         return Ok(Arc::new(designed));
@@ -437,20 +465,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if loads.iter().any(Option::is_some) {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
-    let wishes = designed
-        .runner
-        .channels
-        .iter()
-        .zip(&designed.runner.output_shafts)
-        .map(|(channel, &shaft)| match channel {
-            Channel::Position { position_loop, .. } => {
-                Wish::Task(Task::Position { shaft, position_loop: *position_loop })
-            }
-            Channel::Torque { .. } => Wish::Task(Task::Torque { shaft }),
-        })
-        .collect();
+    let wanted = designed.running.wanted();
     let friction_width = request.values.number("friction_width");
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wishes, told_references, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wanted, told_references, friction_width)?))
 }
 
 /// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
@@ -485,7 +502,7 @@ impl Designed {
             let speed = output.trim_end_matches("phi").to_string() + "w";
             reads.extend([ReadSignal::new(output, unit(output)), ReadSignal::new(&speed, unit(&speed))]);
         }
-        for (reference, load) in &self.runner.told {
+        for (reference, load) in &self.running.told {
             for number in std::iter::once(reference).chain(load) {
                 let told = &self.references[*number];
                 reads.push(ReadSignal::new(&told.name, told.physical.unit()));
@@ -493,7 +510,7 @@ impl Designed {
         }
         reads.extend(self.disturbed.iter().map(|shaft| ReadSignal::new(format!("{shaft}.disturbance"), "N m")));
         let mut numbers = Vec::new();
-        for (output, channel) in self.outputs.iter().zip(&self.runner.channels) {
+        for (output, channel) in self.outputs.iter().zip(&self.running.channels) {
             let mut add = |what: &str, value: f64| numbers.push(DataNumber::new(format!("{output} {what}"), value));
             match channel {
                 Channel::Position { position_loop, inverse_inertia } => {
@@ -531,24 +548,28 @@ impl Law for Designed {
     }
 
     fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.runner.cast::<f64>()))
+        Running::Continuous(Box::new(self.running.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
+            block: if clock.single {
+                Box::new(self.running.cast::<f32>())
+            } else {
+                Box::new(self.running.cast::<f64>())
+            },
         })
     }
 
     fn linear(&self) -> LinearLaw {
-        let (m, r) = (self.inputs.len(), self.runner.coordinate_shafts.len());
+        let (m, r) = (self.inputs.len(), self.running.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);
         let mut on_speeds = Matrix::zeros(m, self.shafts);
         let mut on_references = Matrix::zeros(m, self.references.len());
         for i in 0..m {
-            for (k, (channel, (reference, load))) in self.runner.channels.iter().zip(&self.runner.told).enumerate() {
-                let gain = self.runner.acceleration_gain[i * m + k];
+            for (k, (channel, (reference, load))) in self.running.channels.iter().zip(&self.running.told).enumerate() {
+                let gain = self.running.acceleration_gain[i * m + k];
                 let (per_reference, per_load) = match channel {
                     Channel::Position { position_loop, inverse_inertia } => {
                         (position_loop.natural_frequency.powi(2), *inverse_inertia)
@@ -560,13 +581,13 @@ impl Law for Designed {
                     on_references[(i, *load)] -= gain * per_load;
                 }
             }
-            for (k, &shaft) in self.runner.coordinate_shafts.iter().enumerate() {
-                on_angles[(i, shaft)] += self.runner.state_gain[i * 2 * r + k];
-                on_speeds[(i, shaft)] += self.runner.state_gain[i * 2 * r + r + k];
+            for (k, &shaft) in self.running.coordinate_shafts.iter().enumerate() {
+                on_angles[(i, shaft)] += self.running.state_gain[i * 2 * r + k];
+                on_speeds[(i, shaft)] += self.running.state_gain[i * 2 * r + r + k];
             }
-            for (k, &shaft) in self.runner.output_shafts.iter().enumerate() {
-                if let Channel::Position { position_loop, .. } = &self.runner.channels[k] {
-                    let gain = self.runner.acceleration_gain[i * m + k];
+            for (k, &shaft) in self.running.output_shafts.iter().enumerate() {
+                if let Channel::Position { position_loop, .. } = &self.running.channels[k] {
+                    let gain = self.running.acceleration_gain[i * m + k];
                     let omega = position_loop.natural_frequency;
                     on_angles[(i, shaft)] -= gain * omega * omega;
                     on_speeds[(i, shaft)] -= gain * 2.0 * position_loop.damping_ratio * omega;
@@ -593,7 +614,7 @@ impl Law for Designed {
                 ChannelSpec::Position { natural_frequency, damping_ratio } => {
                     let stiffness = natural_frequency.times(natural_frequency);
                     let damping = Rational::from(2).times(damping_ratio).times(natural_frequency);
-                    let direction = self.plant.linear.direction(self.runner.output_shafts[k]);
+                    let direction = self.plant.linear.direction(self.running.output_shafts[k]);
                     for (j, x) in direction.row(0).iter().enumerate() {
                         feedback[(k, j)] = stiffness.times(x);
                         feedback[(k, states / 2 + j)] = damping.times(x);
@@ -605,7 +626,7 @@ impl Law for Designed {
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let told: Vec<&Reference> =
-            self.runner.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
+            self.running.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =

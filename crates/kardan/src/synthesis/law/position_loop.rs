@@ -74,11 +74,11 @@ struct Designed {
     output: String,
     references: Vec<Reference>,
     shafts: usize,
-    runner: Runner<f64>,
+    running: RunningPositionLoop<f64>,
 }
 
 /// The block [`kardan_rt::PositionLoop`], its acceleration times the inertia.
-struct Runner<T> {
+struct RunningPositionLoop<T> {
     shaft: usize,
     inertia: T,
     position_loop: kardan_rt::PositionLoop<T>,
@@ -88,11 +88,11 @@ struct Runner<T> {
     kept: bool,
 }
 
-impl<T: Float> Runner<T> {
-    fn cast<U: Float>(&self) -> Runner<U> {
+impl<T: Float> RunningPositionLoop<T> {
+    fn cast<U: Float>(&self) -> RunningPositionLoop<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
-        Runner {
+        RunningPositionLoop {
             shaft: self.shaft,
             inertia: to(self.inertia),
             position_loop: kardan_rt::PositionLoop {
@@ -105,7 +105,7 @@ impl<T: Float> Runner<T> {
     }
 }
 
-impl Continuous for Runner<f64> {
+impl Continuous for RunningPositionLoop<f64> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         Block::keep(self, keeper);
     }
@@ -118,7 +118,7 @@ impl Continuous for Runner<f64> {
     }
 }
 
-impl<T: Float> Block for Runner<T> {
+impl<T: Float> Block for RunningPositionLoop<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(std::slice::from_mut(&mut self.torque));
         keeper.flag(&mut self.kept);
@@ -160,7 +160,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         output,
         references: references(values),
         shafts: request.plant.shafts().len(),
-        runner: Runner {
+        running: RunningPositionLoop {
             shaft,
             inertia,
             position_loop: kardan_rt::PositionLoop {
@@ -187,9 +187,9 @@ impl Designed {
             single: false,
             matrices: Vec::new(),
             numbers: vec![
-                DataNumber::new("natural_frequency", self.runner.position_loop.natural_frequency),
-                DataNumber::new("damping_ratio", self.runner.position_loop.damping_ratio),
-                DataNumber::new("inertia", self.runner.inertia),
+                DataNumber::new("natural_frequency", self.running.position_loop.natural_frequency),
+                DataNumber::new("damping_ratio", self.running.position_loop.damping_ratio),
+                DataNumber::new("inertia", self.running.inertia),
             ],
         }
     }
@@ -205,31 +205,35 @@ impl Law for Designed {
     }
 
     fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.runner.cast::<f64>()))
+        Running::Continuous(Box::new(self.running.cast::<f64>()))
     }
 
     fn firmware(&self, clock: Clock) -> Option<Firmware> {
         Some(Firmware {
             linear: self.linear(),
-            block: if clock.single { Box::new(self.runner.cast::<f32>()) } else { Box::new(self.runner.cast::<f64>()) },
+            block: if clock.single {
+                Box::new(self.running.cast::<f32>())
+            } else {
+                Box::new(self.running.cast::<f64>())
+            },
         })
     }
 
     fn linear(&self) -> LinearLaw {
-        let omega = self.runner.position_loop.natural_frequency;
-        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.runner.shaft { gain } else { 0.0 });
+        let omega = self.running.position_loop.natural_frequency;
+        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.running.shaft { gain } else { 0.0 });
         // The reference, and the load if there is one.
-        let stiffness = self.runner.inertia * omega * omega;
+        let stiffness = self.running.inertia * omega * omega;
         let told = Matrix::from_fn(1, self.references.len(), |_, j| if j == 0 { stiffness } else { -1.0 });
         LinearLaw::gains(
-            row(-self.runner.inertia * omega * omega),
-            row(-self.runner.inertia * 2.0 * self.runner.position_loop.damping_ratio * omega),
+            row(-self.running.inertia * omega * omega),
+            row(-self.running.inertia * 2.0 * self.running.position_loop.damping_ratio * omega),
             told,
         )
     }
 
     fn describe(&self) -> Design {
-        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.runner.position_loop;
+        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.running.position_loop;
         Design {
             controller: self.name.clone(),
             law: POSITION_LOOP.keyword.into(),
@@ -239,7 +243,7 @@ impl Law for Designed {
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
                  {damping_ratio}, for an inertia of {:.9} kg m^2.",
-                self.output, self.runner.inertia
+                self.output, self.running.inertia
             )],
             ..Design::default()
         }

@@ -14,11 +14,11 @@ use crate::results::{
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::channels::{once, reference};
 use crate::synthesis::decoupling::observable_quotient;
-use crate::synthesis::observed::{Reading, reading, rows, sensor_table, sensors, told_apart};
+use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows, sensor_table, sensors};
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::sampled::{
-    GovernorData, PERIOD, Problem, RegulatorData, Runner, ScheduleData, Solution, Target, filter, hold_plant,
+    GovernorData, PERIOD, Problem, RegulatorData, RunningRegulator, ScheduleData, Solution, Target, filter, hold_plant,
     on_their_way, turning,
 };
 use crate::synthesis::{
@@ -278,17 +278,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let zeros =
         observed.sensors.iter().zip(&offsets).map(|(sensor, x)| DataNumber::new(format!("{} offset", sensor.name), *x));
     design.controller_data.numbers.extend(zeros.chain([DataNumber::new("delay", clock.delay)]));
-    let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
-    states.extend(inputs.iter().zip(&lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
-    states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
-    let past = on_their_way(clock).max(1);
-    states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
-    states.extend(
-        references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]),
-    );
-    states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
-    states.extend(references.iter().map(|r| format!("governed {}", r.name)));
-    states.extend(inputs.iter().map(|input| format!("command of {input}")));
+    let states = state_names(&observed, &asked, &references);
     Ok(Arc::new(Sampled {
         name: request.name.to_string(),
         clock,
@@ -306,6 +296,23 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         data,
         design,
     }))
+}
+
+/// Names of the states: estimates, commands on their way, reference models, and what is kept from the last sample.
+fn state_names(observed: &Observer, asked: &Asked<'_>, references: &[Reference]) -> Vec<String> {
+    let Asked { inputs, lags, clock, .. } = asked;
+    let mut states: Vec<String> = observed.states.iter().map(|state| format!("estimate of {state}")).collect();
+    states.extend(inputs.iter().zip(*lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("estimate of {i}.tau")));
+    states.extend(observed.disturbances.iter().map(|shaft| format!("estimate of {shaft}.disturbance")));
+    let past = on_their_way(*clock).max(1);
+    states.extend((1..=past).flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} samples before"))));
+    states.extend(
+        references.iter().flat_map(|r| [format!("model of {}", r.name), format!("rate of the model of {}", r.name)]),
+    );
+    states.extend(observed.sensors.iter().map(|sensor| format!("last {}", sensor.name)));
+    states.extend(references.iter().map(|r| format!("governed {}", r.name)));
+    states.extend(inputs.iter().map(|input| format!("command of {input}")));
+    states
 }
 
 /// The shaft whose angle follows a reference.
@@ -511,6 +518,17 @@ struct Observer {
     result: Option<ObserverResult>,
 }
 
+/// What the keys of an observer say of the noise of states and sensors.
+fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
+    let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
+    let intensity = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
+        Some("phi") => 0.0,
+        Some("w") => number("speed_noise", 10.0),
+        _ => number("disturbance_rate", 10.0),
+    };
+    Noise { process: states.iter().map(intensity).collect(), measurement: vec![number("sensor_noise", 1e-5); sensors] }
+}
+
 fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock) -> Result<Observer, SynthesisError> {
     let (plant, r) = (request.plant, request.plant.linear.coordinates.len());
     let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
@@ -536,32 +554,22 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     let size = held.flow.rows();
     let c = system.c.to_f64();
     let output = Matrix::from_fn(c.rows(), size, |i, j| if j < 2 * r { c[(i, j)] } else { 0.0 });
-    let Some(keys) = keys else {
-        return Ok(Observer {
-            full: true,
-            states: plant.states(),
-            disturbances,
-            sensors,
-            readings,
-            correction: Matrix::from_fn(size, 2 * r, |i, j| f64::from(u8::from(i == j))),
-            prediction: held.state,
-            output,
-            result: None,
-        });
+    let out = Observer {
+        full: true,
+        states: plant.states(),
+        disturbances,
+        sensors,
+        readings,
+        correction: Matrix::from_fn(size, 2 * r, |i, j| f64::from(u8::from(i == j))),
+        prediction: held.state,
+        output,
+        result: None,
     };
-    let names: Vec<String> = disturbances.iter().map(|name| format!("{name}.disturbance")).collect();
+    let Some(keys) = keys else { return Ok(out) };
+    let names: Vec<String> = out.disturbances.iter().map(|name| format!("{name}.disturbance")).collect();
     let extended = extend(&system, &torques, &names);
-    let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
-    let intensity = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
-        Some("phi") => 0.0,
-        Some("w") => number("speed_noise", 10.0),
-        _ => number("disturbance_rate", 10.0),
-    };
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
-    let noise = Noise {
-        process: extended.states.iter().map(intensity).collect(),
-        measurement: vec![number("sensor_noise", 1e-5); sensors.len()],
-    };
+    let noise = noise(keys, &extended.states, out.sensors.len());
     let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
     let straight = plant.position.iter().all(|angle| *angle == 0.0);
     if straight {
@@ -572,51 +580,33 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         let (plant, rest) = noise.process.split_at(2 * r);
         plant.iter().copied().chain(std::iter::repeat_n(0.0, lagged)).chain(rest.iter().copied()).collect()
     };
-    let variances: Vec<f64> = sensors
+    let variances: Vec<f64> = out
+        .sensors
         .iter()
         .map(|sensor| reading_variance(plant, keys.number("sensor_noise"), sensor, clock.period))
         .collect();
-    let found = filter(&held.flow, &output, &intensities, &variances, clock.period)
+    let found = filter(&held.flow, &out.output, &intensities, &variances, clock.period)
         .ok_or(SynthesisError::SampledRiccati { of: "observer" })?;
+    let out = Observer { full: false, correction: found.gain, ..out };
     if !straight {
-        return Ok(Observer {
-            full: false,
-            states: plant.states(),
-            disturbances,
-            sensors,
-            readings,
-            prediction: held.state,
-            output,
-            correction: found.gain,
-            result: None,
-        });
+        return Ok(out);
     }
     let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
-    let all: Vec<String> = plant.states().into_iter().chain(lagged).chain(names).collect();
-    let mut sentences = told_apart(plant, &system)?;
+    let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
+    let mut sentences = distinguishable_torques(plant, &system)?;
     sentences
         .push(format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual));
     let title = ("observer_gain", "observer gain M of x <- x + M (y - C x)", "");
     let result = ObserverResult {
         sensors: extended.outputs.clone(),
-        disturbances: disturbances.clone(),
+        disturbances: out.disturbances.clone(),
         poles: found.multipliers.iter().map(|z| as_pole(*z, clock.period)).collect(),
         method: "kalman".into(),
-        gain: rounded(title, &all, &extended.outputs, &found.gain),
+        gain: rounded(title, &all, &extended.outputs, &out.correction),
         states: all,
         distinguishable: sentences,
     };
-    Ok(Observer {
-        full: false,
-        states: plant.states(),
-        disturbances,
-        sensors,
-        readings,
-        prediction: held.state,
-        output,
-        correction: found.gain,
-        result: Some(result),
-    })
+    Ok(Observer { result: Some(result), ..out })
 }
 
 /// The pole in continuous time of a multiplier per sample, 1/s.
@@ -759,26 +749,15 @@ fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)])
     Some(GovernorData { prediction: Matrix::from_fn(rows.len(), size, |i, j| rows[i][j]), bounds })
 }
 
-fn describe(
-    request: &Request<'_>,
+/// The numbers of the block for a file.
+fn controller_data(
     straight: &Designed,
     schedule: Option<&ScheduleData>,
     inputs: &[String],
-    outputs: &[String],
     references: &[Reference],
-) -> Design {
-    let Designed { problem, solution, observed, data, definitions } = straight;
+) -> ControllerData {
+    let Designed { problem, observed, data, .. } = straight;
     let clock = problem.clock;
-    let past: Vec<String> = (1..=on_their_way(clock).max(1))
-        .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
-        .collect();
-    let lagged: Vec<String> =
-        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("{i}.tau")).collect();
-    let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| format!("{shaft}.disturbance")).collect();
-    let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
-    let models: Vec<String> =
-        told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
-    let columns: Vec<String> = [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
     let sensors = observed.sensors.iter().map(|sensor| ReadSignal::new(&sensor.name, unit(&sensor.name)));
     let reads = sensors.chain(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let named = |(name, matrix): (&str, &Matrix<f64>)| (name.to_string(), matrix.to_rows());
@@ -821,7 +800,7 @@ fn describe(
         numbers.push(DataNumber::new("schedule_coordinate", schedule.coordinate as f64));
         numbers.push(DataNumber::new("schedule_period", PERIOD));
     }
-    let controller_data = ControllerData {
+    ControllerData {
         block: if schedule.is_some() { "ScheduledRegulator" } else { "Regulator" }.into(),
         reads: reads.collect(),
         writes: inputs.to_vec(),
@@ -829,7 +808,18 @@ fn describe(
         single: clock.single,
         matrices: matrices.into_iter().map(|(name, rows)| DataMatrix::new(name, rows)).collect(),
         numbers,
-    };
+    }
+}
+
+/// What a reader must know of the design.
+fn notes(
+    request: &Request<'_>,
+    straight: &Designed,
+    schedule: Option<&ScheduleData>,
+    outputs: &[String],
+) -> Vec<String> {
+    let Designed { problem, solution, observed, .. } = straight;
+    let clock = problem.clock;
     let mut notes = vec![format!(
         "designed for a sample time of {} s and a delay of {} s; the Riccati equation of the feedback holds with the \
          relative residual {:.1e}",
@@ -857,6 +847,31 @@ fn describe(
             "without an observer all angles and speeds are taken as measured, and no disturbance is known".into(),
         );
     }
+    notes
+}
+
+fn describe(
+    request: &Request<'_>,
+    straight: &Designed,
+    schedule: Option<&ScheduleData>,
+    inputs: &[String],
+    outputs: &[String],
+    references: &[Reference],
+) -> Design {
+    let Designed { problem, observed, data, definitions, .. } = straight;
+    let clock = problem.clock;
+    let past: Vec<String> = (1..=on_their_way(clock).max(1))
+        .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
+        .collect();
+    let lagged: Vec<String> =
+        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("{i}.tau")).collect();
+    let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| format!("{shaft}.disturbance")).collect();
+    let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let models: Vec<String> =
+        told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
+    let columns: Vec<String> = [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
+    let controller_data = controller_data(straight, schedule, inputs, references);
+    let notes = notes(request, straight, schedule, outputs);
     let channel = |(k, (output, target)): (usize, (&String, &Target))| {
         let w = target.bandwidth;
         ChannelResult {
@@ -913,9 +928,9 @@ fn unit(signal: &str) -> &'static str {
 impl Sampled {
     fn block(&self, single: bool) -> Box<dyn Block> {
         if single {
-            Box::new(Runner::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
+            Box::new(RunningRegulator::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         } else {
-            Box::new(Runner::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
+            Box::new(RunningRegulator::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
         }
     }
 

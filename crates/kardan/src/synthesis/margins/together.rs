@@ -84,21 +84,7 @@ pub fn together(response: &Response) -> Option<Together> {
                 to = to.min(other);
             }
         }
-        let mut left = Vec::new();
-        for (low, high) in open {
-            if to <= low || from >= high {
-                left.push((low, high));
-                continue;
-            }
-            if low < from {
-                left.push((low, from));
-            }
-            if to < high {
-                left.push((to, high));
-            }
-        }
-        left.retain(|(low, high)| high - low > 1e-9 * high || high.is_infinite());
-        open = left;
+        open = without(open, from, to);
     }
     looked.sort_by(|a, b| b.0.total_cmp(&a.0));
     looked.dedup_by(|a, b| a.1 == b.1);
@@ -117,6 +103,25 @@ pub fn together(response: &Response) -> Option<Together> {
         (factor.re, factor.im)
     });
     Some(Together { disk: [1.0 / level, 1.0 / size], frequency: response.frequency(place), worst: worst.collect() })
+}
+
+/// What intervals leave of theirs outside another one; what is too narrow to tell its ends apart goes too.
+fn without(intervals: Vec<(f64, f64)>, from: f64, to: f64) -> Vec<(f64, f64)> {
+    let mut left = Vec::new();
+    for (low, high) in intervals {
+        if to <= low || from >= high {
+            left.push((low, high));
+            continue;
+        }
+        if low < from {
+            left.push((low, from));
+        }
+        if to < high {
+            left.push((to, high));
+        }
+    }
+    left.retain(|(low, high)| high - low > 1e-9 * high || high.is_infinite());
+    left
 }
 
 /// The largest singular value of `D M D⁻¹` with the best diagonal D, and D.

@@ -23,7 +23,7 @@ pub struct Distinguishable {
     /// Torques that can be estimated by themselves, by number.
     pub individual: Vec<usize>,
     /// Smallest sets of torques, by number, that make all others known if they are measured; empty if none is needed. Not all
-    /// are listed where there are more than [`MOST_SETS`] candidates.
+    /// are listed where there are more than [`MOST_SETS`](super::MOST_SETS) candidates.
     pub resolving: Vec<Vec<usize>>,
     /// Motions that show in no sensor even if all torques are known, in words.
     pub hidden_motions: Vec<String>,

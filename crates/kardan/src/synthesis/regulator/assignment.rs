@@ -1,7 +1,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 
-use super::pole_list::Wish;
+use super::pole_list::WantedPole;
 use crate::num::Random;
 
 /// A gain with the eigenvectors that it gives.
@@ -15,7 +15,7 @@ pub(super) struct Assignment {
 
 /// A pole or a pair, the space in which its eigenvector can lie, and the eigenvector.
 struct Part {
-    wish: Wish,
+    wanted: WantedPole,
     /// Orthonormal columns; real for a real pole.
     space: Mat<c64>,
     vector: Mat<c64>,
@@ -32,22 +32,22 @@ const MOST_ROUNDS: usize = 30;
 /// 1985). One pole, pair or two real poles at a time get the vectors that maximise `|det X|` while all others stay (Tits and
 /// Yang 1996): for a real pole the projection of what is orthogonal to all others, for a pair the eigenvector of a Hermitian
 /// matrix, for two real poles singular vectors. `rank` is that of B. `None` if X is numerically singular.
-pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wishes: &[Wish]) -> Option<Assignment> {
+pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wanted: &[WantedPole]) -> Option<Assignment> {
     let n = a.nrows();
     let svd = b.svd().ok()?;
     let normal = svd.U().get(.., rank..n).to_owned();
     let mut random = Random::new(1);
     let mut parts = Vec::new();
     let mut at = 0;
-    for &wish in wishes {
-        let space = space_of(a, &normal, wish)?;
+    for &wanted in wanted {
+        let space = space_of(a, &normal, wanted)?;
         let weights = Mat::from_fn(space.ncols(), 1, |_, _| {
-            let im = if matches!(wish, Wish::Pair(..)) { random.unit() - 0.5 } else { 0.0 };
+            let im = if matches!(wanted, WantedPole::Pair(..)) { random.unit() - 0.5 } else { 0.0 };
             c64::new(random.unit() - 0.5, im)
         });
         let vector = unit(&(&space * weights));
-        parts.push(Part { wish, space, vector, at });
-        at += if matches!(wish, Wish::Pair(..)) { 2 } else { 1 };
+        parts.push(Part { wanted, space, vector, at });
+        at += if matches!(wanted, WantedPole::Pair(..)) { 2 } else { 1 };
     }
     let mut x = Mat::zeros(n, n);
     parts.iter().for_each(|part| part.write(&mut x));
@@ -62,9 +62,9 @@ pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wishes: &[Wish]) -
     // B K = A − XΛX⁻¹
     let mut moved = Mat::zeros(n, n);
     for part in &parts {
-        match part.wish {
-            Wish::Real(pole) => (0..n).for_each(|i| moved[(i, part.at)] = pole * x[(i, part.at)]),
-            Wish::Pair(re, im) => (0..n).for_each(|i| {
+        match part.wanted {
+            WantedPole::Real(pole) => (0..n).for_each(|i| moved[(i, part.at)] = pole * x[(i, part.at)]),
+            WantedPole::Pair(re, im) => (0..n).for_each(|i| {
                 let (u, v) = (x[(i, part.at)], x[(i, part.at + 1)]);
                 moved[(i, part.at)] = re * u - im * v;
                 moved[(i, part.at + 1)] = im * u + re * v;
@@ -79,7 +79,7 @@ pub(super) fn assign(a: &Mat<f64>, b: &Mat<f64>, rank: usize, wishes: &[Wish]) -
 }
 
 /// Null space of `U₁ᵀ(A − λI)`; its dimension is the rank of B where all modes are reached.
-fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wish: Wish) -> Option<Mat<c64>> {
+fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wanted: WantedPole) -> Option<Mat<c64>> {
     let n = a.nrows();
     let dimension = n - normal.ncols();
     let complex = |x: f64| c64::new(x, 0.0);
@@ -88,12 +88,12 @@ fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wish: Wish) -> Option<Mat<c64>> {
     }
     let from = n - dimension;
     let rows = normal.transpose() * a;
-    match wish {
-        Wish::Real(pole) => {
+    match wanted {
+        WantedPole::Real(pole) => {
             let svd = (rows - faer::Scale(pole) * normal.transpose()).svd().ok()?;
             Some(Mat::from_fn(n, dimension, |i, j| complex(svd.V()[(i, from + j)])))
         }
-        Wish::Pair(re, im) => {
+        WantedPole::Pair(re, im) => {
             let matrix = Mat::from_fn(rows.nrows(), n, |i, j| {
                 complex(rows[(i, j)]) - c64::new(re, im) * complex(normal[(j, i)])
             });
@@ -104,7 +104,7 @@ fn space_of(a: &Mat<f64>, normal: &Mat<f64>, wish: Wish) -> Option<Mat<c64>> {
 }
 
 fn improve(parts: &mut [Part], x: &mut Mat<f64>) -> Option<()> {
-    let singles: Vec<usize> = (0..parts.len()).filter(|&k| matches!(parts[k].wish, Wish::Real(_))).collect();
+    let singles: Vec<usize> = (0..parts.len()).filter(|&k| matches!(parts[k].wanted, WantedPole::Real(_))).collect();
     let mut last = f64::NEG_INFINITY;
     for round in 0..MOST_ROUNDS {
         for part in parts.iter_mut() {
@@ -125,7 +125,7 @@ fn improve(parts: &mut [Part], x: &mut Mat<f64>) -> Option<()> {
 
 impl Part {
     fn width(&self) -> usize {
-        if matches!(self.wish, Wish::Pair(..)) { 2 } else { 1 }
+        if matches!(self.wanted, WantedPole::Pair(..)) { 2 } else { 1 }
     }
 
     /// Puts the vector into X: `√2 Re x, √2 Im x` for a pair, which keeps the condition of `[x, x̄]`.

@@ -2,7 +2,7 @@ use crate::results::{Complex, Pole};
 
 /// A real pole or a conjugate pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Wish {
+pub(super) enum WantedPole {
     /// A real pole.
     Real(f64),
     /// `re ± im j`, im > 0.
@@ -10,15 +10,15 @@ pub(super) enum Wish {
 }
 
 /// Joins conjugate poles; the error is one without its partner.
-pub(super) fn paired(poles: &[Pole]) -> Result<Vec<Wish>, Pole> {
+pub(super) fn paired(poles: &[Pole]) -> Result<Vec<WantedPole>, Pole> {
     let mut out = Vec::new();
     let mut open: Vec<Pole> = Vec::new();
     for &Complex { re, im } in poles {
         if im == 0.0 {
-            out.push(Wish::Real(re));
+            out.push(WantedPole::Real(re));
         } else if let Some(at) = open.iter().position(|other| *other == Complex { re, im: -im }) {
             open.swap_remove(at);
-            out.push(Wish::Pair(re, im.abs()));
+            out.push(WantedPole::Pair(re, im.abs()));
         } else {
             open.push(Complex { re, im });
         }
@@ -57,7 +57,10 @@ mod tests {
     #[test]
     fn conjugates_find_each_other() {
         let poles = [(-1.0, 2.0), (-3.0, 0.0), (-1.0, 2.0), (-1.0, -2.0), (-1.0, -2.0)].map(Pole::from);
-        assert_eq!(paired(&poles), Ok(vec![Wish::Real(-3.0), Wish::Pair(-1.0, 2.0), Wish::Pair(-1.0, 2.0)]));
+        assert_eq!(
+            paired(&poles),
+            Ok(vec![WantedPole::Real(-3.0), WantedPole::Pair(-1.0, 2.0), WantedPole::Pair(-1.0, 2.0)])
+        );
         assert_eq!(paired(&poles[..3]), Err(Pole::new(-1.0, 2.0)));
         assert_eq!(
             multiplicities(&poles),

@@ -164,7 +164,7 @@ fn eigenvectors(
     rank: usize,
     poles: &[Pole],
 ) -> Result<Option<Assignment>, PlacementError> {
-    let wishes = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
+    let wanted = paired(poles).map_err(|pole| PlacementError::NotSelfConjugate { pole })?;
     let (a, b) = (a.to_f64(), b.to_f64());
     if !(finite(&a) && finite(&b)) {
         return Err(PlacementError::NotFinite);
@@ -180,7 +180,7 @@ fn eigenvectors(
         let pushes = scaled(&b, &scales, &vec![1.0; b.ncols()]);
         let sizes: Vec<f64> = (0..b.ncols()).map(|j| 1.0 / size(&pushes, j)).collect();
         let pushes = scaled(&pushes, &vec![1.0; a.nrows()], &sizes);
-        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &wishes) else { break };
+        let Some(found) = assign(&scaled(&a, &scales, &scales), &pushes, rank, &wanted) else { break };
         let gain = Mat::from_fn(b.ncols(), a.nrows(), |i, j| found.gain[(i, j)] * sizes[i] * inverse[j]);
         // The next round is balanced for the closed loop.
         scales = balance(&(&a - &b * &gain));

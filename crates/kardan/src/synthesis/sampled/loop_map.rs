@@ -199,6 +199,67 @@ enum Due {
     Compute(usize),
 }
 
+/// What happens over a period, as it is put together.
+struct Course {
+    happenings: Vec<Happening>,
+    jumps: Vec<Jump>,
+    /// Jumps of waiting so long.
+    intervals: Vec<(f64, usize)>,
+    /// Jumps of what is due.
+    dues: Vec<(Due, usize)>,
+    /// Behind which happenings each law has its torques applied.
+    applied: Vec<Vec<usize>>,
+}
+
+impl Course {
+    fn new(laws: usize) -> Self {
+        let (happenings, jumps, intervals, dues) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { happenings, jumps, intervals, dues, applied: vec![Vec::new(); laws] }
+    }
+
+    fn wait(
+        &mut self,
+        length: f64,
+        shortest: f64,
+        moving: &Moving,
+        flow: &Matrix<f64>,
+    ) -> Result<(), SampledLoopError> {
+        let jump = interval(length, shortest, moving, flow, &mut self.intervals, &mut self.jumps)?;
+        self.happenings.push(Happening::Jump(jump));
+        Ok(())
+    }
+
+    fn do_what_is_due(&mut self, what: Due, places: &Places<'_>, parts: &[SampledPart]) {
+        match what {
+            Due::Compute(law) => self.happenings.extend(places.laws[law].fresh().map(Happening::Fresh)),
+            Due::Read(law, slow) => self.happenings.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
+            Due::Apply(_) | Due::Arrive(_) => {}
+        }
+        let known = self.dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
+        let jump = known.unwrap_or_else(|| {
+            self.jumps.push(match what {
+                Due::Compute(law) => places.compute(law),
+                Due::Read(law, slow) => places.read(law, slow),
+                Due::Apply(law) => places.apply(law),
+                Due::Arrive(law) => places.arrive(law),
+            });
+            self.dues.push((what, self.jumps.len() - 1));
+            self.jumps.len() - 1
+        });
+        self.happenings.push(Happening::Jump(jump));
+        let late = |law: usize| parts[law].clock.is_some_and(|clock| clock.delay > 0.0);
+        let launching = match what {
+            Due::Apply(law) => Some(law),
+            Due::Compute(law) if !late(law) => Some(law),
+            _ => None,
+        };
+        if let Some(law) = launching {
+            self.happenings.extend(places.launched(law).map(Happening::Launch));
+            self.applied[law].push(self.happenings.len());
+        }
+    }
+}
+
 impl SampledLoop {
     /// The map of a loop.
     ///
@@ -241,70 +302,23 @@ impl SampledLoop {
         let places = Places::new(plant, parts, driven.is_some());
         let (flow, commands) = places.flow();
         let moving = Moving::of(&flow);
-        let mut jumps: Vec<Jump> = Vec::new();
-        let mut intervals: Vec<(f64, usize)> = Vec::new();
-        let mut course = Vec::new();
-        let mut dues: Vec<(Due, usize)> = Vec::new();
-        let mut applied: Vec<Vec<usize>> = vec![Vec::new(); parts.len()];
+        let mut course = Course::new(parts.len());
         let mut time = 0.0;
         for (at, together) in due(parts, period, shortest) {
             if at - time > SAME * shortest {
-                course.push(Happening::Jump(interval(
-                    at - time,
-                    shortest,
-                    &moving,
-                    &flow,
-                    &mut intervals,
-                    &mut jumps,
-                )?));
+                course.wait(at - time, shortest, &moving, &flow)?;
                 time = at;
                 if together.iter().any(|what| matches!(what, Due::Compute(_))) {
-                    course.push(Happening::Look);
+                    course.happenings.push(Happening::Look);
                 }
             }
-            for what in together {
-                match what {
-                    Due::Compute(law) => course.extend(places.laws[law].fresh().map(Happening::Fresh)),
-                    Due::Read(law, slow) => course.extend(places.laws[law].fresh_of(slow).map(Happening::Fresh)),
-                    Due::Apply(_) | Due::Arrive(_) => {}
-                }
-                let known = dues.iter().find(|(other, _)| *other == what).map(|(_, jump)| *jump);
-                let jump = known.unwrap_or_else(|| {
-                    jumps.push(match what {
-                        Due::Compute(law) => places.compute(law),
-                        Due::Read(law, slow) => places.read(law, slow),
-                        Due::Apply(law) => places.apply(law),
-                        Due::Arrive(law) => places.arrive(law),
-                    });
-                    dues.push((what, jumps.len() - 1));
-                    jumps.len() - 1
-                });
-                course.push(Happening::Jump(jump));
-                let late = |law: usize| parts[law].clock.is_some_and(|clock| clock.delay > 0.0);
-                let launches = match what {
-                    Due::Apply(law) => Some(law),
-                    Due::Compute(law) if !late(law) => Some(law),
-                    _ => None,
-                };
-                course.extend(launches.and_then(|law| places.launched(law)).map(Happening::Launch));
-                match what {
-                    Due::Apply(law) => applied[law].push(course.len()),
-                    Due::Compute(law) if !late(law) => applied[law].push(course.len()),
-                    _ => {}
-                }
-            }
+            together.into_iter().for_each(|what| course.do_what_is_due(what, &places, parts));
         }
         if period - time > SAME * shortest {
-            course.push(Happening::Jump(interval(
-                period - time,
-                shortest,
-                &moving,
-                &flow,
-                &mut intervals,
-                &mut jumps,
-            )?));
+            course.wait(period - time, shortest, &moving, &flow)?;
         }
-        course.push(Happening::Look);
+        course.happenings.push(Happening::Look);
+        let Course { jumps, happenings: course, applied, .. } = course;
         let mut map = Matrix::identity(places.size);
         for happening in &course {
             if let Happening::Jump(jump) = happening {

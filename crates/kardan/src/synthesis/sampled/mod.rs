@@ -15,7 +15,7 @@ mod part;
 mod places;
 mod plant;
 mod regulator_data;
-mod runner;
+mod running_regulator;
 mod scheduled;
 mod turned;
 
@@ -31,7 +31,7 @@ pub use noise::reading_variance;
 pub use part::{SampledPart, Wire};
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use regulator_data::{GovernorData, RegulatorData};
-pub(super) use runner::Runner;
+pub(super) use running_regulator::RunningRegulator;
 use scheduled::Scheduled;
 pub(super) use scheduled::{PERIOD, ScheduleData, turning};
 pub(super) use turned::Turned;

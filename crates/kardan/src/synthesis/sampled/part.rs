@@ -13,7 +13,7 @@ pub struct Wire {
 /// A law in a sampled loop.
 #[derive(Debug, Clone)]
 pub struct SampledPart {
-    /// Its linear part: of [`Firmware`](super::Firmware) if it has a clock.
+    /// Its linear part: of [`Firmware`](crate::synthesis::Firmware) if it has a clock.
     pub linear: LinearLaw,
     /// When it runs; `None`: in continuous time.
     pub clock: Option<Clock>,

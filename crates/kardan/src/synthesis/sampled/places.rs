@@ -51,7 +51,7 @@ impl LawPlaces<'_> {
 
     /// What the law makes of places beside those of plant and states: with `on_references` (or `references`) and `on_errors` (or
     /// `errors`) it multiplies its references and readings' errors, and the readings that slow sensors hold.
-    fn told(&self, references: &Matrix<f64>, errors: &Matrix<f64>, out: &mut Matrix<f64>) {
+    fn enter_references(&self, references: &Matrix<f64>, errors: &Matrix<f64>, out: &mut Matrix<f64>) {
         for i in 0..out.rows() {
             if let Some(first) = self.references {
                 (0..references.columns()).for_each(|k| out[(i, first + k)] += references[(i, k)]);
@@ -133,7 +133,7 @@ impl<'a> Places<'a> {
             j if states.contains(&j) => law.direct.on_states[(i, j - states.start)],
             _ => 0.0,
         });
-        law.told(&law.direct.on_references, &law.direct.on_errors, &mut out);
+        law.enter_references(&law.direct.on_references, &law.direct.on_errors, &mut out);
         out
     }
 
@@ -153,7 +153,7 @@ impl<'a> Places<'a> {
                 out[(i, law.states + j)] += law.direct.states[(i, j)];
             }
         }
-        law.told(&law.direct.references, &law.direct.errors, &mut out);
+        law.enter_references(&law.direct.references, &law.direct.errors, &mut out);
         out
     }
 

@@ -8,7 +8,7 @@ use crate::synthesis::{Block, Seen};
 /// The block [`Regulator`] or [`kardan_rt::ScheduledRegulator`] with its memory. Of a law's states it is estimate, reference
 /// model, last good readings, governed references and commands, one after the other.
 #[derive(Debug, Clone)]
-pub(in crate::synthesis) struct Runner<T> {
+pub(in crate::synthesis) struct RunningRegulator<T> {
     sizes: [usize; 5],
     numbers: Numbers<T>,
     model: Vec<T>,
@@ -20,7 +20,7 @@ pub(in crate::synthesis) struct Runner<T> {
     offsets: Vec<f64>,
     memory: Vec<T>,
     read: Vec<T>,
-    told: Vec<T>,
+    references: Vec<T>,
     work: Vec<T>,
     health: Health,
 }
@@ -39,7 +39,7 @@ enum Numbers<T> {
     Scheduled(Box<Scheduled<T>>),
 }
 
-impl<T: Float> Runner<T> {
+impl<T: Float> RunningRegulator<T> {
     pub fn new(data: &RegulatorData, schedule: Option<&ScheduleData>, readings: &[Reading], offsets: &[f64]) -> Self {
         let sizes = data.sizes();
         let [n, k, r, p, m] = sizes;
@@ -71,14 +71,14 @@ impl<T: Float> Runner<T> {
             offsets: offsets.to_vec(),
             memory: zeros(n + k + p + r + m),
             read: zeros(p),
-            told: zeros(r),
+            references: zeros(r),
             work: zeros(Regulator::<T>::work(n, k, r, p)),
             health: Health::default(),
         }
     }
 }
 
-impl<T: Float> Block for Runner<T> {
+impl<T: Float> Block for RunningRegulator<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(&mut self.memory);
         keep_health(&mut self.health, keeper);
@@ -93,7 +93,7 @@ impl<T: Float> Block for Runner<T> {
             };
             self.read[number] = T::from_f64(value - self.offsets[number]);
         }
-        T::narrow(seen.references, &mut self.told);
+        T::narrow(seen.references, &mut self.references);
         T::narrow(seen.states, &mut self.memory);
         let (estimate, rest) = self.memory.split_at_mut(n);
         let (model, rest) = rest.split_at_mut(k);
@@ -101,7 +101,7 @@ impl<T: Float> Block for Runner<T> {
         let (references, commands) = rest.split_at_mut(r);
         let memory = RegulatorMemory { estimate, model, readings, references, commands, work: &mut self.work };
         let gain = |matrix, columns: usize| Gain::new(matrix, columns.max(1));
-        let (read, told, bounds) = (&self.read, &self.told, &self.bounds);
+        let (read, references, bounds) = (&self.read, &self.references, &self.bounds);
         let found = match &mut self.numbers {
             Numbers::Fixed { prediction, input, output, correction, feedback, governor } => {
                 let fit = || {
@@ -126,11 +126,11 @@ impl<T: Float> Block for Runner<T> {
                         governor,
                     })
                 };
-                fit().map(|block| block.step(read, told, memory))
+                fit().map(|block| block.step(read, references, memory))
             }
             Numbers::Scheduled(scheduled) => {
                 let fixed = gain(&self.model, k).zip(gain(&self.model_input, r));
-                fixed.and_then(|fixed| scheduled.step(fixed, bounds, &self.governor_bounds, (read, told), memory))
+                fixed.and_then(|fixed| scheduled.step(fixed, bounds, &self.governor_bounds, (read, references), memory))
             }
         };
         let Some(health) = found else { unreachable!("matrices are made of whole rows by the design") };

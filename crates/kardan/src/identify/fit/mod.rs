@@ -1,0 +1,174 @@
+//! Parameters from samples: weighted, robust, bounded; and what is left over, judged.
+
+mod leverage;
+mod options;
+mod residual_tests;
+mod robust;
+mod serial;
+mod solution;
+mod standard_errors;
+mod stribeck_speed;
+mod whitened;
+
+pub use options::{FitOptions, Loss, Shape};
+pub use residual_tests::{Test, TestKind, residual_tests};
+
+use super::Samples;
+use super::distribution::student_quantile;
+use crate::num::{Matrix, dot};
+use robust::robust_weights;
+use solution::{Solution, row_covariance, scale};
+use standard_errors::standard_errors;
+use stribeck_speed::search;
+use whitened::{Whitened, factor};
+
+/// Parameters: those of the columns, then the Stribeck speeds of extra columns with a shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Values.
+    pub values: Vec<f64>,
+    /// Standard errors: infinite of what is not determined, NaN at a bound.
+    pub standard_errors: Vec<f64>,
+    /// Correlations of the errors.
+    pub correlation: Matrix<f64>,
+    /// Covariance of the values.
+    pub covariance: Matrix<f64>,
+    /// Combinations of the columns that the samples do not determine.
+    pub undetermined: Vec<Vec<f64>>,
+    /// Columns whose values stand at their bound, zero.
+    pub bounded: Vec<usize>,
+    /// Largest over smallest singular value, columns scaled to one.
+    pub condition: f64,
+    /// Residual over what the noise of the sensors explains.
+    pub scale: f64,
+    /// Samples less the rank for each of their rows.
+    pub freedom: usize,
+    /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples tell it. NaN at a bound.
+    pub freedoms: Vec<f64>,
+    /// Factor of each sample under the robust loss.
+    pub weights: Vec<f64>,
+    /// Lags over which errors were taken as correlated; 0: as independent.
+    pub lags: usize,
+    /// Extra columns whose Stribeck speed lies at an end of the speeds measured.
+    pub at_end: Vec<usize>,
+    /// Lower triangles by which the rows of a sample were divided, after those of its own covariance.
+    row_factors: Vec<Vec<f64>>,
+    /// Factors of the extra columns' speeds: Stribeck speed and shape.
+    shapes: Vec<Option<(f64, Shape)>>,
+    columns: usize,
+}
+
+/// Rounds of reweighting.
+const ROUNDS: usize = 50;
+/// Times that the covariance of the rows is taken anew, and samples for each column that it needs.
+const REWEIGHTED: usize = 3;
+const FEW: usize = 2;
+
+/// Fits the samples chosen. `None` if there are none, or a number is not finite.
+///
+/// Minimises `Σ ρ(‖L⁻¹(y − Xθ)‖)` with `L Lᵀ` the covariance of each sample's rows: QR decompositions of the weighted rows, repeated
+/// with the weights of a robust loss; Stribeck speeds by a search in one variable at a time, as all others enter linearly (variable
+/// projection). The covariance between rows is then taken from the residuals. Standard errors allow for errors that differ in size from
+/// sample to sample, with the degrees of freedom that go with them \[Bell, McCaffrey 2002\]; where samples follow each other and what
+/// is left of them is correlated (Ljung, Box), for that too \[Newey, West 1987\].
+pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<Fit> {
+    let mut data = Whitened::new(samples, chosen);
+    if data.len() == 0 {
+        return None;
+    }
+    let known = |k: usize| options.speeds.get(k).copied().flatten();
+    let mut shapes: Vec<Option<(f64, Shape)>> = (0..samples.extras)
+        .map(|k| options.shapes.get(k).copied().flatten().map(|shape| (known(k).unwrap_or(1.0), shape)))
+        .collect();
+    let mut weights = vec![1.0; data.len()];
+    let searched: Vec<usize> = (0..samples.extras).filter(|&k| shapes[k].is_some() && known(k).is_none()).collect();
+    let mut at_end = Vec::new();
+    for round in 0..if searched.len() > 1 { 3 } else { 1 } {
+        at_end.clear();
+        for &k in &searched {
+            at_end.extend(search(&data, k, &mut shapes, &weights, options, round == 0)?.then_some(k));
+        }
+    }
+    let mut solution = Solution::of(&data, &shapes, &weights, options)?;
+    if options.loss != Loss::Squares {
+        for round in 0..ROUNDS {
+            let next = robust_weights(&data, &solution, &shapes, options.loss, round);
+            let change = next.iter().zip(&weights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            weights = next;
+            if round == 5 {
+                at_end.clear();
+                for &k in &searched {
+                    at_end.extend(search(&data, k, &mut shapes, &weights, options, false)?.then_some(k));
+                }
+            }
+            solution = Solution::of(&data, &shapes, &weights, options)?;
+            if change < 1e-6 && round > 5 {
+                break;
+            }
+        }
+    }
+    // What is left of the rows need not be as the sensors say: their covariance from the residuals \[Zellner 1962\].
+    let scale = scale(&data, &solution, &shapes, &weights);
+    let mut rows = Vec::new();
+    while data.rows > 1 && rows.len() < REWEIGHTED && data.len() > FEW * data.columns {
+        let lower = factor(&row_covariance(&data, &solution, &shapes, &weights), data.rows);
+        data.divide(&lower);
+        rows.push(lower);
+        solution = Solution::of(&data, &shapes, &weights, options)?;
+    }
+    let errors = standard_errors(&data, &solution, &shapes, &weights, options);
+    let searched = shapes.iter().flatten().map(|(scale, _)| *scale);
+    Some(Fit {
+        values: solution.values.iter().copied().chain(searched).collect(),
+        standard_errors: errors.each,
+        correlation: errors.correlation,
+        covariance: errors.covariance,
+        undetermined: solution.undetermined(),
+        bounded: solution.bounded(),
+        condition: solution.estimate.condition,
+        scale,
+        freedom: errors.freedom,
+        freedoms: errors.freedoms,
+        weights,
+        lags: errors.lags,
+        at_end,
+        row_factors: rows,
+        shapes,
+        columns: data.columns,
+    })
+}
+
+impl Fit {
+    /// Half the width of the interval that covers a value with a confidence (0.95), by Student's distribution, in standard errors.
+    /// NaN where there are no degrees of freedom: then there is no interval.
+    pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
+        student_quantile(self.freedoms[value], confidence)
+    }
+
+    /// What the fit predicts of a row of a sample, N m.
+    pub fn prediction(&self, samples: &Samples, sample: usize, row: usize) -> f64 {
+        let (p, w) = (self.columns, self.columns - samples.extras);
+        let x = &samples.x(sample)[row * p..(row + 1) * p];
+        let speeds = samples.speeds(sample);
+        let factor = |k: usize| self.shapes[k].map_or(1.0, |(scale, shape)| shape.value(speeds[k] / scale));
+        dot(&x[..w], &self.values[..w]) + (w..p).map(|k| x[k] * factor(k - w) * self.values[k]).sum::<f64>()
+    }
+}
+
+/// Predictions of each row of each sample chosen by a fit that has not seen its fold; folds by `fold` of each, from 0 on. `None`
+/// where a fold leaves nothing to fit.
+pub fn cross_validate(samples: &Samples, chosen: &[usize], folds: &[usize], options: &FitOptions) -> Option<Vec<f64>> {
+    let count = folds.iter().max().map_or(0, |most| most + 1);
+    let mut out = vec![f64::NAN; chosen.len() * samples.rows];
+    for fold in 0..count {
+        let rest: Vec<usize> =
+            chosen.iter().zip(folds).filter(|(_, own)| **own != fold).map(|(sample, _)| *sample).collect();
+        let found = fit(samples, &rest, options)?;
+        for (k, (&sample, _)) in chosen.iter().zip(folds).enumerate().filter(|(_, (_, own))| **own == fold) {
+            for row in 0..samples.rows {
+                out[k * samples.rows + row] = found.prediction(samples, sample, row);
+            }
+        }
+    }
+    Some(out)
+}

@@ -1,0 +1,60 @@
+//! How samples are fitted.
+
+/// How residuals count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Loss {
+    /// Squares.
+    #[default]
+    Squares,
+    /// Squares, from 1.345 standard deviations on their size alone \[Huber 1964\].
+    Huber,
+    /// Tukey's bisquare: nothing beyond 4.685 standard deviations; begins where Huber's ends.
+    Bisquare,
+}
+
+/// What friction is more at low speed, over the speed by the Stribeck speed x.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shape {
+    /// `exp(−x²)`
+    #[default]
+    Gaussian,
+    /// `exp(−x)`
+    Exponential,
+    /// `e x exp(−x)`: nothing at rest, most at the Stribeck speed.
+    Peak,
+}
+
+impl Shape {
+    /// The shape at x ≥ 0.
+    pub fn value(self, x: f64) -> f64 {
+        match self {
+            Self::Gaussian => (-x * x).exp(),
+            Self::Exponential => (-x).exp(),
+            Self::Peak => x * (1.0 - x).exp(),
+        }
+    }
+
+    /// Its slope.
+    pub fn slope(self, x: f64) -> f64 {
+        match self {
+            Self::Gaussian => -2.0 * x * (-x * x).exp(),
+            Self::Exponential => -(-x).exp(),
+            Self::Peak => (1.0 - x) * (1.0 - x).exp(),
+        }
+    }
+}
+
+/// How samples are fitted.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FitOptions {
+    /// How residuals count.
+    pub loss: Loss,
+    /// Columns whose values may not be below zero.
+    pub nonnegative: Vec<bool>,
+    /// Of each extra column the shape over the speed, if it has one; its Stribeck speed is fitted too.
+    pub shapes: Vec<Option<Shape>>,
+    /// Stribeck speeds that are known, rad/s.
+    pub speeds: Vec<Option<f64>>,
+    /// Whether the samples follow each other in time so closely that what is left of one tells of the next.
+    pub serial: bool,
+}

@@ -1,0 +1,83 @@
+//! What is left over, judged.
+
+use super::Fit;
+use super::serial::{serial_test, series};
+use super::whitened::Whitened;
+use crate::identify::Samples;
+use crate::identify::distribution::{chi_squared_tail, fisher_tail, student_tails};
+
+/// A test of what is left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Test {
+    /// What is tested.
+    pub what: TestKind,
+    /// Probability that it looks as it does, or worse, if all is well.
+    pub probability: f64,
+}
+
+/// What residuals are tested for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TestKind {
+    /// Their mean is zero (row of the balance).
+    Mean(usize),
+    /// They are independent of each other in time.
+    Serial,
+    /// They are normal.
+    Normal,
+    /// They do not depend on the speed of a reduced coordinate.
+    Speed(usize),
+}
+
+/// Bins of the test for what depends on a speed.
+const BINS: usize = 10;
+
+/// Tests of the residuals of a fit on the samples that it was made of.
+pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Test> {
+    let mut data = Whitened::new(samples, chosen);
+    fit.row_factors.iter().for_each(|lower| data.divide(lower));
+    let series = series(&data, &fit.values[..fit.columns], &fit.shapes, &fit.weights);
+    let mut out = Vec::new();
+    let kept: Vec<usize> = (0..data.len()).filter(|&sample| fit.weights[sample] > 0.0).collect();
+    let n = kept.len() as f64;
+    for (row, x) in series.iter().enumerate() {
+        let mean = x.iter().sum::<f64>() / n;
+        let spread = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        let probability = student_tails(n - 1.0, mean / spread).filter(|_| spread > 0.0);
+        out.extend(probability.map(|probability| Test { what: TestKind::Mean(row), probability }));
+    }
+    out.extend(serial_test(&series).map(|probability| Test { what: TestKind::Serial, probability }));
+    let all: Vec<f64> = series.concat();
+    let count = all.len() as f64;
+    let mean = all.iter().sum::<f64>() / count;
+    let moment = |power: i32| all.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / count;
+    let square = moment(2);
+    if square > 0.0 && count > 7.0 {
+        let (skew, excess) = (moment(3) / square.powf(1.5), moment(4) / (square * square) - 3.0);
+        let sum = count / 6.0 * (skew * skew + excess * excess / 4.0);
+        out.extend(chi_squared_tail(2.0, sum).map(|probability| Test { what: TestKind::Normal, probability }));
+    }
+    for coordinate in 0..samples.freedoms {
+        let mut order: Vec<usize> = (0..kept.len()).collect();
+        let speed = |k: usize| samples.motion(chosen[kept[k]], 1)[coordinate];
+        order.sort_by(|&a, &b| speed(a).total_cmp(&speed(b)));
+        let bins = BINS.min(kept.len() / 5);
+        if bins < 3 {
+            continue;
+        }
+        let (mut between, mut within) = (0.0, 0.0);
+        for x in &series {
+            let all = x.iter().sum::<f64>() / n;
+            for bin in 0..bins {
+                let own = &order[bin * order.len() / bins..(bin + 1) * order.len() / bins];
+                let mean = own.iter().map(|&k| x[k]).sum::<f64>() / own.len() as f64;
+                between += own.len() as f64 * (mean - all).powi(2);
+                within += own.iter().map(|&k| (x[k] - mean).powi(2)).sum::<f64>();
+            }
+        }
+        let rows = series.len() as f64;
+        let (a, b) = (rows * (bins as f64 - 1.0), rows * (n - bins as f64));
+        let probability = fisher_tail((a, b), between / a / (within / b)).filter(|_| within > 0.0);
+        out.extend(probability.map(|probability| Test { what: TestKind::Speed(coordinate), probability }));
+    }
+    out
+}

@@ -1,0 +1,112 @@
+//! How a machine is put together.
+
+use std::sync::Arc;
+
+use super::Machine;
+use super::wired::{Computer, Setup, Wired};
+use crate::assemble::Along;
+use crate::equations::InputKind;
+use crate::num::Cholesky;
+use crate::reduce::Dynamics;
+use crate::simulate::clocked::Clocked;
+use crate::simulate::drive::Drive;
+use crate::simulate::friction::{BoxProblem, Mode};
+use crate::simulate::scenario::Profile;
+use crate::synthesis::{Law, Running};
+
+/// What drives the inputs; `size` grows by their states.
+fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
+    let mut place = |needed: bool| {
+        needed.then(|| {
+            *size += 1;
+            *size - 1
+        })
+    };
+    let drive = |input: &Along<InputKind>| {
+        let motor = match &input.value {
+            InputKind::Motor(motor) => motor.clone(),
+            InputKind::Disturbance => Default::default(),
+        };
+        Drive::new(&motor, place(motor.rate_limit.is_some()), place(motor.lag.is_some()))
+    };
+    inputs.iter().map(drive).collect()
+}
+
+/// A law among the inputs and sources of a run; `size` grows by its states.
+fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Wired {
+    let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
+    let input = |name: &String| inputs.iter().position(|i| i.element == *name).expect("a law commands inputs");
+    let inputs: Vec<usize> = law.inputs().iter().map(input).collect();
+    let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
+    let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
+    let first = *size;
+    let computer = match law.run() {
+        Running::Continuous(law_in_time) => {
+            *size += law.states().len();
+            Computer::Continuous(law_in_time)
+        }
+        Running::Sampled(clock, block) => {
+            Computer::Clocked(Box::new(Clocked::new(&**law, (clock, block), setup.reduced, scenario)))
+        }
+    };
+    Wired {
+        computer,
+        reference_values: vec![0.0; references.len()],
+        commands: vec![0.0; inputs.len()],
+        torques: vec![0.0; inputs.len()],
+        states: first..*size,
+        limits: inputs.iter().map(|&input| drives[input].limit).collect(),
+        inputs,
+        references,
+        law: Arc::clone(law),
+    }
+}
+
+impl Machine {
+    /// Wires plant, laws and scenario.
+    ///
+    /// # Panics
+    /// If a law names an input or reference that does not exist (the model checks this before).
+    pub fn new(setup: Setup<'_>) -> Self {
+        let (dynamics, work) = Dynamics::new(setup.reduced);
+        let (r, m) = (dynamics.freedoms, dynamics.friction_count());
+        let inputs = setup.reduced.equations.inputs.len();
+        let scenario = setup.scenario;
+        let mut size = 2 * r;
+        let drives = drives(&setup.reduced.equations.inputs, &mut size);
+        let laws = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
+        let profiles = (0..scenario.sources.len())
+            .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
+            .collect::<Vec<_>>();
+        Self {
+            laws,
+            targets: scenario.sources.iter().map(|source| source.target).collect(),
+            lines: vec![(0.0, 0.0, 0.0); profiles.len()],
+            sources: vec![0.0; profiles.len()],
+            profiles,
+            modes: vec![Mode::Stick; m],
+            holding: Vec::with_capacity(r),
+            following: Vec::with_capacity(m),
+            still: Vec::with_capacity(r),
+            step_length: 0.0,
+            step_speeds: vec![0.0; r],
+            freedoms: r,
+            size: size + 2,
+            commands: vec![0.0; inputs],
+            torques: vec![0.0; inputs],
+            applied: vec![0.0; inputs],
+            force: vec![0.0; r],
+            acceleration: vec![0.0; r],
+            weighted: vec![0.0; m * r],
+            hold_matrix: vec![0.0; m * m],
+            hold_factor: Cholesky::new(0),
+            hold_torque: vec![0.0; m],
+            box_problem: BoxProblem::new(m),
+            scratch: vec![0.0; r.max(m)],
+            friction_torques: vec![0.0; m],
+            drives,
+            dynamics,
+            work,
+        }
+    }
+}

@@ -1,0 +1,395 @@
+//! Which friction directions stick, which slip, and how.
+
+use super::Machine;
+use crate::num::{Cholesky, dot};
+use crate::simulate::friction::{Mode, OUTSIDE, Span};
+
+/// Relative size, against the terms that cancel in it, of what rounding leaves of an acceleration that should vanish.
+const ROUNDING: f64 = 1e-12;
+/// Part of the motion within the step that coming to rest may take away at the instant found; more means that coefficients
+/// cancel, and nothing came to rest. The one is some units in the last place of the time over the step, the other about 1.
+const TAKEN: f64 = 1e-3;
+/// Rounding of a speed on the dense output, relative to what cancels in it: units in the last place of 7 nested terms whose
+/// weights reach some dozens.
+const NOISE: f64 = 64.0 * f64::EPSILON;
+
+impl Machine {
+    /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
+    /// what each direction can hold at rest, `min Σ (λ/c)²`.
+    pub(super) fn split_friction(&mut self) {
+        let (r, count) = (self.freedoms, self.holding.len());
+        self.factor_holding();
+        let c = self.dynamics.breakaway_torques();
+        // Rows of B: each sticking direction as a combination of the holding ones.
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        let mut combination = vec![0.0; sticking.len() * count];
+        for (row, &k) in sticking.iter().enumerate() {
+            let coefficients = &mut combination[row * count..(row + 1) * count];
+            for (a, value) in coefficients.iter_mut().enumerate() {
+                *value = dot(&self.weighted[a * r..(a + 1) * r], &self.work.friction_rows[k * r..(k + 1) * r]);
+            }
+            self.hold_factor.solve(coefficients);
+        }
+        // (Bᵀ C² B) z = μ, λ = C² B z.
+        let mut normal = vec![0.0; count * count];
+        for (row, &k) in sticking.iter().enumerate() {
+            let b = &combination[row * count..(row + 1) * count];
+            for i in 0..count {
+                for j in 0..count {
+                    normal[i * count + j] += c[k] * c[k] * b[i] * b[j];
+                }
+            }
+        }
+        let mut z = self.hold_torque[..count].to_vec();
+        let mut factor = Cholesky::new(count);
+        if factor.factor(&normal) {
+            factor.solve(&mut z);
+            let shares: Vec<f64> = sticking
+                .iter()
+                .enumerate()
+                .map(|(row, &k)| c[k] * c[k] * dot(&combination[row * count..(row + 1) * count], &z))
+                .collect();
+            if shares.iter().zip(&sticking).all(|(share, &k)| share.abs() <= c[k] * (1.0 + 1e-9)) {
+                for (share, &k) in shares.iter().zip(&sticking) {
+                    self.friction_torques[k] = *share;
+                }
+                return;
+            }
+        }
+        let (_, torques) = self.solve_box(&sticking);
+        for (torque, &k) in torques.iter().zip(&sticking) {
+            self.friction_torques[k] = *torque;
+        }
+    }
+
+    /// What the directions given, all at rest, do next; and the friction torques that hold or oppose them.
+    ///
+    /// A direction that depends on sticking ones sticks with them, so that modes never contradict the kinematics.
+    pub(super) fn decide(&mut self, resting: &[usize]) -> (Vec<Mode>, Vec<f64>) {
+        let (accelerations, torques) = self.solve_box(resting);
+        let mut modes: Vec<Mode> = accelerations
+            .iter()
+            .map(|acceleration| match acceleration {
+                a if *a > 0.0 => Mode::Forward,
+                a if *a < 0.0 => Mode::Backward,
+                _ => Mode::Stick,
+            })
+            .collect();
+        if modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
+            let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
+            let span = self.span(&sticking.collect::<Vec<_>>());
+            for (&k, mode) in resting.iter().zip(&mut modes) {
+                if *mode != Mode::Stick && span.left(self.metric_row(k)) <= OUTSIDE {
+                    *mode = Mode::Stick;
+                }
+            }
+        }
+        (modes, torques)
+    }
+
+    /// The convex problem over the directions given, all at rest: accelerations along them and their torques.
+    ///
+    /// Needs `force` with the friction of all other directions.
+    pub(super) fn solve_box(&mut self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let (r, m) = (self.freedoms, directions.len());
+        let mut free = self.force.clone();
+        self.work.factor.solve(&mut free);
+        let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut weighted = vec![0.0; m * r];
+        for (a, &k) in directions.iter().enumerate() {
+            weighted[a * r..(a + 1) * r].copy_from_slice(row(k));
+            self.work.factor.solve(&mut weighted[a * r..(a + 1) * r]);
+        }
+        let w: Vec<f64> =
+            (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
+        let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
+        let cancels = |k: usize| {
+            let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
+            terms + self.work.friction_bias[k].abs()
+        };
+        let cancels: Vec<f64> = directions.iter().map(|&k| cancels(k)).collect();
+        let c: Vec<f64> = directions.iter().map(|&k| self.dynamics.breakaway_torques()[k]).collect();
+        let mut torques = vec![0.0; m];
+        self.box_problem.solve(&w, &right, &c, &mut torques);
+        let accelerations = (0..m)
+            .map(|a| {
+                let row = &w[a * m..(a + 1) * m];
+                let acceleration = right[a] - dot(row, &torques);
+                let scale: f64 = cancels[a] + row.iter().zip(&c).map(|(w, c)| (w * c).abs()).sum::<f64>();
+                let noise = ROUNDING * scale;
+                let at_bound = torques[a] * acceleration.signum() >= c[a] * (1.0 - 1e-9);
+                if at_bound && acceleration.abs() > noise { acceleration } else { 0.0 }
+            })
+            .collect();
+        (accelerations, torques)
+    }
+
+    /// Whether the sticking directions can no longer hold at this point.
+    pub fn breaks_away(&mut self, time: f64, state: &[f64]) -> bool {
+        if self.holding.is_empty() {
+            return false;
+        }
+        self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
+        let c = self.dynamics.breakaway_torques();
+        if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
+            return false;
+        }
+        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        self.decide(&sticking).0.iter().any(|mode| *mode != Mode::Stick)
+    }
+
+    /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
+    /// of the step before it was shortened for an event.
+    pub fn measure_step(&mut self, length: f64, from: &[f64], to: &[f64]) {
+        let speeds = self.freedoms..2 * self.freedoms;
+        self.step_length = length;
+        for ((size, a), b) in self.step_speeds.iter_mut().zip(&from[speeds.clone()]).zip(&to[speeds]) {
+            *size = a.abs().max(b.abs());
+        }
+    }
+
+    /// Whether there is friction at all.
+    pub fn has_friction(&self) -> bool {
+        !self.modes.is_empty()
+    }
+
+    /// How far each direction is from leaving its mode at the point last evaluated: the part of the breakaway torque that holding
+    /// directions have left, the speed (rad/s) of slipping ones; infinite for those that follow others.
+    pub fn margins_here(&self, out: &mut [f64]) {
+        for (k, margin) in out.iter_mut().enumerate() {
+            *margin = self.slip_margin(k);
+        }
+        let c = self.dynamics.breakaway_torques();
+        for (&k, torque) in self.holding.iter().zip(&self.hold_torque) {
+            out[k] = 1.0 - torque.abs() / c[k];
+        }
+    }
+
+    /// [`Machine::margins_here`] of one direction.
+    pub fn margin_here(&self, direction: usize) -> f64 {
+        let held = self.holding.iter().zip(&self.hold_torque).find(|(k, _)| **k == direction);
+        held.map_or_else(
+            || self.slip_margin(direction),
+            |(&k, torque)| 1.0 - torque.abs() / self.dynamics.breakaway_torques()[k],
+        )
+    }
+
+    pub(super) fn slip_margin(&self, direction: usize) -> f64 {
+        match self.modes[direction] {
+            Mode::Stick => f64::INFINITY,
+            mode => mode.sign() * self.dynamics.friction_speed(direction, &self.work),
+        }
+    }
+
+    /// Slipping directions whose speed has the wrong sign at this point of the step, beyond rounding.
+    pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
+        out.clear();
+        let r = self.freedoms;
+        if !self.modes.iter().any(|mode| *mode != Mode::Stick) {
+            return;
+        }
+        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        for (k, mode) in self.modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Stick) {
+            let against = -mode.sign() * self.dynamics.friction_speed(k, &self.work);
+            if against > 0.0 && against > NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work) {
+                out.push(k);
+            }
+        }
+    }
+
+    /// Decides all modes anew at a point, with the sources of the segment that begins there.
+    ///
+    /// `crossing` are slipping directions that have just come to rest; `everything` asks for all directions at rest to
+    /// be found from their speeds (the beginning of a run). Speeds along directions at rest are set to zero by the
+    /// smallest change in the metric of the inertia. Returns what happened in words.
+    pub fn settle(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        crossing: &[usize],
+        everything: bool,
+        names: &[String],
+        input_names: &[String],
+    ) -> Vec<String> {
+        let before = self.modes.clone();
+        let mut events = Vec::new();
+        self.settle_drives(time, state, everything, input_names, &mut events);
+        if !everything && crossing.is_empty() && self.modes.iter().all(|mode| *mode != Mode::Stick) {
+            // Nothing is at rest, and nothing comes to rest.
+            return events;
+        }
+        self.forces(time, state);
+        self.slip_forces();
+        self.accelerate();
+        let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
+        for k in passing {
+            self.slip_with_speed(k);
+        }
+        let mut resting: Vec<usize> = if everything {
+            let resting = self.without_speed(state);
+            (0..self.modes.len()).for_each(|k| self.slip_with_speed(k));
+            resting
+        } else {
+            (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick || crossing.contains(&k)).collect()
+        };
+        // Directions that depend on resting ones rest too.
+        self.choose_holding(&resting);
+        let span = self.span(&resting);
+        let dependent: Vec<usize> = (0..self.modes.len())
+            .filter(|&k| !resting.contains(&k) && span.left(self.metric_row(k)) <= OUTSIDE)
+            .collect();
+        resting.extend(dependent);
+        resting.sort_unstable();
+        self.stop_along_holding(state);
+        self.forces(time, state);
+        for &k in &resting {
+            self.modes[k] = Mode::Stick;
+        }
+        self.slip_forces();
+        let (modes, _) = self.decide(&resting);
+        for (&k, mode) in resting.iter().zip(modes) {
+            self.modes[k] = mode;
+        }
+        let sticking: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
+        self.choose_holding(&sticking);
+        if !everything {
+            let changed = before.iter().zip(&self.modes).zip(names).filter(|((was, is), _)| was != is);
+            events.extend(changed.map(|((_, is), name)| match is {
+                Mode::Stick => format!("{name} sticks"),
+                Mode::Forward => format!("{name} slips forward"),
+                Mode::Backward => format!("{name} slips backward"),
+            }));
+        }
+        events
+    }
+
+    /// A direction slips the way that it moves.
+    fn slip_with_speed(&mut self, k: usize) {
+        let speed = self.dynamics.friction_speed(k, &self.work);
+        self.modes[k] = if speed < 0.0 { Mode::Backward } else { Mode::Forward };
+    }
+
+    /// Directions whose speed is nothing but rounding.
+    fn without_speed(&self, state: &[f64]) -> Vec<usize> {
+        let speeds = &state[self.freedoms..2 * self.freedoms];
+        let rests = |k: &usize| {
+            let speed = self.dynamics.friction_speed(*k, &self.work).abs();
+            speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
+        };
+        (0..self.modes.len()).filter(rests).collect()
+    }
+
+    /// Speeds along the holding directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.
+    fn stop_along_holding(&mut self, state: &mut [f64]) {
+        let r = self.freedoms;
+        self.factor_holding();
+        let count = self.holding.len();
+        let mut lambda: Vec<f64> =
+            self.holding.iter().map(|&k| dot(&self.work.friction_rows[k * r..(k + 1) * r], &state[r..2 * r])).collect();
+        self.hold_factor.solve(&mut lambda);
+        if count == r {
+            state[r..2 * r].fill(0.0);
+        } else {
+            for a in 0..count {
+                for i in 0..r {
+                    state[r + i] -= self.weighted[a * r + i] * lambda[a];
+                }
+            }
+        }
+        for &i in &self.still {
+            state[r + i] = 0.0;
+        }
+    }
+
+    /// Whether a direction reverses because its coefficients cancel at this angle, while the drive moves on: to bring it to
+    /// rest would take away motion, not the rounding of an instant. Needs the accelerations of the modes so far.
+    pub(super) fn passes(&self, k: usize) -> bool {
+        if !self.dynamics.friction_varies(k) {
+            return false;
+        }
+        let r = self.freedoms;
+        let row = &self.work.friction_rows[k * r..(k + 1) * r];
+        let mut change = row.to_vec();
+        self.work.factor.solve(&mut change);
+        let factor = self.dynamics.friction_speed(k, &self.work) / dot(row, &change);
+        let (mut taken, mut there) = (0.0, 0.0);
+        for ((change, size), acceleration) in change.iter().zip(&self.step_speeds).zip(&self.acceleration) {
+            let change = (factor * change).abs();
+            taken += change * change;
+            there += change * (size + self.step_length * acceleration.abs());
+        }
+        taken > TAKEN * there || factor.is_nan()
+    }
+
+    /// Names of sticking directions whose torques are not unique.
+    pub fn shared_friction(&self) -> Vec<usize> {
+        if self.following.is_empty() {
+            return Vec::new();
+        }
+        // A following direction shares with the holding ones that it is a combination of; one along which nothing can
+        // move shares nothing.
+        let (r, count) = (self.freedoms, self.holding.len());
+        let mut out = Vec::new();
+        for &f in &self.following {
+            let row = &self.work.friction_rows[f * r..(f + 1) * r];
+            let mut shares: Vec<f64> = (0..count).map(|a| dot(&self.weighted[a * r..(a + 1) * r], row)).collect();
+            self.hold_factor.solve(&mut shares);
+            let largest = shares.iter().fold(0.0f64, |max, x| max.max(x.abs()));
+            if largest > 0.0 {
+                out.push(f);
+            }
+            out.extend((0..count).filter(|&a| shares[a].abs() > 1e-9 * largest).map(|a| self.holding[a]));
+        }
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    /// A friction direction in the metric of the inverse inertia.
+    pub(super) fn metric_row(&self, k: usize) -> Vec<f64> {
+        let r = self.freedoms;
+        let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
+        self.work.factor.half_solve(&mut row);
+        row
+    }
+
+    /// The span of directions, built from independent ones, the clearest first.
+    pub(super) fn span(&self, directions: &[usize]) -> Span {
+        let mut span = Span { members: Vec::new(), basis: Vec::new() };
+        let mut rows: Vec<(usize, Vec<f64>)> = directions.iter().map(|&k| (k, self.metric_row(k))).collect();
+        while !rows.is_empty() && span.basis.len() < self.freedoms {
+            let left: Vec<f64> = rows.iter().map(|(_, row)| span.left(row.clone())).collect();
+            let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
+            if left[best] <= OUTSIDE {
+                break;
+            }
+            let (k, row) = rows.remove(best);
+            span.add(k, row);
+        }
+        span
+    }
+
+    /// Chooses independent directions among those given and notes which coordinates stand still.
+    pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
+        let r = self.freedoms;
+        self.holding = self.span(sticking).members;
+        self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
+        self.hold_factor = Cholesky::new(self.holding.len());
+        self.still.clear();
+        if self.holding.len() == r {
+            self.still.extend(0..r);
+        } else {
+            // Every sticking direction is at rest, whether it holds or follows.
+            for &k in sticking {
+                let row = &self.work.friction_rows[k * r..(k + 1) * r];
+                let mut entries = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
+                if let (Some((i, _)), None) = (entries.next(), entries.next()) {
+                    self.still.push(i);
+                }
+            }
+        }
+        self.factor_holding();
+    }
+}

@@ -1,0 +1,60 @@
+//! What laws do in a run: their starts, their samples, and what the scenario tells them.
+
+use super::Machine;
+use super::wired::{Computer, Wired};
+use crate::simulate::clocked::Clocked;
+use crate::simulate::scenario::Profile;
+
+impl Machine {
+    /// From a time on a source has one value, whatever the scenario says.
+    pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
+        self.profiles[source].hold(from, value);
+    }
+
+    /// The profile of a source.
+    pub(in crate::simulate) fn profile(&self, source: usize) -> &Profile {
+        &self.profiles[source]
+    }
+
+    /// Sets the states of the laws at the start of a run.
+    pub(in crate::simulate) fn start_laws(&mut self, state: &mut [f64]) {
+        let r = self.freedoms;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        let kinematics = &self.work.kinematics;
+        for wired in &mut self.laws {
+            match &mut wired.computer {
+                Computer::Clocked(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
+                Computer::Continuous(_) => {
+                    wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
+                }
+            }
+        }
+    }
+
+    /// The next instant at which a sampled law reads, computes or changes its torques, s; infinite if there is none.
+    pub(in crate::simulate) fn next_tick(&self) -> f64 {
+        let clocks = self.laws.iter().filter_map(Wired::clocked);
+        clocks.map(Clocked::next_time).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What happened to the sampled laws, in sentences.
+    pub(in crate::simulate) fn notes_of_laws(&self) -> Vec<String> {
+        let sampled = self.laws.iter().filter_map(|wired| Some((wired, wired.clocked()?)));
+        sampled.flat_map(|(wired, clocked)| clocked.notes(&wired.law.describe().controller)).collect()
+    }
+
+    /// Lets sampled laws do what is due at a time.
+    pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
+        let r = self.freedoms;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.set_sources(time);
+        for wired in &mut self.laws {
+            let Computer::Clocked(clocked) = &mut wired.computer else { continue };
+            for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+                *value = self.sources[source];
+            }
+            let model = (&self.dynamics, &self.work);
+            clocked.advance(time, &wired.reference_values, model, &wired.limits);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The closed loop as a differential equation in one set of modes, and the decisions between modes.
+
+mod construction;
+mod forces;
+mod friction_modes;
+mod laws;
+mod motor_modes;
+mod wired;
+
+pub use wired::Setup;
+
+use super::drive::Drive;
+use super::friction::{BoxProblem, Mode};
+use super::scenario::{Profile, SourceTarget};
+use crate::num::{Cholesky, Keeper};
+use crate::reduce::{Dynamics, Work};
+use wired::{Computer, Wired};
+
+/// The closed loop: plant, motors, laws and sources, with the current modes.
+///
+/// State: reduced coordinates, their speeds, states of motors and laws, work of the inputs \[J\], loss \[J\].
+pub struct Machine {
+    pub(super) dynamics: Dynamics,
+    pub(super) work: Work,
+    laws: Vec<Wired>,
+    drives: Vec<Drive>,
+    profiles: Vec<Profile>,
+    targets: Vec<SourceTarget>,
+    /// `(value, slope, start)` of each source in the current segment.
+    lines: Vec<(f64, f64, f64)>,
+    pub(super) modes: Vec<Mode>,
+    /// Independent directions among those that stick.
+    holding: Vec<usize>,
+    /// Directions that stick but follow from the holding ones.
+    following: Vec<usize>,
+    /// Reduced coordinates that stand still exactly.
+    still: Vec<usize>,
+    /// The step of the integrator that modes are looked at in: its length, s, and the largest size of each reduced speed
+    /// at its two ends, rad/s.
+    step_length: f64,
+    step_speeds: Vec<f64>,
+    freedoms: usize,
+    size: usize,
+    pub(super) sources: Vec<f64>,
+    pub(super) commands: Vec<f64>,
+    /// Torques that the inputs report.
+    pub(super) torques: Vec<f64>,
+    /// Torques that they apply: ripple too.
+    pub(super) applied: Vec<f64>,
+    force: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
+    weighted: Vec<f64>,
+    hold_matrix: Vec<f64>,
+    hold_factor: Cholesky,
+    hold_torque: Vec<f64>,
+    box_problem: BoxProblem,
+    scratch: Vec<f64>,
+    pub(super) friction_torques: Vec<f64>,
+}
+
+impl Machine {
+    /// Everything that the motion to come depends on, besides the state itself.
+    pub(in crate::simulate) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        for mode in &mut self.modes {
+            let mut number = *mode as usize;
+            keeper.count(&mut number);
+            *mode = [Mode::Stick, Mode::Forward, Mode::Backward][number.min(2)];
+        }
+        for list in [&mut self.holding, &mut self.following, &mut self.still] {
+            keeper.counts(list);
+        }
+        self.hold_factor = Cholesky::new(self.holding.len());
+        keeper.number(&mut self.step_length);
+        for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
+            keeper.numbers(list);
+        }
+        for (value, slope, start) in &mut self.lines {
+            [value, slope, start].into_iter().for_each(|x| keeper.number(x));
+        }
+        self.profiles.iter_mut().for_each(|profile| profile.keep(keeper));
+        self.drives.iter_mut().for_each(|drive| drive.keep(keeper));
+        for wired in &mut self.laws {
+            for list in [&mut wired.reference_values, &mut wired.commands, &mut wired.torques] {
+                keeper.numbers(list);
+            }
+            match &mut wired.computer {
+                Computer::Continuous(law) => law.keep(keeper),
+                Computer::Clocked(clocked) => clocked.keep(keeper),
+            }
+        }
+    }
+
+    /// Number of state variables.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Degrees of freedom.
+    pub fn freedoms(&self) -> usize {
+        self.freedoms
+    }
+}

@@ -1,0 +1,189 @@
+//! Which motors are at a limit.
+
+use super::Machine;
+use super::wired::Wired;
+use crate::results::MotorStrain;
+use crate::simulate::drive::{Drive, Limit, Rate};
+use crate::simulate::scenario::SourceTarget;
+
+/// Relative difference of two times within which a located event lies.
+const SAME_INSTANT: f64 = 1e-12;
+
+impl Machine {
+    /// Motors whose limits no longer fit their mode at this point.
+    pub fn drives_switch(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        derivative: &mut [f64],
+        moved: &mut [f64],
+        out: &mut Vec<usize>,
+    ) {
+        out.clear();
+        if self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none()) || self.commands_rest() {
+            return;
+        }
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let (drive, command) = (&self.drives[k], self.commands[k]);
+            let slack = 1e-13 * drive.limit.unwrap_or(0.0);
+            let limit_left = match (drive.limit, drive.limit_mode) {
+                (None, _) => false,
+                (Some(limit), Limit::Inside) => command.abs() > limit + slack,
+                (Some(limit), Limit::High) => command < limit - slack,
+                (Some(limit), Limit::Low) => command > -limit + slack,
+            };
+            let rate_left = match (drive.rate_state, drive.rate_mode) {
+                (None, _) | (Some(_), Rate::Follow) => false,
+                (Some(place), Rate::Rise) => drive.limited(command) < state[place],
+                (Some(place), Rate::Fall) => drive.limited(command) > state[place],
+            };
+            if limit_left || rate_left {
+                out.push(k);
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let rates = self.command_rates(time, state, derivative, moved);
+            for (k, drive) in self.drives.iter().enumerate() {
+                let fast = drive.rate.is_some_and(|rate| rates[k].abs() > rate * (1.0 + 1e-6));
+                if drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside && fast && !out.contains(&k) {
+                    out.push(k);
+                }
+            }
+        }
+    }
+
+    /// Whether commands and rate limiters stay as they are until the next sample or breakpoint: sampled laws alone command.
+    pub(super) fn commands_rest(&self) -> bool {
+        let steady =
+            |(target, line): (&SourceTarget, &(f64, f64, f64))| *target == SourceTarget::Reference || line.1 == 0.0;
+        self.laws.iter().all(|wired| wired.clocked().is_some())
+            && self.drives.iter().all(|drive| drive.rate.is_none())
+            && self.targets.iter().zip(&self.lines).all(steady)
+    }
+
+    /// Whether the command of one motor stays as it is until the next sample or breakpoint.
+    pub(super) fn command_rests(&self, input: usize) -> bool {
+        let steady = |(target, line): (&SourceTarget, &(f64, f64, f64))| match target {
+            SourceTarget::Input(other) => *other != input || line.1 == 0.0,
+            SourceTarget::Reference => true,
+        };
+        self.laws.iter().all(|wired| wired.clocked().is_some() || !wired.inputs.contains(&input))
+            && self.targets.iter().zip(&self.lines).all(steady)
+    }
+
+    /// Rates of all commands along the motion, N m/s, by a difference along the vector field.
+    pub(super) fn command_rates(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        derivative: &mut [f64],
+        moved: &mut [f64],
+    ) -> Vec<f64> {
+        self.derivative(time, state, derivative);
+        let before = self.commands.clone();
+        let step = 1e-7;
+        for ((value, x), dx) in moved.iter_mut().zip(state).zip(derivative.iter()) {
+            *value = x + step * dx;
+        }
+        self.forces(time + step, moved);
+        self.commands.iter().zip(&before).map(|(after, before)| (after - before) / step).collect()
+    }
+
+    /// What a run up to a time asked of the motors that have limits; `asked` gives the largest torque asked of one.
+    pub(in crate::simulate) fn strains(
+        &self,
+        names: &[String],
+        end: f64,
+        asked: impl Fn(&str) -> f64,
+    ) -> Vec<MotorStrain> {
+        let limited = |(_, drive): &(&String, &Drive)| drive.limit.is_some() || drive.rate.is_some();
+        let strain = |(k, (name, drive)): (usize, (&String, &Drive))| {
+            let commands = |wired: &&Wired| wired.inputs.contains(&k);
+            MotorStrain {
+                motor: name.clone(),
+                controller: self.laws.iter().find(commands).map(|wired| wired.law.describe().controller),
+                torque_limit: drive.limit,
+                rate_limit: drive.rate,
+                asked: asked(name),
+                at_torque_limit: drive.at_limit.until(end),
+                at_rate_limit: drive.at_rate_limit.until(end),
+            }
+        };
+        names.iter().zip(&self.drives).enumerate().filter(|(_, both)| limited(both)).map(strain).collect()
+    }
+
+    pub(super) fn settle_drives(
+        &mut self,
+        time: f64,
+        state: &mut [f64],
+        everything: bool,
+        names: &[String],
+        events: &mut Vec<String>,
+    ) {
+        self.forces(time, state);
+        for k in 0..self.drives.len() {
+            let command = self.commands[k];
+            let drive = &mut self.drives[k];
+            let mode = drive.limit_mode(command);
+            if mode != drive.limit_mode {
+                events.push(match mode {
+                    Limit::Inside => format!("{} leaves its torque limit", names[k]),
+                    _ => format!("{} reaches its torque limit", names[k]),
+                });
+                drive.limit_mode = mode;
+            }
+            let limited = drive.limited(command);
+            if let Some(place) = drive.rate_state {
+                if everything {
+                    state[place] = 0.0;
+                }
+                let gap = limited - state[place];
+                // A gap that the limiter closes within the resolution of the time is none.
+                let instant = SAME_INSTANT * time.abs();
+                let small = 1e-12 * (limited.abs() + state[place].abs()) + instant * drive.rate.unwrap_or(0.0);
+                let mode = if gap > small {
+                    Rate::Rise
+                } else if gap < -small {
+                    Rate::Fall
+                } else {
+                    Rate::Follow
+                };
+                drive.rate_mode = mode;
+            }
+        }
+        if self.drives.iter().any(|drive| drive.rate.is_some() && drive.rate_mode == Rate::Follow) {
+            let (mut derivative, mut moved) = (vec![0.0; self.size], vec![0.0; self.size]);
+            let rates = self.command_rates(time, state, &mut derivative, &mut moved);
+            for (k, rate) in rates.iter().enumerate() {
+                let drive = &mut self.drives[k];
+                let inside = drive.rate_mode == Rate::Follow && drive.limit_mode == Limit::Inside;
+                if let Some(limit) = drive.rate
+                    && inside
+                    && rate.abs() > limit
+                {
+                    drive.rate_mode = if *rate > 0.0 { Rate::Rise } else { Rate::Fall };
+                }
+            }
+        }
+        for k in 0..self.drives.len() {
+            let held = self.command_rests(k);
+            self.drives[k].note_limits(time, self.commands[k], held);
+        }
+    }
+
+    /// Before a restart: a rate limiter that followed its command takes its value as state.
+    pub fn remember_commands(&mut self, time: f64, state: &mut [f64]) {
+        if self.drives.iter().all(|drive| drive.rate_state.is_none()) {
+            return;
+        }
+        self.forces(time, state);
+        for (k, drive) in self.drives.iter().enumerate() {
+            if let Some(place) = drive.rate_state
+                && drive.rate_mode == Rate::Follow
+            {
+                state[place] = drive.limited(self.commands[k]);
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! A law with its wiring.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::reduce::{Kinematics, Reduced};
+use crate::simulate::clocked::Clocked;
+use crate::simulate::scenario::Scenario;
+use crate::synthesis::{Continuous, Law, Seen};
+
+/// A law with its wiring.
+pub(super) struct Wired {
+    pub law: Arc<dyn Law>,
+    pub computer: Computer,
+    pub inputs: Vec<usize>,
+    /// Torque limits of its inputs, N m.
+    pub limits: Vec<Option<f64>>,
+    pub references: Vec<usize>,
+    pub reference_values: Vec<f64>,
+    pub commands: Vec<f64>,
+    /// Torques that its inputs report.
+    pub torques: Vec<f64>,
+    /// Where its own states are; nowhere, if it has a clock.
+    pub states: Range<usize>,
+}
+
+/// What computes a law in a run.
+pub(super) enum Computer {
+    Continuous(Box<dyn Continuous>),
+    Clocked(Box<Clocked>),
+}
+
+impl Wired {
+    pub fn clocked(&self) -> Option<&Clocked> {
+        match &self.computer {
+            Computer::Clocked(clocked) => Some(clocked),
+            Computer::Continuous(_) => None,
+        }
+    }
+}
+
+/// What a law sees: the true angles and speeds, of disturbances nothing.
+pub(super) fn seen<'a>(kinematics: &'a Kinematics, references: &'a [f64], states: &'a [f64]) -> Seen<'a> {
+    let Kinematics { angles, speeds, .. } = kinematics;
+    Seen { angles, speeds, disturbances: &[], references, readings: &[], states }
+}
+
+/// What a machine is made of.
+pub struct Setup<'a> {
+    /// The plant.
+    pub reduced: &'a Reduced,
+    /// The laws, in any order; each input is commanded by one law or by the scenario.
+    pub laws: &'a [Arc<dyn Law>],
+    /// The scenario.
+    pub scenario: &'a Scenario,
+}

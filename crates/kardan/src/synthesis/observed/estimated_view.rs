@@ -1,0 +1,97 @@
+//! What a law sees behind an observer.
+
+use kardan_rt::hold;
+
+use super::reading::Reading;
+use crate::num::Keeper;
+use crate::reduce::Kinematics;
+use crate::synthesis::{Plant, Seen};
+
+/// From readings and estimates to what the law sees.
+#[derive(Clone)]
+pub(super) struct EstimatedView {
+    pub readings: Vec<Reading>,
+    pub coordinates: Vec<usize>,
+    pub compensation: f64,
+    /// What the sensors read at zero coordinates, which the linear model does not know.
+    pub offsets: Vec<f64>,
+    pub kinematics: Kinematics,
+    /// Readings that were not finite.
+    pub held: usize,
+    // Memory of one evaluation; of the values those that were finite last.
+    pub values: Vec<f64>,
+    position: Vec<f64>,
+    speed: Vec<f64>,
+    pub disturbances: Vec<f64>,
+}
+
+impl EstimatedView {
+    /// At the start of a run; `disturbed`: how many torques are estimated.
+    pub fn new(readings: Vec<Reading>, plant: &Plant, compensation: f64, disturbed: usize) -> Self {
+        let r = plant.linear.coordinates.len();
+        let mut kinematics = Kinematics::new(&plant.reduced);
+        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        let at_zero: Vec<f64> = readings.iter().map(|one| one.read(&kinematics.angles, &kinematics.speeds)).collect();
+        Self {
+            offsets: at_zero.clone(),
+            values: at_zero,
+            held: 0,
+            readings,
+            coordinates: plant.reduced.coordinates.clone(),
+            compensation,
+            kinematics,
+            position: vec![0.0; r],
+            speed: vec![0.0; r],
+            disturbances: vec![0.0; disturbed],
+        }
+    }
+
+    /// What a snapshot keeps of it.
+    pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        keeper.numbers(&mut self.values);
+        keeper.count(&mut self.held);
+    }
+
+    /// Takes the readings: those of the sensors, or ideal ones where there are none. Where one is not finite, the last good one
+    /// stays; returns how many are not.
+    pub fn read(&mut self, seen: &Seen<'_>) -> usize {
+        if seen.readings.is_empty() {
+            for (value, reading) in self.values.iter_mut().zip(&self.readings) {
+                *value = reading.read(seen.angles, seen.speeds);
+            }
+            return 0;
+        }
+        hold(seen.readings, &mut self.values)
+    }
+
+    /// What the law sees, its own states behind those of the observer: estimates, and in their place what is measured.
+    pub fn estimate<'a>(&'a mut self, seen: &Seen<'a>) -> Seen<'a> {
+        self.held = self.read(seen);
+        let r = self.coordinates.len();
+        let own = 2 * r + self.disturbances.len();
+        self.position.copy_from_slice(&seen.states[..r]);
+        self.speed.copy_from_slice(&seen.states[r..2 * r]);
+        for (reading, value) in self.readings.iter().zip(&self.values) {
+            let (of, shaft) = match reading {
+                Reading::Angle(shaft) => (&mut self.position, shaft),
+                Reading::Speed(shaft) => (&mut self.speed, shaft),
+                Reading::Twist(..) => continue,
+            };
+            if let Some(place) = self.coordinates.iter().position(|coordinate| coordinate == shaft) {
+                of[place] = *value;
+            }
+        }
+        self.kinematics.update(&self.position, &self.speed);
+        for (disturbances, torque) in self.disturbances.iter_mut().zip(&seen.states[2 * r..]) {
+            *disturbances = self.compensation * torque;
+        }
+        Seen {
+            angles: &self.kinematics.angles,
+            speeds: &self.kinematics.speeds,
+            disturbances: &self.disturbances,
+            references: seen.references,
+            readings: &[],
+            states: &seen.states[own..],
+        }
+    }
+}

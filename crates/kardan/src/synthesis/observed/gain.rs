@@ -1,0 +1,61 @@
+//! The gain of an observer, and what its sensors can tell.
+
+use crate::analysis::LinearSystem;
+use crate::element::Values;
+use crate::num::rational_to_f64;
+use crate::results::{ExactMatrix, Pole};
+use crate::synthesis::observer::{Noise, distinguishable, kalman, luenberger};
+use crate::synthesis::{Plant, SynthesisError, named, rounded};
+
+/// The gain L with the poles of the error and what must be known.
+pub(super) fn gain(
+    values: &Values,
+    extended: &LinearSystem,
+) -> Result<(ExactMatrix, Vec<Pole>, Vec<String>), SynthesisError> {
+    let failed = |error| SynthesisError::Observer { sensors: extended.outputs.clone(), error: Box::new(error) };
+    let kalman_keys = ["disturbance_rate", "speed_noise", "sensor_noise"];
+    let idle = match values.word("method") {
+        Some("kalman") => values.has("poles").then_some("poles"),
+        _ => kalman_keys.into_iter().find(|key| values.has(key)),
+    };
+    if let Some(key) = idle {
+        let method = values.word("method").unwrap_or("poles").to_string();
+        return Err(SynthesisError::IdleKey { key, method });
+    }
+    let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
+    if values.word("method") == Some("kalman") {
+        let number = |key: &str, otherwise: f64| values.number(key).unwrap_or(otherwise).powi(2);
+        let process = extended.states.iter().map(|state| match state.rsplit_once('.').map(|(_, tail)| tail) {
+            Some("phi") => 0.0,
+            Some("w") => number("speed_noise", 0.1),
+            _ => number("disturbance_rate", 10.0),
+        });
+        let noise = Noise {
+            process: process.collect(),
+            measurement: vec![number("sensor_noise", 1e-5); extended.outputs.len()],
+        };
+        let found = kalman(extended, &noise).map_err(failed)?;
+        let notes =
+            vec![format!("the Riccati equation of the filter holds with the relative residual {:.1e}", found.residual)];
+        return Ok((rounded(title, &extended.states, &extended.outputs, &found.gain), found.poles, notes));
+    }
+    let Some(poles) = values.poles("poles") else { return Err(SynthesisError::ObserverPoles) };
+    let poles: Vec<_> = poles.iter().map(|(re, im)| (re.to_rational(), im.to_rational())).collect();
+    if let Some((re, _)) = poles.iter().find(|(re, _)| rational_to_f64(re) >= 0.0) {
+        return Err(SynthesisError::ObserverUnstable { real: rational_to_f64(re) });
+    }
+    let found = luenberger(extended, &poles).map_err(failed)?;
+    Ok((named(title, &extended.states, &extended.outputs, &found.gain), found.poles, found.notes))
+}
+
+/// Which torques on any shafts the sensors could tell apart, \[diss. (6.41)-(6.43)\].
+pub(in crate::synthesis) fn distinguishable_torques(
+    plant: &Plant,
+    system: &LinearSystem,
+) -> Result<Vec<String>, SynthesisError> {
+    let all: Vec<usize> = (0..plant.shafts().len()).collect();
+    let (torques, _) = plant.torques(&all, &[]);
+    let names: Vec<String> = plant.shafts().iter().map(|shaft| format!("T_{shaft}")).collect();
+    let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
+    Ok(distinguishable(system, &torques, &names).map_err(failed)?.sentences)
+}

@@ -1,0 +1,51 @@
+//! Keys of an observer.
+
+use crate::element::Values;
+use crate::schema::{Sign, keys};
+use crate::synthesis::{Plant, SynthesisError};
+
+keys! {
+    /// The observer of a controller: `[control.<name>.observer]`.
+    table Observer {
+        required {
+            sensors: Outputs,
+                "What is measured: angles, speeds, torques of torsion bars; `<sensor>.phi` and so on reads the sensor \
+                 of that name with its resolution, if the controller has a sample time. In continuous time they are \
+                 ideal.";
+        }
+        optional {
+            disturbances: Words,
+                "Shafts on which an unknown constant torque acts, which is estimated too; left out: all reduced \
+                 coordinates.";
+            plant: Choice(&["linear", "nonlinear"]),
+                "The model that it runs: `linear`: that at zero angles; `nonlinear`: the full one, joints and \
+                 friction fed forward by the law included. Its gain is that at zero angles either way. Left out: \
+                 nonlinear where the design model of the law is.";
+            method: Choice(&["poles", "kalman"]),
+                "How its gain is found; left out: poles, of the law `sampled_noninteracting` kalman.";
+            poles: Poles,
+                "Poles of the error: as many as the longest chain of a sensor has (for every sensor alike), or one \
+                 for each state of the observer. Required by the method `poles`.";
+            disturbance_rate: Number(Sign::Positive) = "10", "Kalman: how fast a disturbance may wander, N m/sqrt(s).";
+            speed_noise: Number(Sign::NonNegative),
+                "Kalman: noise of the accelerations, rad/s/sqrt(s); the more, the better the loop bears errors of the \
+                 model. Left out: 0.1, of the law `sampled_noninteracting` 10.";
+            sensor_noise: Number(Sign::Positive),
+                "Kalman: noise of each sensor, its unit times sqrt(s); left out: 1e-5, of the law \
+                 `sampled_noninteracting` what the resolution makes.";
+            compensation: Number(Sign::NonNegative) = "1",
+                "Which part of the estimated disturbances the law cancels, from 0 to 1.";
+        }
+    }
+}
+
+/// Numbers of the shafts on which the observer of a controller estimates torques; none without an observer.
+///
+/// # Errors
+/// If a name is no shaft or stands twice.
+pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
+    let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
+    let Some(names) = observer.words("disturbances") else { return Ok(plant.reduced.coordinates.clone()) };
+    let shaft = |name: &String| plant.reduced.shaft(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
+    names.iter().map(shaft).collect()
+}

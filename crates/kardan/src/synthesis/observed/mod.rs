@@ -1,0 +1,399 @@
+//! Laws behind observers.
+
+mod estimated_view;
+mod gain;
+mod keys;
+mod model;
+mod reading;
+mod running;
+
+pub(super) use gain::distinguishable_torques;
+pub use keys::Observer;
+pub(super) use keys::disturbances;
+pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
+
+use std::sync::Arc;
+
+use super::observer::extend;
+use super::{Block, Clock, ExactLoop, Firmware, Law, LinearLaw, Plant, Reference, Running, SynthesisError};
+use crate::analysis::OutputSignal;
+use crate::element::Values;
+use crate::num::{Float, Matrix, discretise};
+use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ObserverResult, ReadSignal};
+use estimated_view::EstimatedView;
+use gain::gain;
+use model::{FullModel, LinearModelBlock, Model};
+use running::{RunningContinuously, RunningSampled};
+
+/// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
+///
+/// `x̂′ = A x̂ + B u + L (y − C x̂)` over reduced coordinates, their speeds and disturbance torques, \[diss. (6.45), (6.46)\], run
+/// by the block [`StateSpace`] with the signals `[u; y]`; or the nonlinear model in place of A, B and C, run by the block
+/// [`ModelObserver`].
+pub(super) struct Observed {
+    law: Arc<dyn Law>,
+    result: ObserverResult,
+    data: ControllerData,
+    sensors: Vec<OutputSignal>,
+    a: Matrix<f64>,
+    b: Matrix<f64>,
+    /// Rows of the sensors over angles and speeds of all shafts.
+    rows: [Matrix<f64>; 2],
+    basis: Matrix<f64>,
+    disturbances: usize,
+    /// As they are at the start of a run.
+    view: EstimatedView,
+    model: Model<f64>,
+}
+
+impl Observed {
+    /// Puts the observer that the keys ask for before a law.
+    ///
+    /// # Errors
+    /// If the sensors do not show what is to be estimated, or the poles do not fit.
+    pub fn new(law: Arc<dyn Law>, values: &Values, plant: &Plant, disturbed: &[usize]) -> Result<Self, SynthesisError> {
+        if let Some(share) = values.number("compensation").filter(|share| *share > 1.0) {
+            return Err(SynthesisError::NotAShare { share });
+        }
+        let compensation = values.number_or_default("compensation");
+        let friction = law.friction_width().is_some();
+        let nonlinear = match values.word("plant") {
+            Some(word) => word == "nonlinear",
+            None => friction || !plant.is_linear(),
+        };
+        let more = friction || (law.on_full_model() && !plant.is_linear());
+        if more && !nonlinear && compensation > 0.0 && !disturbed.is_empty() {
+            return Err(SynthesisError::CancelledTwice);
+        }
+        let sensors: Vec<OutputSignal> = values
+            .words("sensors")
+            .unwrap_or_default()
+            .iter()
+            .map(|name| plant.output(name))
+            .collect::<Result<_, _>>()?;
+        let readings: Vec<Reading> = sensors.iter().map(|sensor| reading(sensor, plant)).collect::<Result<_, _>>()?;
+        let inputs = law.inputs().to_vec();
+        let system = plant.system(&inputs, &sensors);
+        let (torques, _) = plant.torques(disturbed, &[]);
+        let names: Vec<String> = disturbed.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        let states: Vec<String> = names.iter().map(|name| format!("{name}.disturbance")).collect();
+        let extended = extend(&system, &torques, &states);
+        let (gain, poles, notes) = gain(values, &extended)?;
+        let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
+        let (a, b, c) = (extended.a.to_f64(), extended.b.to_f64(), extended.c.to_f64());
+        let correction = floating.multiply(&c);
+        let a = Matrix::from_fn(a.rows(), a.columns(), |i, j| a[(i, j)] - correction[(i, j)]);
+        let (m, p) = (inputs.len(), sensors.len());
+        let b = Matrix::from_fn(a.rows(), m + p, |i, j| if j < m { b[(i, j)] } else { floating[(i, j - m)] });
+        let mut sentences = distinguishable_torques(plant, &system)?;
+        sentences.extend(notes);
+        let method = values.word("method").unwrap_or("poles").to_string();
+        let result = ObserverResult {
+            sensors: sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            states: extended.states.clone(),
+            disturbances: names,
+            poles,
+            method,
+            gain,
+            distinguishable: sentences,
+        };
+        let rows = rows(&readings, plant.shafts().len());
+        let view = EstimatedView::new(readings, plant, compensation, disturbed.len());
+        let model = if nonlinear {
+            Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))
+        } else {
+            Model::Linear(LinearModelBlock::new(&a, &b))
+        };
+        let mut out = Self {
+            data: ControllerData::default(),
+            rows,
+            sensors,
+            basis: plant.linear.basis.to_f64(),
+            disturbances: disturbed.len(),
+            model,
+            view,
+            a,
+            b,
+            law,
+            result,
+        };
+        out.data = out.observer_data(&inputs);
+        Ok(out)
+    }
+
+    fn observer_data(&self, inputs: &[String]) -> ControllerData {
+        let unit = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
+            Some("phi") => "rad",
+            Some("w") => "rad/s",
+            _ => "N m",
+        };
+        let torques = inputs.iter().map(|input| ReadSignal::new(format!("{input}.tau"), "N m"));
+        let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, unit(name)));
+        let (n, signals) = (self.a.rows(), self.b.columns());
+        let matrices = [
+            ("A", self.a.clone()),
+            ("B", self.b.clone()),
+            ("C", Matrix::identity(n)),
+            ("D", Matrix::zeros(n, signals)),
+        ];
+        if let Model::Nonlinear(full) = &self.model {
+            let error = ("error".to_string(), self.a.to_rows());
+            let width = full.friction_width.map(|width| DataNumber::new("friction_width", width));
+            return ControllerData {
+                block: "ModelObserver".into(),
+                reads: torques.chain(sensors).collect(),
+                writes: self.result.states.clone(),
+                sample_time: None,
+                single: false,
+                matrices: full
+                    .tables()
+                    .into_iter()
+                    .chain([error])
+                    .map(|(name, rows)| DataMatrix::new(name, rows))
+                    .collect(),
+                numbers: [
+                    DataNumber::new("shafts", full.data.shafts.len() as f64),
+                    DataNumber::new("compensation", self.view.compensation),
+                ]
+                .into_iter()
+                .chain(width)
+                .collect(),
+            };
+        }
+        ControllerData {
+            block: "StateSpace".into(),
+            reads: torques.chain(sensors).collect(),
+            writes: self.result.states.clone(),
+            sample_time: None,
+            single: false,
+            matrices: matrices.into_iter().map(|(name, matrix)| DataMatrix::new(name, matrix.to_rows())).collect(),
+            numbers: std::iter::once(DataNumber::new("compensation", self.view.compensation))
+                .chain(
+                    self.result
+                        .sensors
+                        .iter()
+                        .zip(&self.view.offsets)
+                        .map(|(name, x)| DataNumber::new(format!("{name} offset"), *x)),
+                )
+                .collect(),
+        }
+    }
+
+    fn own(&self) -> usize {
+        self.a.rows()
+    }
+
+    /// Γ = ∫ exp((A − L C) t) dt over a sample time.
+    fn held(&self, clock: Clock) -> Option<Matrix<f64>> {
+        Some(discretise(&self.a, &Matrix::identity(self.own()), clock.period)?.b)
+    }
+
+    /// The linear part of an observer `x̂′ = A x̂ + B [u; y]`, or of its sampled form, around that of a law.
+    /// `basis`: K of the model where it is linear.
+    fn around(&self, a: &Matrix<f64>, b: &Matrix<f64>, law: &LinearLaw, basis: &Matrix<f64>) -> LinearLaw {
+        let (n, k, shafts) = (a.rows(), law.states.rows(), basis.rows());
+        let (r, m) = (self.view.coordinates.len(), law.on_angles.rows());
+        // How angles and speeds that the law sees follow from estimates and from true ones: measured coordinates are true.
+        let measured = |speed: bool| -> Vec<bool> {
+            let of = |reading: &Reading, shaft: usize| match reading {
+                Reading::Angle(s) => !speed && *s == shaft,
+                Reading::Speed(s) => speed && *s == shaft,
+                Reading::Twist(..) => false,
+            };
+            self.view
+                .coordinates
+                .iter()
+                .map(|&shaft| self.view.readings.iter().any(|reading| of(reading, shaft)))
+                .collect()
+        };
+        let [true_angles, true_speeds] = [measured(false), measured(true)];
+        let split = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>, on_disturbances: &Matrix<f64>| {
+            let rows = on_angles.rows();
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
+            let mut states = Matrix::zeros(rows, n);
+            let (mut angles, mut speeds) = (Matrix::zeros(rows, shafts), Matrix::zeros(rows, shafts));
+            for i in 0..rows {
+                for j in 0..r {
+                    if true_angles[j] {
+                        angles[(i, self.view.coordinates[j])] = over_q[(i, j)];
+                    } else {
+                        states[(i, j)] = over_q[(i, j)];
+                    }
+                    if true_speeds[j] {
+                        speeds[(i, self.view.coordinates[j])] = over_w[(i, j)];
+                    } else {
+                        states[(i, r + j)] = over_w[(i, j)];
+                    }
+                }
+                for j in 0..on_disturbances.columns().min(self.disturbances) {
+                    states[(i, 2 * r + j)] = self.view.compensation * on_disturbances[(i, j)];
+                }
+            }
+            (states, angles, speeds)
+        };
+        let (command_states, on_angles, on_speeds) = split(&law.on_angles, &law.on_speeds, &law.on_disturbances);
+        let (rate_states, angles, speeds) = split(&law.angles, &law.speeds, &law.disturbances);
+        let below = |upper: &Matrix<f64>, lower: &Matrix<f64>| {
+            Matrix::from_fn(n + k, lower.columns(), |i, j| if i < n { upper[(i, j)] } else { lower[(i - n, j)] })
+        };
+        // Measured coordinates pass to the law with their errors.
+        let through = |on_angles: &Matrix<f64>, on_speeds: &Matrix<f64>| {
+            let (over_q, over_w) = (on_angles.multiply(basis), on_speeds.multiply(basis));
+            let place = |shaft: &usize| self.view.coordinates.iter().position(|coordinate| coordinate == shaft);
+            Matrix::from_fn(on_angles.rows(), self.view.readings.len(), |i, j| match &self.view.readings[j] {
+                Reading::Angle(shaft) => place(shaft).map_or(0.0, |k| over_q[(i, k)]),
+                Reading::Speed(shaft) => place(shaft).map_or(0.0, |k| over_w[(i, k)]),
+                Reading::Twist(..) => 0.0,
+            })
+        };
+        let correct = Matrix::from_fn(n, self.view.readings.len(), |i, j| b[(i, m + j)]);
+        LinearLaw {
+            states: Matrix::from_fn(n + k, n + k, |i, j| match (i < n, j < n) {
+                (true, true) => a[(i, j)],
+                (true, false) => 0.0,
+                (false, true) => rate_states[(i - n, j)],
+                (false, false) => law.states[(i - n, j - n)],
+            }),
+            angles: below(&correct.multiply(&self.rows[0]), &angles),
+            speeds: below(&correct.multiply(&self.rows[1]), &speeds),
+            disturbances: Matrix::zeros(n + k, 0),
+            torques: below(&Matrix::from_fn(n, m, |i, j| b[(i, j)]), &law.torques),
+            on_states: Matrix::from_fn(m, n + k, |i, j| {
+                if j < n { command_states[(i, j)] } else { law.on_states[(i, j - n)] }
+            }),
+            on_angles,
+            on_speeds,
+            on_disturbances: Matrix::zeros(m, 0),
+            references: below(&Matrix::zeros(n, law.references.columns()), &law.references),
+            on_references: law.on_references.clone(),
+            errors: below(&correct, &through(&law.angles, &law.speeds)),
+            on_errors: through(&law.on_angles, &law.on_speeds),
+        }
+    }
+}
+
+/// A sampled law behind the linear model.
+fn linear_block<T: Float>(
+    law: Box<dyn Block>,
+    view: EstimatedView,
+    a: &Matrix<f64>,
+    b: &Matrix<f64>,
+) -> Box<dyn Block> {
+    let model = Model::Linear(LinearModelBlock::<T>::new(a, b));
+    Box::new(RunningSampled::new(law, view, a.rows(), model))
+}
+
+/// A sampled law behind the full model.
+fn full_block<T: Float>(law: Box<dyn Block>, view: EstimatedView, own: usize, full: FullModel<T>) -> Box<dyn Block> {
+    Box::new(RunningSampled::new(law, view, own, Model::Nonlinear(Box::new(full))))
+}
+
+impl Law for Observed {
+    fn inputs(&self) -> &[String] {
+        self.law.inputs()
+    }
+
+    fn references(&self) -> &[Reference] {
+        self.law.references()
+    }
+
+    fn states(&self) -> Vec<String> {
+        self.result.states.iter().map(|state| format!("estimate of {state}")).chain(self.law.states()).collect()
+    }
+
+    fn start(&self, angles: &[f64], speeds: &[f64], out: &mut [f64]) {
+        let (own, rest) = out.split_at_mut(self.own());
+        own.fill(0.0);
+        for (state, &shaft) in own.iter_mut().zip(&self.view.coordinates) {
+            *state = angles[shaft];
+        }
+        self.law.start(angles, speeds, rest);
+    }
+
+    fn run(&self) -> Running {
+        match self.law.run() {
+            Running::Continuous(law) => Running::Continuous(Box::new(RunningContinuously {
+                law,
+                view: self.view.clone(),
+                model: self.model.clone(),
+            })),
+            // A law with a clock of its own brings its own observer.
+            sampled @ Running::Sampled(..) => sampled,
+        }
+    }
+
+    fn sensors(&self) -> &[OutputSignal] {
+        &self.sensors
+    }
+
+    fn firmware(&self, clock: Clock) -> Option<Firmware> {
+        let law = self.law.firmware(clock)?;
+        let held = discretise(&self.a, &self.b, clock.period)?;
+        let (view, own) = (self.view.clone(), self.own());
+        let linear = self.around(&held.a, &held.b, &law.linear, &self.basis);
+        let law = law.block;
+        let block: Box<dyn Block> = match (&self.model, clock.single) {
+            (Model::Linear(_), true) => linear_block::<f32>(law, view, &held.a, &held.b),
+            (Model::Linear(_), false) => linear_block::<f64>(law, view, &held.a, &held.b),
+            (Model::Nonlinear(full), true) => full_block(law, view, own, full.cast::<f32>(&self.held(clock)?)),
+            (Model::Nonlinear(full), false) => full_block(law, view, own, full.cast::<f64>(&self.held(clock)?)),
+        };
+        Some(Firmware { linear, block })
+    }
+
+    fn linear(&self) -> LinearLaw {
+        self.around(&self.a, &self.b, &self.law.linear(), &self.basis)
+    }
+
+    fn linear_at(&self, position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
+        let law = self.law.linear_at(position, clock)?;
+        let (mut kinematics, r) = (self.view.kinematics.clone(), position.len());
+        kinematics.update(position, &vec![0.0; r]);
+        let basis = Matrix::from_fn(kinematics.angles.len(), r, |i, j| kinematics.basis[i * r + j]);
+        let Model::Nonlinear(full) = &self.model else {
+            let Some(clock) = clock else { return Some(self.around(&self.a, &self.b, &law, &basis)) };
+            let held = discretise(&self.a, &self.b, clock.period)?;
+            return Some(self.around(&held.a, &held.b, &law, &basis));
+        };
+        let read = |reading: &Reading| reading.read(&kinematics.angles, &kinematics.speeds);
+        let readings: Vec<f64> = self.view.readings.iter().map(read).collect();
+        let [a, b] = full.slopes(position, &readings);
+        let Some(clock) = clock else { return Some(self.around(&a, &b, &law, &basis)) };
+        // x̂⁺ = x̂ + Γ x̂′
+        let held = self.held(clock)?;
+        let next = Matrix::identity(a.rows()).plus(&held.multiply(&a));
+        Some(self.around(&next, &held.multiply(&b), &law, &basis))
+    }
+
+    fn bends(&self) -> bool {
+        matches!(self.model, Model::Nonlinear(_)) || self.law.bends()
+    }
+
+    fn friction_width(&self) -> Option<f64> {
+        self.law.friction_width()
+    }
+
+    fn on_full_model(&self) -> bool {
+        self.law.on_full_model()
+    }
+
+    fn exact(&self) -> Option<ExactLoop> {
+        self.law.exact()
+    }
+
+    fn describe(&self) -> Design {
+        let mut design = self.law.describe();
+        design.observer = Some(self.result.clone());
+        design.observer_data = Some(self.data.clone());
+        if matches!(self.model, Model::Nonlinear(_)) {
+            design.notes.push(
+                "the observer runs the full nonlinear model, with the gain for zero angles; the poles of its error are those there"
+                    .into(),
+            );
+        }
+        design.notes.push(
+            "what is proven of the loop holds for the true state; while the observer's error dies out, the outputs feel it".into(),
+        );
+        design
+    }
+}

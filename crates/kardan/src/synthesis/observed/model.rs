@@ -1,0 +1,248 @@
+//! The models that observers run: the linear one, and the full one.
+
+use kardan_rt::{ModelObserver, Sensor, StateSpace};
+
+use super::estimated_view::EstimatedView;
+use super::reading::{Reading, sensor_table, sensors};
+use crate::num::{Float, Matrix};
+use crate::reduce::MechanismData;
+use crate::synthesis::sampled::entries;
+use crate::synthesis::{Law, Plant, SynthesisError};
+
+/// What an observer runs.
+#[derive(Clone)]
+pub(super) enum Model<T> {
+    /// The linear model at zero angles.
+    Linear(LinearModelBlock<T>),
+    Nonlinear(Box<FullModel<T>>),
+}
+
+impl<T: Float> Model<T> {
+    /// Returns whether there is a finite answer; if not, nothing is written.
+    pub fn rates(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
+        match self {
+            Self::Linear(linear) => linear.rates(states, torques, view, out),
+            Self::Nonlinear(full) => full.rates(states, torques, &view.values, out),
+        }
+    }
+
+    /// The state at the next sample, of matrices or tables for that. Returns whether there is a finite one; if not, nothing is
+    /// written.
+    pub fn next(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
+        match self {
+            Self::Linear(linear) => linear.rates(states, torques, view, out),
+            Self::Nonlinear(full) => full.next(states, torques, &view.values, out),
+        }
+    }
+}
+
+/// The observer's block [`ModelObserver`] with the memory of one evaluation.
+#[derive(Clone)]
+pub(super) struct FullModel<T> {
+    pub data: MechanismData<T>,
+    inputs: Vec<usize>,
+    sensors: Vec<Sensor<T>>,
+    entries: Vec<(usize, T)>,
+    disturbances: Vec<usize>,
+    gain: Vec<T>,
+    /// Γ of a sample time; none in continuous time.
+    held: Vec<T>,
+    pub friction_width: Option<T>,
+    memory: Vec<T>,
+    torques: Vec<T>,
+    readings: Vec<T>,
+    state: Vec<T>,
+    result: Vec<T>,
+}
+
+impl FullModel<f64> {
+    pub fn new(
+        law: &dyn Law,
+        plant: &Plant,
+        readings: &[Reading],
+        disturbances: &[usize],
+        gain: &Matrix<f64>,
+    ) -> Result<Self, SynthesisError> {
+        let equations = &plant.reduced.equations;
+        let number = |name: &String| {
+            equations.inputs.iter().position(|input| input.element == *name).expect("a law commands inputs")
+        };
+        let (sensors, terms) = sensors(readings);
+        let states = gain.rows();
+        let mut out = Self {
+            data: MechanismData::new(&plant.reduced)
+                .map_err(|why| SynthesisError::NoBlock { reason: why.to_string() })?,
+            inputs: law.inputs().iter().map(number).collect(),
+            torques: vec![0.0; law.inputs().len()],
+            readings: vec![0.0; sensors.len()],
+            sensors,
+            entries: terms,
+            disturbances: disturbances.to_vec(),
+            gain: entries(gain),
+            held: Vec::new(),
+            friction_width: law.friction_width(),
+            memory: Vec::new(),
+            state: vec![0.0; states],
+            result: vec![0.0; states],
+        };
+        out.memory = vec![0.0; out.block().memory()];
+        Ok(out)
+    }
+
+    /// How the rates change with the state and with `[u; y]`, at rest at a position: central differences.
+    pub fn slopes(&self, position: &[f64], readings: &[f64]) -> [Matrix<f64>; 2] {
+        let mut full = self.clone();
+        let (n, m, r) = (self.state.len(), self.inputs.len(), position.len());
+        let mut at: Vec<f64> = position.to_vec();
+        at.resize(n + m, 0.0);
+        at.extend_from_slice(readings);
+        let mut rates = |at: &[f64]| {
+            let mut out = vec![0.0; n];
+            full.rates(&at[..n], &at[n..n + m], &at[n + m..], &mut out);
+            out
+        };
+        let mut slopes = Matrix::zeros(n, at.len());
+        for j in 0..at.len() {
+            // Angles bend the model, and friction bends over its width; all else is linear.
+            let step = match (j, self.friction_width) {
+                (j, Some(width)) if j >= r => (SLOPE_STEP * width).min(SLOPE_STEP),
+                _ => SLOPE_STEP,
+            };
+            let middle = at[j];
+            at[j] = middle + step;
+            let above = rates(&at);
+            at[j] = middle - step;
+            let below = rates(&at);
+            at[j] = middle;
+            (0..n).for_each(|i| slopes[(i, j)] = (above[i] - below[i]) / (2.0 * step));
+        }
+        let columns = |first: usize, count: usize| Matrix::from_fn(n, count, |i, j| slopes[(i, first + j)]);
+        [columns(0, n), columns(n, m + readings.len())]
+    }
+
+    /// The tables and lists of the block for a file, beside those of the mechanism.
+    pub fn tables(&self) -> Vec<(String, Vec<Vec<f64>>)> {
+        let numbers = |list: &[usize]| list.iter().map(|k| vec![*k as f64]).collect::<Vec<_>>();
+        let gain = self.gain.chunks(self.sensors.len().max(1)).map(<[f64]>::to_vec).collect();
+        let own = [
+            ("commanded", numbers(&self.inputs)),
+            ("sensors", sensor_table(&self.sensors)),
+            ("sensor_entries", self.entries.iter().map(|(shaft, x)| vec![*shaft as f64, *x]).collect()),
+            ("disturbances", numbers(&self.disturbances)),
+            ("gain", gain),
+        ];
+        let own = own.into_iter().map(|(name, rows)| (name.to_string(), rows));
+        self.data.tables(|x| x).into_iter().chain(own).collect()
+    }
+}
+
+/// Step of central differences, rad, rad/s or N m.
+const SLOPE_STEP: f64 = 1e-5;
+
+impl<T: Float> FullModel<T> {
+    fn block(&self) -> ModelObserver<'_, T> {
+        ModelObserver {
+            mechanism: self.data.block(),
+            inputs: &self.inputs,
+            sensors: &self.sensors,
+            entries: &self.entries,
+            disturbances: &self.disturbances,
+            gain: &self.gain,
+            held: &self.held,
+            friction_width: self.friction_width,
+        }
+    }
+
+    /// The same in another precision, for a sample time with that Γ.
+    pub fn cast<U: Float>(&self, held: &Matrix<f64>) -> FullModel<U> {
+        let to = |x: T| U::from_f64(x.to_f64());
+        let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
+        let sensor = |sensor: &Sensor<T>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
+        FullModel {
+            data: self.data.cast(to),
+            inputs: self.inputs.clone(),
+            sensors: self.sensors.iter().map(sensor).collect(),
+            entries: self.entries.iter().map(|(shaft, x)| (*shaft, to(*x))).collect(),
+            disturbances: self.disturbances.clone(),
+            gain: list(&self.gain),
+            held: entries(held),
+            friction_width: self.friction_width.map(to),
+            memory: list(&self.memory),
+            torques: list(&self.torques),
+            readings: list(&self.readings),
+            state: list(&self.state),
+            result: list(&self.result),
+        }
+    }
+
+    fn take(&mut self, states: &[f64], torques: &[f64], readings: &[f64]) -> Vec<T> {
+        T::narrow(states, &mut self.state);
+        T::narrow(torques, &mut self.torques);
+        T::narrow(readings, &mut self.readings);
+        std::mem::take(&mut self.memory)
+    }
+
+    pub fn rates(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
+        let mut memory = self.take(states, torques, readings);
+        let mut result = std::mem::take(&mut self.result);
+        let found = self.block().rates(&self.state, &self.torques, &self.readings, &mut memory, &mut result);
+        if found {
+            T::widen(&result, out);
+        }
+        (self.memory, self.result) = (memory, result);
+        found
+    }
+
+    pub fn next(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
+        let mut memory = self.take(states, torques, readings);
+        let mut state = std::mem::take(&mut self.state);
+        let found = self.block().step(&mut state, &self.torques, &self.readings, &mut memory);
+        if found {
+            T::widen(&state, out);
+        }
+        (self.memory, self.state) = (memory, state);
+        found
+    }
+}
+
+/// The observer's block [`StateSpace`] with the memory of one evaluation.
+#[derive(Clone)]
+pub(super) struct LinearModelBlock<T> {
+    a: Vec<T>,
+    b: Vec<T>,
+    signals: Vec<T>,
+    state: Vec<T>,
+    result: Vec<T>,
+}
+
+impl<T: Float> LinearModelBlock<T> {
+    pub fn new(a: &Matrix<f64>, b: &Matrix<f64>) -> Self {
+        let zeros = |count: usize| vec![T::ZERO; count];
+        Self {
+            a: entries(a),
+            b: entries(b),
+            signals: zeros(b.columns()),
+            state: zeros(a.rows()),
+            result: zeros(a.rows()),
+        }
+    }
+
+    /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, nothing is
+    /// written.
+    pub fn rates(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
+        let (inputs, readings) = self.signals.split_at_mut(torques.len());
+        T::narrow(torques, inputs);
+        for ((signal, value), offset) in readings.iter_mut().zip(&view.values).zip(&view.offsets) {
+            *signal = T::from_f64(value - offset);
+        }
+        T::narrow(states, &mut self.state);
+        let Some(block) = StateSpace::new(&self.a, &self.b, &[], &[], self.state.len(), self.signals.len()) else {
+            unreachable!("the matrices fit each other by construction");
+        };
+        let found = block.rates(&self.state, &self.signals, &mut self.result);
+        if found {
+            T::widen(&self.result, out);
+        }
+        found
+    }
+}

@@ -1,0 +1,79 @@
+//! Kinds of quantities.
+
+/// What kind of quantity a number is: powers of the seven SI base units and, as a tag of its own, of the angle.
+///
+/// Two dimensions match only if they are equal *including* the angle: `N m` is a torque, `N m/rad` a stiffness.
+///
+/// ```
+/// use kardan::units::Dimension;
+/// assert_ne!(Dimension::TORQUE, Dimension::STIFFNESS);
+/// assert_eq!(Dimension::STIFFNESS.si(), "N m/rad");
+/// assert_eq!(Dimension::STIFFNESS.word(), Some("torsional stiffness"));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Dimension {
+    /// Powers of kg, m, s, A, K, mol, cd.
+    pub exponents: [i8; 7],
+    /// Power of the angle (rad, deg and rev alike).
+    pub angle: i8,
+}
+
+impl Dimension {
+    /// A number without a unit.
+    pub const NONE: Self = Self::mechanical(0, 0, 0, 0);
+    /// An angle \[rad\].
+    pub const ANGLE: Self = Self::mechanical(0, 0, 0, 1);
+    /// An angular velocity [rad/s].
+    pub const ANGULAR_VELOCITY: Self = Self::mechanical(0, 0, -1, 1);
+    /// An angular acceleration [rad/s^2].
+    pub const ANGULAR_ACCELERATION: Self = Self::mechanical(0, 0, -2, 1);
+    /// A torque, or an energy [N m].
+    pub const TORQUE: Self = Self::mechanical(1, 2, -2, 0);
+    /// The rate of a torque, or a power [N m/s].
+    pub const TORQUE_RATE: Self = Self::mechanical(1, 2, -3, 0);
+    /// A moment of inertia [kg m^2].
+    pub const INERTIA: Self = Self::mechanical(1, 2, 0, 0);
+    /// A torsional stiffness [N m/rad].
+    pub const STIFFNESS: Self = Self::mechanical(1, 2, -2, -1);
+    /// A torsional damping [N m s/rad].
+    pub const DAMPING: Self = Self::mechanical(1, 2, -1, -1);
+    /// A time \[s\].
+    pub const TIME: Self = Self::mechanical(0, 0, 1, 0);
+    /// An electric charge \[C\].
+    pub const CHARGE: Self = Self::electrical(0, 0, 1, 1);
+    /// An electric current \[A\].
+    pub const CURRENT: Self = Self::electrical(0, 0, 0, 1);
+    /// A voltage \[V\].
+    pub const VOLTAGE: Self = Self::electrical(1, 2, -3, -1);
+    /// A resistance \[Ohm\].
+    pub const RESISTANCE: Self = Self::electrical(1, 2, -3, -2);
+    /// An inductance \[H\].
+    pub const INDUCTANCE: Self = Self::electrical(1, 2, -2, -2);
+    /// A capacitance \[F\].
+    pub const CAPACITANCE: Self = Self::electrical(-1, -2, 4, 2);
+
+    /// A dimension of mass, length, time and angle.
+    ///
+    /// ```
+    /// use kardan::units::Dimension;
+    /// const FORCE: Dimension = Dimension::mechanical(1, 1, -2, 0);
+    /// assert_eq!(FORCE.si(), "N");
+    /// ```
+    pub const fn mechanical(kg: i8, m: i8, s: i8, angle: i8) -> Self {
+        Self { exponents: [kg, m, s, 0, 0, 0, 0], angle }
+    }
+
+    const fn electrical(kg: i8, m: i8, s: i8, ampere: i8) -> Self {
+        Self { exponents: [kg, m, s, ampere, 0, 0, 0], angle: 0 }
+    }
+
+    /// `self * other^power`, or nothing if an exponent leaves its range.
+    pub(super) fn times(&self, other: &Self, power: i32) -> Option<Self> {
+        let add = |a: i8, b: i8| i8::try_from(i32::from(a) + i32::from(b) * power).ok();
+        let mut product = Self { exponents: [0; 7], angle: add(self.angle, other.angle)? };
+        for i in 0..7 {
+            product.exponents[i] = add(self.exponents[i], other.exponents[i])?;
+        }
+        Some(product)
+    }
+}

@@ -1,0 +1,35 @@
+use std::ops::Range;
+
+/// What is wrong with the text of a quantity.
+///
+/// ```
+/// use kardan::units::parse_quantity;
+/// let mistake = parse_quantity("130 kq mm^2").unwrap_err();
+/// assert_eq!(mistake.to_string(), "unknown unit `kq`");
+/// assert_eq!((mistake.code, mistake.span), ("unit::unknown", 4..6));
+/// assert_eq!(mistake.help.as_deref(), Some("did you mean `kg`?"));
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct UnitError {
+    /// `unit::unknown`, `unit::syntax`, `number::syntax`, `number::not-finite` or `number::range`; of a tolerance also
+    /// `unit::dimension`, `tolerance::syntax` or `tolerance::bounds`.
+    pub code: &'static str,
+    /// Byte range within the text.
+    pub span: Range<usize>,
+    /// What is wrong and why.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+impl UnitError {
+    pub(super) fn new(code: &'static str, span: Range<usize>, message: impl Into<String>) -> Self {
+        Self { code, span, message: message.into(), help: None }
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}

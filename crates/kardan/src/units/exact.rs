@@ -1,0 +1,194 @@
+//! Numbers as their author wrote them.
+
+use std::fmt;
+use std::ops::{Mul, Neg};
+
+use dashu_int::ops::BitTest;
+use dashu_int::{Sign, UBig};
+use dashu_ratio::RBig;
+
+/// The largest conversion factor while a unit is read, in bits.
+const FACTOR_BITS_LIMIT: usize = 16_384;
+
+/// The exact number `rational · π^pi`: `"30 deg"` is 1/6 π, `"2 N m/deg"` is 360 π⁻¹, in SI units.
+///
+/// Zero always has `pi == 0`, so two equal numbers of this form compare equal.
+///
+/// ```
+/// use kardan::units::Exact;
+/// let sixth = Exact::from_ratio(1, 6);
+/// assert_eq!(&sixth * &Exact::from_integer(6), Exact::one());
+/// assert_eq!((-&sixth).to_f64(), -1.0 / 6.0);
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Exact {
+    /// The rational factor.
+    pub rational: RBig,
+    /// The power of π.
+    pub pi: i32,
+}
+
+impl Exact {
+    /// The number `rational · π^pi`.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::new(2.into(), 1).to_f64(), std::f64::consts::TAU);
+    /// ```
+    pub fn new(rational: RBig, pi: i32) -> Self {
+        let pi = if rational.is_zero() { 0 } else { pi };
+        Self { rational, pi }
+    }
+
+    /// Zero.
+    pub fn zero() -> Self {
+        Self { rational: RBig::ZERO, pi: 0 }
+    }
+
+    /// One.
+    pub fn one() -> Self {
+        Self { rational: RBig::ONE, pi: 0 }
+    }
+
+    /// An integer.
+    pub fn from_integer(value: i64) -> Self {
+        Self { rational: value.into(), pi: 0 }
+    }
+
+    /// A ratio of two integers.
+    ///
+    /// # Panics
+    ///
+    /// If the denominator is zero.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(51, -50), -&Exact::from_ratio(102, 100));
+    /// ```
+    pub fn from_ratio(numerator: i64, denominator: i64) -> Self {
+        assert!(denominator != 0, "the denominator of {numerator}/{denominator} must not be zero");
+        Self { rational: RBig::from_parts_signed(numerator.into(), denominator.into()), pi: 0 }
+    }
+
+    /// The nearest `f64`, through π to 120 digits; infinite if the number is too large, zero if it is too small.
+    ///
+    /// ```
+    /// use kardan::units::parse_quantity;
+    /// let (half_turn, _) = parse_quantity("180 deg")?;
+    /// assert_eq!(half_turn.to_f64(), std::f64::consts::PI);
+    /// # Ok::<(), kardan::units::UnitError>(())
+    /// ```
+    pub fn to_f64(&self) -> f64 {
+        if self.pi == 0 {
+            return self.rational.to_f64().value();
+        }
+        // π = numerator / 10^120: a rounding error far below that of the result, so the result is the nearest f64.
+        let (words, ten) = (PI_DIGITS, UBig::from(10u8));
+        let numerator = words.iter().fold(UBig::ZERO, |sum, word| sum * ten.pow(20) + UBig::from(*word));
+        let pi = RBig::from_parts(numerator.into(), ten.pow(20 * (words.len() - 1)));
+        (&self.rational * pi.pow(self.pi as isize)).to_f64().value()
+    }
+
+    /// Whether it is zero.
+    pub fn is_zero(&self) -> bool {
+        self.rational.is_zero()
+    }
+
+    /// Its sign: -1, 0 or 1.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(-1, 3).signum(), -1);
+    /// ```
+    pub fn signum(&self) -> i32 {
+        match self.rational.sign() {
+            _ if self.is_zero() => 0,
+            Sign::Positive => 1,
+            Sign::Negative => -1,
+        }
+    }
+
+    /// The quotient, or nothing for a division by zero.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_integer(51).div(&Exact::from_integer(50)), Some(Exact::from_ratio(51, 50)));
+    /// assert_eq!(Exact::one().div(&Exact::zero()), None);
+    /// ```
+    pub fn div(&self, divisor: &Self) -> Option<Self> {
+        divisor.recip().map(|recip| self * &recip)
+    }
+
+    /// The reciprocal, or nothing for zero.
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// assert_eq!(Exact::from_ratio(-2, 3).recip(), Some(Exact::from_ratio(-3, 2)));
+    /// ```
+    pub fn recip(&self) -> Option<Self> {
+        if self.is_zero() {
+            return None;
+        }
+        let (numerator, denominator) = self.rational.clone().into_parts();
+        Some(Self { rational: RBig::from_parts_signed(denominator.into(), numerator), pi: -self.pi })
+    }
+
+    /// As a rational number: exact if no π is in it, else the rational value of [`Exact::to_f64`] (zero if that is not
+    /// finite).
+    ///
+    /// ```
+    /// use kardan::units::Exact;
+    /// use dashu_ratio::RBig;
+    /// assert_eq!(Exact::from_ratio(1, 3).to_rational() * RBig::from(3), RBig::ONE);
+    /// ```
+    pub fn to_rational(&self) -> RBig {
+        if self.pi == 0 { self.rational.clone() } else { RBig::try_from(self.to_f64()).unwrap_or(RBig::ZERO) }
+    }
+
+    /// `self^power` for a number other than zero, or nothing if it grows out of bounds.
+    pub(super) fn pow(&self, power: i32) -> Option<Self> {
+        let bits = self.rational.numerator().bit_len() + self.rational.denominator().bit_len();
+        if bits.saturating_mul(power.unsigned_abs() as usize) > FACTOR_BITS_LIMIT {
+            return None;
+        }
+        Some(Self { rational: self.rational.pow(power as isize), pi: self.pi.checked_mul(power)? })
+    }
+}
+
+/// π · 10^120 in groups of twenty digits.
+const PI_DIGITS: [u128; 7] = [
+    3,
+    14159265358979323846,
+    26433832795028841971,
+    69399375105820974944,
+    59230781640628620899,
+    86280348253421170679,
+    82148086513282306647,
+];
+
+impl Mul for &Exact {
+    type Output = Exact;
+
+    fn mul(self, other: &Exact) -> Exact {
+        Exact::new(&self.rational * &other.rational, self.pi + other.pi)
+    }
+}
+
+impl Neg for &Exact {
+    type Output = Exact;
+
+    fn neg(self) -> Exact {
+        Exact { rational: -&self.rational, pi: self.pi }
+    }
+}
+
+/// The shortest decimal that names the nearest `f64`.
+impl fmt::Display for Exact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = self.to_f64();
+        match value.abs() {
+            size if size != 0.0 && !(1e-5..1e16).contains(&size) => write!(f, "{value:e}"),
+            _ => write!(f, "{value}"),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Functions that can be read: none above [`MOST`] lines but those of a list, each with its reason.
+
+use std::fs;
+
+use crate::reader::{code, crate_folder, inside_name, name_at, sources};
+
+/// From the line of `fn` to that of the closing brace.
+const MOST: usize = 80;
+
+/// Longer functions that stand for now: file, function, why. The list may only shrink.
+const LONG: &[(&str, &str, &str)] = &[
+    (
+        "kardan/analysis/loss.rs",
+        "descend",
+        "one Newton step: every part of it reads the pencil, the vector and the decomposition of the same point",
+    ),
+    ("kardan/model/document.rs", "read", "to be parted with the door"),
+    ("kardan/model/document.rs", "read_variants", "to be parted with the door"),
+    ("kardan/model/resolve.rs", "model_with", "to be parted with the door"),
+    ("kardan/report/pareto.rs", "pareto", "to be parted with the door"),
+    ("kardan/study/analyze.rs", "analyze_variant", "to be parted with the door"),
+    ("kardan/study/analyze.rs", "placement", "to be parted with the door"),
+    ("kardan/study/asked.rs", "requirements", "to be parted with the door"),
+    ("kardan/study/bench/spec.rs", "read", "to be parted with the door"),
+    ("kardan/study/checks.rs", "reduce_diagnostics", "to be parted with the door"),
+    ("kardan/study/checks.rs", "check_matrices", "to be parted with the door"),
+    ("kardan/study/circuit.rs", "check_circuit", "to be parted with the door"),
+    ("kardan/study/coupling.rs", "cross_coupling", "to be parted with the door"),
+    ("kardan/study/design.rs", "designed", "to be parted with the door"),
+    ("kardan/study/effort.rs", "fastest", "to be parted with the door"),
+    ("kardan/study/explore.rs", "explore", "to be parted with the door"),
+    ("kardan/study/faults.rs", "faults", "to be parted with the door"),
+    ("kardan/study/identification/asked.rs", "asked", "to be parted with the door"),
+    ("kardan/study/identification/channels.rs", "open_log", "to be parted with the door"),
+    ("kardan/study/identification/channels.rs", "wire", "to be parted with the door"),
+    ("kardan/study/identification/channels.rs", "clocks", "to be parted with the door"),
+    ("kardan/study/identification/compare.rs", "compare", "to be parted with the door"),
+    ("kardan/study/identification/mod.rs", "identify", "to be parted with the door"),
+    ("kardan/study/identification/plant.rs", "plant", "to be parted with the door"),
+    ("kardan/study/identification/reading.rs", "read", "to be parted with the door"),
+    ("kardan/study/identification/rows.rs", "rows", "to be parted with the door"),
+    ("kardan/study/identification/told.rs", "parameters", "to be parted with the door"),
+    ("kardan/study/margins.rs", "verdict", "to be parted with the door"),
+    ("kardan/study/mod.rs", "run_prepared", "to be parted with the door"),
+    ("kardan/study/prepare.rs", "prepare_variant", "to be parted with the door"),
+    ("kardan/study/robustness.rs", "robustness", "to be parted with the door"),
+    ("kardan/study/robustness.rs", "any_subject", "to be parted with the door"),
+    ("kardan/study/scenario.rs", "scenario", "to be parted with the door"),
+    ("kardan/synthesis/error.rs", "advice", "one arm for each error, side by side"),
+];
+
+/// Names and lengths of the functions of a code.
+fn functions(code: &str) -> Vec<(String, usize)> {
+    let mut out = Vec::new();
+    for (at, _) in code.match_indices("fn ") {
+        let name = name_at(&code[at + 3..]);
+        if inside_name(code, at) || name.is_empty() {
+            continue;
+        }
+        let mut depth = 0;
+        for (end, c) in code[at..].char_indices() {
+            match c {
+                '{' | '(' | '[' => depth += 1,
+                '}' | ')' | ']' => depth -= 1,
+                ';' if depth == 0 => break,
+                _ => {}
+            }
+            if depth == 0 && c == '}' {
+                out.push((name, code[at..at + end].matches('\n').count() + 1));
+                break;
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn functions_can_be_read() {
+    let (mut wrong, mut found) = (Vec::new(), Vec::new());
+    let mut read = 0;
+    for name in ["kardan", "kardan-cli", "kardan-rt", "kardan-tables"] {
+        let src = crate_folder(&format!("../{name}/src"));
+        for file in sources(&src) {
+            if file.file_stem().is_some_and(|stem| stem == "tests" || stem == "example") {
+                continue;
+            }
+            let place = format!("{name}/{}", file.strip_prefix(&src).expect("a file of the root").to_string_lossy());
+            for (function, lines) in functions(&code(&fs::read_to_string(&file).expect("a source"))) {
+                read += 1;
+                if lines <= MOST {
+                    continue;
+                }
+                match LONG.iter().any(|(file, long, _)| *file == place && *long == function) {
+                    true => found.push((place.clone(), function)),
+                    false => wrong.push(format!("{place}: `{function}` has {lines} lines")),
+                }
+            }
+        }
+    }
+    for (place, function, _) in LONG {
+        if !found.iter().any(|(file, name)| file == place && name == function) {
+            wrong.push(format!("{place}: `{function}` is not long: take it out of the list"));
+        }
+    }
+    assert!(wrong.is_empty(), "functions above {MOST} lines:\n{}", wrong.join("\n"));
+    assert!(read > 1000, "only {read} functions were read");
+}
+
+#[test]
+fn lengths_are_counted() {
+    let code =
+        "fn one() {}\ntrait T { fn no(&self, x: [Vec<f64>; 3]);\n fn two(\n x: [u8; 2],\n) {\n { } }\n}\nlet sufn = 1;";
+    assert_eq!(functions(code), [("one".into(), 1), ("two".into(), 4)]);
+}
