@@ -194,7 +194,7 @@ pub(super) struct Short<'a> {
 /// Gives an analysis as one JSON object on one line, in SI; a number that is not finite is `null`, a complex number is
 /// `[re, im]`, an exact one a text (`"-3/2"`), an index counts from 0, and a part that does not apply is `null` or empty.
 ///
-/// What its keys are says [`schema`](super::schema) of `analyze`.
+/// What its keys are says [`schema`](super::schema()) of `analyze`.
 pub fn analysis_json(analysis: &Analysis) -> String {
     printed(AnalysisView::of(analysis))
 }

@@ -174,7 +174,7 @@ struct Outcomes<'a> {
 
 /// Gives the plan, the true values and the files of the logs as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema) of `bench`.
+/// What its keys are says [`schema`](super::schema()) of `bench`.
 ///
 /// ```
 /// use kardan::export::bench_json;
@@ -193,7 +193,7 @@ pub fn bench_json(
 
 /// Gives a study on the bench as one JSON object on one line, in SI.
 ///
-/// What its keys are says [`schema`](super::schema) of `bench-study`.
+/// What its keys are says [`schema`](super::schema()) of `bench-study`.
 pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String]) -> String {
     let found = &study.closed_loop;
     printed(StudyView {

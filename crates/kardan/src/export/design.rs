@@ -12,7 +12,7 @@ const VERSION: u32 = 1;
 /// 1/s, an exact number a text (`"-51/50"`), and a part that does not apply is `null` or empty. Names that a law uses twice are
 /// told apart by `_2`.
 ///
-/// What its keys are says [`schema`](super::schema) of `design`.
+/// What its keys are says [`schema`](super::schema()) of `design`.
 pub fn design_json(design: &Design) -> String {
     printed(design)
 }
@@ -21,7 +21,7 @@ pub fn design_json(design: &Design) -> String {
 /// back to the same 64 bits.
 ///
 /// Keys: `format` (`kardan-controller`), `version` of the format, `description` (how to run it), `model`, `variant`,
-/// `controller`, `law`, `inputs`, `outputs`, those of `controller_data` in the [`schema`](super::schema) of `design`, and `observer` with the same keys
+/// `controller`, `law`, `inputs`, `outputs`, those of `controller_data` in the [`schema`](super::schema()) of `design`, and `observer` with the same keys
 /// for the observer that runs before it (`null` without one).
 ///
 /// ```

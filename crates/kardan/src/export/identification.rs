@@ -143,7 +143,7 @@ struct CandidateView<'a> {
 
 /// Gives an identification as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// What its keys are says [`schema`](super::schema) of `identify`.
+/// What its keys are says [`schema`](super::schema()) of `identify`.
 pub fn identification_json(found: &Identification) -> String {
     printed(IdentificationView::of(found))
 }

@@ -158,7 +158,7 @@ enum Word {
 
 /// Gives the study and its files as one JSON object on one line, in SI; a number that is not finite is `null`.
 ///
-/// What its keys are says [`schema`](super::schema) of `run`.
+/// What its keys are says [`schema`](super::schema()) of `run`.
 pub fn json(study: &Study, files: &Files) -> String {
     let problem = || Problem { message: files.unwritten.join("; "), diagnostics: Vec::new() };
     printed(StudyView {
@@ -180,7 +180,7 @@ pub fn json(study: &Study, files: &Files) -> String {
 /// Gives what went wrong as one JSON object on one line, for a reader who asked for JSON.
 ///
 /// Line and column count from 1 in `source` and are `null` for a diagnostic without a place. What its keys are says
-/// [`schema`](super::schema) of `error`.
+/// [`schema`](super::schema()) of `error`.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     let lines = Lines::new(source);
     let told = diagnostics.iter().map(|d| {
