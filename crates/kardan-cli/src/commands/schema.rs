@@ -2,6 +2,7 @@
 
 use kardan::diagnostics::Diagnostic;
 use kardan::export::{SCHEMAS, schema as text_of};
+use kardan::names::unknown_name;
 
 use super::DONE;
 use crate::args::SchemaArgs;
@@ -16,9 +17,8 @@ pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
         return Ok(DONE);
     };
     let text = text_of(name).ok_or_else(|| {
-        let names: Vec<String> = SCHEMAS.iter().map(|(name, _)| format!("`{name}`")).collect();
         Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
-            .help(format!("there are {}", names.join(", ")))
+            .help(unknown_name(name, SCHEMAS.iter().map(|(known, _)| *known)))
     })?;
     print(&(text + "\n"))?;
     Ok(DONE)

@@ -441,7 +441,7 @@ mod faults {
     use super::*;
 
     /// Each command that there is, with all that it can write.
-    const COMMANDS: [(&str, &[&str], bool); 18] = [
+    const COMMANDS: [(&str, &[&str], bool); 19] = [
         ("run-csv", &["run", "axle.toml", "--format", "csv", "--no-report"], true),
         ("run-parquet", &["run", "axle.toml", "--format", "parquet", "--no-report"], true),
         ("run-mat", &["run", "axle.toml", "--format", "mat", "--no-report"], true),
@@ -474,6 +474,7 @@ mod faults {
         ("equations", &["equations", "axle.toml"], true),
         ("elements", &["elements", "shaft"], true),
         ("completions", &["completions", "bash"], true),
+        ("schema", &["schema", "run"], true),
     ];
 
     fn all_of(command: &str) {
@@ -522,7 +523,7 @@ mod faults {
 
     #[test]
     fn of_what_only_prints_and_copies() {
-        for command in ["models", "check", "equations", "elements", "completions"] {
+        for command in ["models", "check", "equations", "elements", "completions", "schema"] {
             all_of(command);
         }
     }

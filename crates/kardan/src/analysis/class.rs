@@ -79,21 +79,26 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
         constant_linear: assumptions.iter().all(|assumption| assumption.holds),
         assumptions,
         constraints,
-        operating_point: OperatingPoint {
-            angles: (0..shafts.len())
-                .filter(|&k| equations.domain(k) == Domain::Rotation)
-                .map(|k| ShaftAngle { shaft: shafts[k].clone(), angle: kinematics.angles[k] })
-                .collect(),
-            friction: equations
-                .frictions
-                .iter()
-                .map(|f| FrictionState {
-                    element: f.element.clone(),
-                    coulomb_torque: f.value.torque.to_f64(),
-                    stuck: stuck.contains(&f.element),
-                })
-                .collect(),
-        },
+        operating_point: operating_point(equations, &kinematics.angles, stuck),
+    }
+}
+
+/// Where it is looked at: angles (rad) and which frictions hold.
+fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<String>) -> OperatingPoint {
+    OperatingPoint {
+        angles: (0..equations.shafts.len())
+            .filter(|&k| equations.domain(k) == Domain::Rotation)
+            .map(|k| ShaftAngle { shaft: equations.shafts[k].clone(), angle: angles[k] })
+            .collect(),
+        friction: equations
+            .frictions
+            .iter()
+            .map(|f| FrictionState {
+                element: f.element.clone(),
+                coulomb_torque: f.value.torque.to_f64(),
+                stuck: stuck.contains(&f.element),
+            })
+            .collect(),
     }
 }
 

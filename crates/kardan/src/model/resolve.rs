@@ -207,7 +207,7 @@ impl<'a> TableReader<'a> {
             let Some(spanned) = table.values.get(field.name) else {
                 let word = || field.default_word().map(|word| Resolved::Word(word.into()));
                 let default = field.default_number().map(Resolved::Exact).or_else(word);
-                if let Some(default) = default.filter(|_| !table.unread.contains(&field.name)) {
+                if let Some(default) = default {
                     values.insert_default(field.name, default);
                 }
                 continue;

@@ -1,7 +1,7 @@
 //! What a program gives for the keys of a table.
 
 use crate::entries::{Entries, Entry, Written};
-use crate::schema::Keys;
+use crate::schema::keys::Keys;
 use crate::units::{Dimension, Exact};
 
 /// A quantity or a number: a text with a unit (`"1.3 N m"`, with a tolerance where one may stand), the name of a parameter, a number

@@ -349,7 +349,8 @@ fn places(
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);
         let cost = super::read::read_scalar(table, "cost")
             .map(|scalar| of_dimension(reader, &scalar, (Dimension::NONE, Sign::NonNegative), &label, &mut Vec::new()));
-        let Some(Some(cost)) = cost else { continue };
+        // Where it could not be read, the place is checked all the same.
+        let Some(cost) = cost.unwrap_or_else(|| Some(Exact::zero())) else { continue };
         let place = TableReader::place(table, "shaft");
         let site = Site { shaft: shaft.to_string(), signal, cost: cost.to_f64(), place: place.clone() };
         match found.iter().find(|other| other.shaft == site.shaft && other.signal == site.signal) {

@@ -1,7 +1,7 @@
 //! The units that are known.
 
 use super::{Dimension, Exact};
-use crate::diagnostics::nearest;
+use crate::names::nearest;
 
 /// A unit of the table: `factor.0 / factor.1 · π^factor.2` SI units.
 pub(super) struct Unit {

@@ -15,9 +15,11 @@ use crate::reader::{code, crate_folder, inside_name, name_at, sources};
 const LAYERS: &[&str] = &[
     "num",         // numbers and small matrices; no mechanics
     "names",       // names in sentences
-    "diagnostics", // mistakes with a place in a file
     "units",       // exact quantities
-    "schema",      // the shape of a table
+    "entries",     // what a model is written as, with places
+    "diagnostics", // mistakes with a place
+    "file",        // the syntax of a file
+    "schema",      // the keys of a table
     "equations",   // terms, data only
     "results",     // what a study gives, data only
     "element",     // named handfuls of terms, one registry
@@ -27,9 +29,10 @@ const LAYERS: &[&str] = &[
     "synthesis",   // control laws, one registry
     "simulate",    // runs of the closed loop
     "identify",    // coefficients from measured motions
-    "model",       // the syntax of the file
+    "model",       // entries as typed tables
     "study",       // what a file asks for → results
     "export",      // results → data files
+    "project",     // the names that a program begins with
 ];
 
 /// Additional borders: what a layer does not know although it stands above it.

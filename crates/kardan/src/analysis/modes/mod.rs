@@ -110,7 +110,7 @@ pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &
 /// let a = Matrix::from_fn(2, 2, |_, j| Rational::from(1 - 2 * j as i64));
 /// let system = LinearSystem::state_space(a, Matrix::zeros(2, 0), Matrix::zeros(0, 2));
 /// let modes = exact_modes_of_pencil(&system, &structure(&system).unwrap().factors).unwrap();
-/// assert_eq!(modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>(), [(0.0, 0.0); 2]);
+/// assert_eq!(modes.iter().map(|mode| mode.eigenvalue).collect::<Vec<_>>(), [kardan::results::Complex::default(); 2]);
 /// ```
 pub fn exact_modes_of_pencil(system: &LinearSystem, factors: &[Factor]) -> Option<Vec<Mode>> {
     let (e, a) = (system.e.to_f64(), system.a.to_f64());

@@ -104,7 +104,7 @@ const BLOCKS: usize = 20;
 /// }
 /// let files = vec![study::LogFile { name: "log.csv".into(), bytes: in_memory(log.into_bytes()) }];
 /// let found = study::identify(source, files, &study::IdentifySettings::default(), &study::Silent).unwrap();
-/// assert!((found.parameters[0].value - 2.0).abs() < 1e-3);
+/// assert!((found.parameters[0].value.unwrap() - 2.0).abs() < 1e-3);
 /// ```
 ///
 /// # Errors

@@ -111,7 +111,7 @@ pub enum PlacementError {
 /// // A double integrator with the poles −2 ± 3j: s² + 4s + 13.
 /// let matrix = |rows: &[&[i64]]| Matrix::from_fn(rows.len(), rows[0].len(), |i, j| Rational::from(rows[i][j]));
 /// let system = LinearSystem::state_space(matrix(&[&[0, 1], &[0, 0]]), matrix(&[&[0], &[1]]), matrix(&[&[1, 0]]));
-/// let placement = place_poles(&system, &[(-2.0, 3.0), (-2.0, -3.0)]).unwrap();
+/// let placement = place_poles(&system, &[(-2.0, 3.0).into(), (-2.0, -3.0).into()]).unwrap();
 /// assert!((placement.gain[(0, 0)] - 13.0).abs() < 1e-12 && (placement.gain[(0, 1)] - 4.0).abs() < 1e-12);
 /// ```
 pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, PlacementError> {

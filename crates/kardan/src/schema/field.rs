@@ -1,19 +1,9 @@
-//! The shape of a table in a model file, as data: parser, checks, manual and `kardan elements` all read the same list.
-
-mod choice;
-mod given;
-mod keys;
+//! Keys of tables, what they hold, and tables as they were read.
 
 use std::collections::BTreeMap;
 
 use crate::entries::Place;
 use crate::units::{Dimension, Exact, Tolerated, parse_number, parse_quantity};
-
-pub use given::{Given, Lists, Named, Quantities, Quantity, Words};
-pub use keys::{ElementKeys, Keys, LawKeys};
-
-pub(crate) use choice::choice;
-pub(crate) use keys::keys;
 
 /// Which numbers a field takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,127 @@
+//! Declares the keys of a table once.
+
+/// Declares the keys of a table as a struct.
+///
+/// ```text
+/// keys! {
+///     /// A lamp.
+///     element Lamp("lamp") {
+///         required { shaft: Shaft, "What it hangs on."; }
+///         optional {
+///             torque: Quantity(Dimension::TORQUE, Sign::Positive), "Left out: none.";
+///             lag: Quantity(Dimension::TIME, Sign::NonNegative) = "0 s", "Time constant.";
+///             load: Shaft as LOAD;
+///         }
+///     }
+/// }
+/// ```
+///
+/// A key has the name of its [`Kind`](crate::schema::Kind), the value that holds when it is left out, and a sentence for the manual;
+/// or a constant that several tables share. The struct gets `new` with what is required and a method for each other key.
+macro_rules! keys {
+    (
+        $(#[$meta:meta])*
+        $mark:ident $name:ident $(($keyword:literal))? {
+            required { $( $rkey:ident: $rkind:ident $(($($rargs:tt)*))? $(, $rdoc:literal)? $(as $rshared:path)?; )* }
+            optional { $( $key:ident: $kind:ident $(($($args:tt)*))? $(= $default:literal)? $(, $doc:literal)? $(as $shared:path)?; )* }
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, PartialEq, Default)]
+        pub struct $name {
+            $( #[doc = $crate::schema::keys!(@doc $($rdoc)?)]
+               pub $rkey: $crate::schema::keys!(@type $rkind $(($($rargs)*))?), )*
+            $( #[doc = $crate::schema::keys!(@doc $($doc)?)]
+               pub $key: Option<$crate::schema::keys!(@type $kind $(($($args)*))?)>, )*
+        }
+
+        impl $crate::schema::Keys for $name {
+            const FIELDS: &'static [$crate::schema::Field] = &[
+                $( $crate::schema::keys!(@field required $rkey [$rkind $(($($rargs)*))?] [] [$($rdoc)?] [$($rshared)?]), )*
+                $( $crate::schema::keys!(@field optional $key [$kind $(($($args)*))?] [$($default)?] [$($doc)?] [$($shared)?]), )*
+            ];
+
+            #[allow(unused_mut, clippy::let_and_return)]
+            fn entries(&self) -> $crate::entries::Entries {
+                use $crate::schema::Given;
+                let mut out = $crate::entries::Entries::default();
+                $( out.set(stringify!($rkey), self.$rkey.written()); )*
+                $( if let Some(value) = &self.$key { out.set(stringify!($key), value.written()); } )*
+                out
+            }
+
+            #[allow(unused_variables)]
+            fn read_entries(entries: &$crate::entries::Entries) -> Option<Self> {
+                use $crate::schema::Given;
+                Some(Self {
+                    $( $rkey: Given::read(entries.get(stringify!($rkey))?)?, )*
+                    $( $key: match entries.get(stringify!($key)) { Some(written) => Some(Given::read(written)?), None => None }, )*
+                })
+            }
+        }
+
+        impl $name {
+            /// With what it needs; all else is left out.
+            #[allow(clippy::new_without_default, clippy::too_many_arguments)]
+            pub fn new($($rkey: impl Into<$crate::schema::keys!(@type $rkind $(($($rargs)*))?)>),*) -> Self {
+                Self { $($rkey: $rkey.into(),)* ..Self::default() }
+            }
+
+            $(
+                #[doc = $crate::schema::keys!(@doc $($doc)?)]
+                #[must_use]
+                pub fn $key(mut self, $key: impl Into<$crate::schema::keys!(@type $kind $(($($args)*))?)>) -> Self {
+                    self.$key = Some($key.into());
+                    self
+                }
+            )*
+        }
+
+        $crate::schema::keys!(@mark $mark $name $($keyword)?);
+    };
+
+    (@mark table $name:ident) => {};
+    (@mark element $name:ident $keyword:literal) => {
+        impl $crate::schema::ElementKeys for $name {
+            const KEYWORD: &'static str = $keyword;
+        }
+    };
+    (@mark law $name:ident $keyword:literal) => {
+        impl $crate::schema::LawKeys for $name {
+            const KEYWORD: &'static str = $keyword;
+        }
+    };
+
+    (@doc) => { "Shared with other tables: see the manual." };
+    (@doc $doc:literal) => { $doc };
+
+    (@field $need:ident $key:ident [$($kind:tt)*] [] [] [$shared:path]) => { $shared };
+    (@field $need:ident $key:ident [$($kind:tt)*] [] [$doc:literal] []) => {
+        $crate::schema::Field::$need(stringify!($key), $crate::schema::keys!(@kind $($kind)*), $doc)
+    };
+    (@field $need:ident $key:ident [$($kind:tt)*] [$default:literal] [$doc:literal] []) => {
+        $crate::schema::Field::with_default(stringify!($key), $crate::schema::keys!(@kind $($kind)*), $default, $doc)
+    };
+
+    (@kind Tables($table:ty)) => { $crate::schema::Kind::Tables(<$table as $crate::schema::Keys>::FIELDS) };
+    (@kind Table($table:ty)) => { $crate::schema::Kind::Table(<$table as $crate::schema::Keys>::FIELDS) };
+    (@kind $kind:ident $(($($args:tt)*))?) => { $crate::schema::Kind::$kind $(($($args)*))? };
+
+    (@type Tables($table:ty)) => { Vec<$table> };
+    (@type Table($table:ty)) => { $table };
+    (@type Quantity $($args:tt)*) => { $crate::schema::Quantity };
+    (@type AnyQuantity) => { $crate::schema::Quantity };
+    (@type Number $($args:tt)*) => { $crate::schema::Quantity };
+    (@type Coefficients) => { $crate::schema::Named };
+    (@type Overrides) => { $crate::schema::Named };
+    (@type Lists) => { $crate::schema::Lists };
+    (@type Poles) => { $crate::schema::Quantities };
+    (@type Shafts $($args:tt)*) => { $crate::schema::Words };
+    (@type Elements $($args:tt)*) => { $crate::schema::Words };
+    (@type Signals) => { $crate::schema::Words };
+    (@type Outputs) => { $crate::schema::Words };
+    (@type Words) => { $crate::schema::Words };
+    (@type $kind:ident $($args:tt)*) => { String };
+}
+
+pub(crate) use keys;
