@@ -160,7 +160,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
     let broken = out.iter().any(|diagnostic| diagnostic.code == "toml::syntax");
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
-        if !node.table.keyed(field.name).is_some() && !misspelt.contains(&field.name) {
+        if node.table.keyed(field.name).is_none() && !misspelt.contains(&field.name) {
             read.unread.push(field.name);
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))

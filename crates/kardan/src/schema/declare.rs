@@ -64,7 +64,7 @@ macro_rules! keys {
             /// With what it needs; all else is left out.
             #[allow(clippy::new_without_default, clippy::too_many_arguments)]
             pub fn new($($rkey: impl Into<$crate::schema::keys!(@type $rkind $(($($rargs)*))?)>),*) -> Self {
-                Self { $($rkey: $rkey.into(),)* ..Self::default() }
+                Self { $($rkey: $rkey.into(),)* $($key: None,)* }
             }
 
             $(
