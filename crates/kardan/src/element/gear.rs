@@ -1,4 +1,4 @@
-use super::{Element, Mistake, Values};
+use super::{Element, Mistake, Values, ratio};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -51,7 +51,7 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = values.exact_or_default("ratio");
+    let ratio = ratio(values);
     let along = Direction {
         entries: vec![
             (values.word_or_default("shaft_1").into(), Exact::one()),

@@ -1,4 +1,4 @@
-use super::{Element, Mistake, Values};
+use super::{Element, Mistake, Values, ratio};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -72,7 +72,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = values.exact_or_default("ratio");
+    let ratio = ratio(values);
     let circular = Exact { rational: -(ratio.to_rational() + Rational::ONE), pi: 0 };
     let along = Direction {
         entries: vec![

@@ -242,6 +242,11 @@ impl Values {
     }
 }
 
+/// The ratio of a gear; one where it is missing, which was told: the rest is looked at all the same, and nothing is divided by zero.
+fn ratio(values: &Values) -> Exact {
+    values.exact("ratio").cloned().unwrap_or_else(Exact::one)
+}
+
 fn no_check(_: &Values) -> Vec<Mistake> {
     Vec::new()
 }

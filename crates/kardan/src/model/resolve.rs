@@ -204,14 +204,11 @@ impl<'a> TableReader<'a> {
     pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
         let mut values = Values::default();
         for field in fields {
-            let Some(spanned) = table.values.get(field.name) else {
-                let word = || field.default_word().map(|word| Resolved::Word(word.into()));
-                let default = field.default_number().map(Resolved::Exact).or_else(word);
-                if let Some(default) = default {
-                    values.insert_default(field.name, default);
-                }
-                continue;
-            };
+            let word = || field.default_word().map(|word| Resolved::Word(word.into()));
+            if let Some(default) = field.default_number().map(Resolved::Exact).or_else(word) {
+                values.insert_default(field.name, default);
+            }
+            let Some(spanned) = table.values.get(field.name) else { continue };
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
