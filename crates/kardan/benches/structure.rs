@@ -36,7 +36,7 @@ fn chain(states: usize) -> LinearSystem {
             (true, false) => decimal(i, 97, 2),
             _ => Rational::ZERO,
         }),
-        freedoms: Some(r),
+        degrees_of_freedom: Some(r),
         ..LinearSystem::state_space(
             a,
             Matrix::from_fn(states, 1, |i, _| one(i == r)),
@@ -76,7 +76,7 @@ fn mirrored(states: usize) -> LinearSystem {
             (false, true) => Rational::ZERO,
             (false, false) => inertia[(i - r, j - r)].clone(),
         }),
-        freedoms: Some(r),
+        degrees_of_freedom: Some(r),
         ..LinearSystem::state_space(
             Matrix::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {
                 (true, _) => one(j == r + i),

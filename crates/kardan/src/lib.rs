@@ -1,18 +1,66 @@
-//! kardan: from one model file of a drivetrain to its equations, controllers and closed-loop runs.
+//! kardan: from one model of a drivetrain to its equations, certified structure, controllers and closed-loop runs.
+//!
+//! Begin with [`project`]: a model is opened from a file or built with a typed struct for each of its tables, and answers everything
+//! else.
+//!
+//! ```
+//! use kardan::project::*;
+//! use kardan::study::{AnalyzeSettings, Settings, Silent};
+//!
+//! let project = Project::build(
+//!     Builder::new("axle")
+//!         .element("axle", Shaft::new().inertia("2 kg cm^2").damping("1e-3 N m s/rad").friction("0.01 N m"))
+//!         .element("motor", Motor::new("axle").torque_limit("1 N m"))
+//!         .scenario(Scenario::new().duration("0.5 s"))
+//!         .event(Event::new("0.1 s", "motor.tau", "0.05 N m"))
+//!         .requirement(Requirement::new("axle.w", Measure::Max).below("50 rad/s")),
+//! );
+//! assert!(project.mistakes().is_empty());
+//! let study = project.run(&Settings::default(), &Silent).unwrap();
+//! assert!(study.runs[0].requirements[0].passed);
+//! let analysis = project.analyze(&AnalyzeSettings::default(), &Silent).unwrap();
+//! assert_eq!(analysis.structure.min_inputs, 1);
+//!
+//! // The loop by hand: see `examples/steering.rs` for the steering system.
+//! let mut axle = project.simulation(None).unwrap();
+//! let speed = axle.signal("axle.w")?;
+//! axle.advance(0.2)?;
+//! assert!(axle.get(speed) > 0.0);
+//! # Ok::<(), kardan::simulate::SimulationError>(())
+//! ```
+//!
+//! | module | what one asks of it |
+//! |---|---|
+//! | [`project`] | a model: open, build, change, write |
+//! | [`study`] | runs, analyses, designs, identifications, virtual benches |
+//! | [`simulate`] | the loop stepped from outside: [`simulate::Simulation`] |
+//! | [`results`] | what comes out, with names and units; [`export`]: as JSON and tables |
+//! | [`element`], [`synthesis`], [`analysis`] | the elements, the control laws, exact structure, for those who go on from there |
+//! | [`diagnostics`], [`schema`], [`entries`], [`units`] | mistakes with their places, keys, what is written, exact quantities |
+//!
+//! The other modules are how it is done. They are not listed here, may change with any version, and are open to the tests.
 
 pub mod analysis;
+#[doc(hidden)]
 pub mod assemble;
 pub mod diagnostics;
 pub mod element;
 pub mod entries;
+#[doc(hidden)]
 pub mod equations;
 pub mod export;
+#[doc(hidden)]
 pub mod file;
+#[doc(hidden)]
 pub mod identify;
+#[doc(hidden)]
 pub mod model;
+#[doc(hidden)]
 pub mod names;
+#[doc(hidden)]
 pub mod num;
 pub mod project;
+#[doc(hidden)]
 pub mod reduce;
 pub mod results;
 pub mod schema;

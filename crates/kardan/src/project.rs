@@ -8,8 +8,8 @@ pub use crate::element::{
     SpringDamper, Transformer, UniversalJoint, VoltageSource,
 };
 pub use crate::entries::{Entries, Place};
-pub use crate::model::Builder;
 pub use crate::model::tables::*;
+pub use crate::model::{BUILTIN, Builder, Builtin, builtin};
 pub use crate::schema::{ElementKeys, Given, Keys, LawKeys, Lists, Named, Quantities, Quantity, Words};
 pub use crate::study::Project;
 pub use crate::synthesis::{

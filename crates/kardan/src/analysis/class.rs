@@ -16,7 +16,7 @@ use crate::results::{Assumption, Breach, Class, ConstraintClass, FrictionState, 
 pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> Class {
     let equations = &reduced.equations;
     let mut kinematics = Kinematics::new(reduced);
-    kinematics.update(position, &vec![0.0; reduced.freedoms()]);
+    kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
     let assumptions = vec![
         assumption("the inertia matrix is constant, symmetric and positive definite (4.27)", massless(equations)),
         assumption(

@@ -11,7 +11,7 @@ const MOST_STATES: usize = 64;
 const MOST_PRIMES: usize = 700;
 
 /// An input matrix of whole numbers with the least number of columns that makes the model controllable, built eigenvalue
-/// by eigenvalue \[diss. Theorem 5.2, (5.9)-(5.11)\], for `freedoms` as forces on the coordinates \[diss. Theorem 5.3\].
+/// by eigenvalue \[diss. Theorem 5.2, (5.9)-(5.11)\], for `degrees_of_freedom` as forces on the coordinates \[diss. Theorem 5.3\].
 ///
 /// As printed the procedure can fail, so it is corrected: (1) instead of a left eigenvector, which may be complex and may
 /// have `vᵀv = 0`, a unit vector e is added (one force, one state) that some left eigenvector not reached yet does not
@@ -43,7 +43,7 @@ pub fn construction(system: &LinearSystem) -> Option<Construction> {
     let mut images = Images::unforeseen(system);
     let image = images.get(0)?.clone();
     let (least, factors) = factors(&mut images)?;
-    let offset = system.freedoms.unwrap_or(0);
+    let offset = system.degrees_of_freedom.unwrap_or(0);
     let mut plan = Plan { image: &image, offset, input: vec![vec![0; least]; n - offset] };
     let (mut steps, mut reached) = (Vec::new(), Vec::new());
     for factor in &factors {

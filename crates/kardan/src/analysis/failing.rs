@@ -79,7 +79,7 @@ fn participants(
     let lambda = c64::new(eigenvalue.re, eigenvalue.im);
     let number = |x: &Rational| c64::new(rational_to_f64(x), 0.0);
     let n = system.states.len();
-    let (Some(r), Some(mechanics)) = (system.freedoms, mechanics) else {
+    let (Some(r), Some(mechanics)) = (system.degrees_of_freedom, mechanics) else {
         // Left null vectors of [λE − A, B], right ones of [λE − A; C].
         let rows = if inputs { system.inputs.len() } else { system.outputs.len() };
         let matrix = Mat::from_fn(n + rows, n, |i, j| match (i < n, inputs) {

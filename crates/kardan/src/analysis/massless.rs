@@ -184,7 +184,7 @@ pub fn eliminate_massless(
         b: left.multiply(&b),
         c: c.multiply(&basis),
         d: through,
-        freedoms: (width == 0).then_some(r),
+        degrees_of_freedom: (width == 0).then_some(r),
     };
     Ok(Eliminated { system, definitions, removed })
 }

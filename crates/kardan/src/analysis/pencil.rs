@@ -93,7 +93,7 @@ pub fn linear_system(
         b,
         c,
         d,
-        freedoms: Some(r),
+        degrees_of_freedom: Some(r),
     }
 }
 

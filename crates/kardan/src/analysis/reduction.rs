@@ -18,13 +18,13 @@ pub struct Reduction {
 
 impl Reduction {
     /// Degrees of freedom.
-    pub fn freedoms(&self) -> usize {
+    pub fn degrees_of_freedom(&self) -> usize {
         self.coordinates.len()
     }
 
     /// K, shafts × coordinates.
     pub fn basis_matrix(&self) -> Mat<f64> {
-        let mut out = Mat::zeros(self.basis.len(), self.freedoms());
+        let mut out = Mat::zeros(self.basis.len(), self.degrees_of_freedom());
         for (i, row) in self.basis.iter().enumerate() {
             for (j, x) in row {
                 out[(i, *j)] = rational_to_f64(x);
@@ -35,28 +35,28 @@ impl Reduction {
 
     /// `H_r = KᵀHK` (4.39a).
     pub fn inertia(&self) -> Mat<f64> {
-        sum_of_terms(&self.system.inertias, self.freedoms())
+        sum_of_terms(&self.system.inertias, self.degrees_of_freedom())
     }
 
     /// `D_r = KᵀDK` (4.39b).
     pub fn damping(&self) -> Mat<f64> {
-        sum_of_terms(&self.system.dampers, self.freedoms())
+        sum_of_terms(&self.system.dampers, self.degrees_of_freedom())
     }
 
     /// `S_r = KᵀSK` (4.39c).
     pub fn stiffness(&self) -> Mat<f64> {
-        sum_of_terms(&self.system.springs, self.freedoms())
+        sum_of_terms(&self.system.springs, self.degrees_of_freedom())
     }
 
     /// `F_r = KᵀF` (4.38).
     pub fn input(&self) -> Mat<f64> {
-        columns(&self.system.inputs, self.freedoms())
+        columns(&self.system.inputs, self.degrees_of_freedom())
     }
 
     /// `A = [0 I; −H_r⁻¹S_r −H_r⁻¹D_r]` and `B = [0; H_r⁻¹F_r]` for the states `[q_r; q̇_r]`; `None` if `H_r` is not
     /// numerically positive definite.
     pub fn state_space(&self) -> Option<(Mat<f64>, Mat<f64>)> {
-        let r = self.freedoms();
+        let r = self.degrees_of_freedom();
         let factor = self.inertia().llt(Side::Lower).ok()?;
         let [s, d, f] = [self.stiffness(), self.damping(), self.input()].map(|m| factor.solve(&m));
         let a = Mat::from_fn(2 * r, 2 * r, |i, j| match (i < r, j < r) {

@@ -36,7 +36,7 @@ impl ConstrainedSystem {
     pub fn at(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>, inputs: &[String]) -> Self {
         let equations = &reduced.equations;
         let mut kinematics = Kinematics::new(reduced);
-        kinematics.update(position, &vec![0.0; reduced.freedoms()]);
+        kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
         let constant = |term: &Along<crate::units::Exact>| Along {
             element: term.element.clone(),
             row: term.row.clone(),
@@ -193,7 +193,7 @@ pub struct LinearSystem {
     /// D, outputs × inputs.
     pub d: Matrix<Rational>,
     /// Number of degrees of freedom if the states are `[q_r; q̇_r]` with `E = diag(I, H_r)`, `A = [0 I; −S_r −D_r]`.
-    pub freedoms: Option<usize>,
+    pub degrees_of_freedom: Option<usize>,
 }
 
 impl LinearSystem {
@@ -214,7 +214,7 @@ impl LinearSystem {
             a,
             b,
             c,
-            freedoms: None,
+            degrees_of_freedom: None,
         }
     }
 
@@ -235,7 +235,7 @@ impl LinearSystem {
             b: self.c.transpose(),
             c: self.b.transpose(),
             d: self.d.transpose(),
-            freedoms: None,
+            degrees_of_freedom: None,
         }
     }
 }

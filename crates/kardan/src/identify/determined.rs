@@ -42,7 +42,7 @@ pub fn undetermined(
     unmeasured: &[usize],
     excitation: Excitation,
 ) -> Vec<Vec<Rational>> {
-    let r = reduced.freedoms();
+    let r = reduced.degrees_of_freedom();
     let mut positions = vec![vec![0.0; r]];
     if !Kinematics::new(reduced).is_constant() {
         let mut random = Random::new(POSITIONS.1);
@@ -82,7 +82,7 @@ fn along(g: &[Rational], basis: &Matrix<Rational>) -> Vec<Rational> {
 
 impl<'a> Position<'a> {
     fn new(reduced: &'a Reduced, position: &[f64], unmeasured: &[usize], excitation: Excitation) -> Self {
-        let (r, equations) = (reduced.freedoms(), &reduced.equations);
+        let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
         let basis = linearise(reduced, position).basis;
         let free = Matrix::identity(r);
         let mut out = Self { equations, basis, excitation, speeds: free.clone(), across: free };

@@ -78,10 +78,11 @@ pub(super) fn chi_squared_tail(freedom: f64, sum: f64) -> Option<f64> {
 }
 
 /// `P(F > ratio)`; `None` as before.
-pub(super) fn fisher_tail(freedoms: (f64, f64), ratio: f64) -> Option<f64> {
+pub(super) fn fisher_tail(degrees_of_freedom: (f64, f64), ratio: f64) -> Option<f64> {
     let sound = |freedom: f64| freedom >= 1.0 && freedom.is_finite();
-    let (a, b) = (freedoms.0.min(MOST), freedoms.1.min(MOST));
-    let fisher = FisherSnedecor::new(a, b).ok().filter(|_| sound(freedoms.0) && sound(freedoms.1))?;
+    let (a, b) = (degrees_of_freedom.0.min(MOST), degrees_of_freedom.1.min(MOST));
+    let fisher =
+        FisherSnedecor::new(a, b).ok().filter(|_| sound(degrees_of_freedom.0) && sound(degrees_of_freedom.1))?;
     ratio.is_finite().then(|| (1.0 - fisher.cdf(ratio)).clamp(0.0, 1.0)).filter(|p| p.is_finite())
 }
 

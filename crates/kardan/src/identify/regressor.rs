@@ -63,7 +63,7 @@ impl Term {
 /// `Σ Kᵀb τ` of the inputs \[diss. (6.28), (6.39), general\]. Coefficients that are not asked for stand in y with their values.
 pub struct Regressor {
     kinematics: Kinematics,
-    freedoms: usize,
+    degrees_of_freedom: usize,
     /// Terms of each kind.
     terms: [Vec<Term>; 4],
     wanted: Vec<(usize, Vec<usize>)>,
@@ -99,7 +99,7 @@ impl Regressor {
     /// If a number is not that of an input.
     pub fn new(reduced: &Reduced, wanted: &[Coefficient], unmeasured: &[usize], rest_speed: f64) -> Self {
         let equations = &reduced.equations;
-        let input = linearise(reduced, &vec![0.0; reduced.freedoms()]).input;
+        let input = linearise(reduced, &vec![0.0; reduced.degrees_of_freedom()]).input;
         let columns = Matrix::from_fn(input.rows(), unmeasured.len(), |i, j| input[(i, unmeasured[j])].clone());
         let independent = echelon(&columns, &(0..unmeasured.len()).collect::<Vec<_>>()).pivots;
         let unmeasured: Vec<usize> = independent.into_iter().map(|k| unmeasured[k]).collect();
@@ -134,7 +134,7 @@ impl Regressor {
             values(Kind::Stiffness, equations.springs.len()),
             Vec::new(),
         ];
-        let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.freedoms();
+        let width = wanted.len() + 1 + equations.inputs.len() + 3 * reduced.degrees_of_freedom();
         Self {
             known: known.filter(|(kind, term, value)| *value != 0.0 && !asked(*kind, *term)).collect(),
             stribeck: equations
@@ -148,14 +148,14 @@ impl Regressor {
                 .collect(),
             wanted: wanted.iter().map(|one| (one.kind as usize, one.terms.clone())).collect(),
             inputs: equations.inputs.iter().map(|input| input.row_f64()).collect(),
-            freedoms: reduced.freedoms(),
-            reflections: vec![vec![0.0; reduced.freedoms()]; unmeasured.len()],
+            degrees_of_freedom: reduced.degrees_of_freedom(),
+            reflections: vec![vec![0.0; reduced.degrees_of_freedom()]; unmeasured.len()],
             unmeasured,
             extras: Vec::new(),
             nominal,
-            all: vec![0.0; reduced.freedoms() * width],
+            all: vec![0.0; reduced.degrees_of_freedom() * width],
             width,
-            direction: vec![0.0; reduced.freedoms()],
+            direction: vec![0.0; reduced.degrees_of_freedom()],
             accelerations: vec![0.0; equations.shafts.len()],
             kinematics: Kinematics::new(reduced),
             terms,
@@ -182,7 +182,7 @@ impl Regressor {
         self.width += extras.len();
         self.width -= self.extras.len();
         self.extras = extras.to_vec();
-        self.all = vec![0.0; self.freedoms * self.width];
+        self.all = vec![0.0; self.degrees_of_freedom * self.width];
         self
     }
 
@@ -204,7 +204,7 @@ impl Regressor {
 
     /// Number of rows of one motion: the degrees of freedom, less one for each independent torque that nobody measured.
     pub fn rows(&self) -> usize {
-        self.freedoms - self.unmeasured.len()
+        self.degrees_of_freedom - self.unmeasured.len()
     }
 
     /// Number of columns: the coefficients asked for, and what was added to them.
@@ -222,7 +222,7 @@ impl Regressor {
     /// If a length does not fit.
     pub fn fill(&mut self, motion: Motion<'_>, torques: &[f64], x: &mut [f64], y: &mut [f64]) -> bool {
         let certain = self.collect(motion, torques, None);
-        let (r, p, n) = (self.freedoms, self.columns(), self.width);
+        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
         let rows = self.rows();
         assert!(x.len() == rows * p && y.len() == rows, "lengths of a regressor");
         for i in 0..rows {
@@ -247,7 +247,7 @@ impl Regressor {
         (covariance, speeds): (&mut [f64], &mut [f64]),
     ) -> bool {
         let certain = self.collect(motion, torques, Some(variances));
-        let (r, p, n) = (self.freedoms, self.columns(), self.width);
+        let (r, p, n) = (self.degrees_of_freedom, self.columns(), self.width);
         let rows = self.rows();
         let lengths = x.len() == rows * p && y.len() == rows && covariance.len() == rows * rows;
         assert!(lengths && speeds.len() == self.extras.len(), "lengths of a regressor");
@@ -269,7 +269,7 @@ impl Regressor {
 
     /// Fills [`Self::all`] and turns its rows; whether all signs are known.
     fn collect(&mut self, motion: Motion<'_>, torques: &[f64], variances: Option<Variances<'_>>) -> bool {
-        let (r, n, w) = (self.freedoms, self.width, self.wanted.len());
+        let (r, n, w) = (self.degrees_of_freedom, self.width, self.wanted.len());
         let p = w + self.extras.len();
         assert!(torques.len() == self.inputs.len(), "a torque for each input");
         self.kinematics.update(motion.position, motion.speed);
@@ -345,7 +345,7 @@ impl Regressor {
 
     /// Turns the rows so that torques that nobody measured act on the first ones alone (Householder).
     fn eliminate(&mut self) {
-        let (r, n) = (self.freedoms, self.width);
+        let (r, n) = (self.degrees_of_freedom, self.width);
         for k in 0..self.unmeasured.len() {
             let (before, rest) = self.reflections.split_at_mut(k);
             let own = &mut rest[0];

@@ -25,7 +25,7 @@ pub struct Samples {
     /// Extra columns: the last ones.
     pub extras: usize,
     /// Degrees of freedom.
-    pub freedoms: usize,
+    pub degrees_of_freedom: usize,
     /// Inputs.
     pub inputs: usize,
     /// Where each sample is.
@@ -40,7 +40,7 @@ pub struct Samples {
     pub covariance: Vec<f64>,
     /// Speed along the friction of each extra column, rad/s, without sign.
     pub speeds: Vec<f64>,
-    /// Reduced coordinates, their speeds and accelerations: 3 × freedoms for each sample.
+    /// Reduced coordinates, their speeds and accelerations: 3 × degrees_of_freedom for each sample.
     pub motion: Vec<f64>,
     /// Torques of the inputs.
     pub torques: Vec<f64>,
@@ -48,8 +48,8 @@ pub struct Samples {
 
 impl Samples {
     /// No samples yet.
-    pub fn new(rows: usize, columns: usize, extras: usize, freedoms: usize, inputs: usize) -> Self {
-        Self { rows, columns, extras, freedoms, inputs, ..Self::default() }
+    pub fn new(rows: usize, columns: usize, extras: usize, degrees_of_freedom: usize, inputs: usize) -> Self {
+        Self { rows, columns, extras, degrees_of_freedom, inputs, ..Self::default() }
     }
 
     /// Number of samples.
@@ -94,7 +94,7 @@ impl Samples {
         self.y.truncate(n * self.rows);
         self.covariance.truncate(n * self.rows * self.rows);
         self.speeds.truncate(n * self.extras);
-        self.motion.truncate(n * 3 * self.freedoms);
+        self.motion.truncate(n * 3 * self.degrees_of_freedom);
         self.torques.truncate(n * self.inputs);
     }
 
@@ -120,7 +120,7 @@ impl Samples {
 
     /// Part of the motion of a sample: 0 coordinates, 1 speeds, 2 accelerations.
     pub fn motion(&self, sample: usize, part: usize) -> &[f64] {
-        &self.motion[(3 * sample + part) * self.freedoms..(3 * sample + part + 1) * self.freedoms]
+        &self.motion[(3 * sample + part) * self.degrees_of_freedom..(3 * sample + part + 1) * self.degrees_of_freedom]
     }
 
     /// Torques of a sample.
@@ -130,7 +130,7 @@ impl Samples {
 
     /// Means over ranges of samples: a sample each.
     pub fn averaged(&self, ranges: &[Range<usize>]) -> Self {
-        let mut out = Self::new(self.rows, self.columns, self.extras, self.freedoms, self.inputs);
+        let mut out = Self::new(self.rows, self.columns, self.extras, self.degrees_of_freedom, self.inputs);
         for range in ranges.iter().filter(|range| !range.is_empty()) {
             let n = range.len();
             let mean = |list: &[f64], size: usize| -> Vec<f64> {
@@ -153,7 +153,7 @@ impl Samples {
             out.y.extend(mean(&self.y, self.rows));
             out.covariance.extend(mean(&self.covariance, self.rows * self.rows).iter().map(|c| c / n as f64));
             out.speeds.extend(mean(&self.speeds, self.extras));
-            out.motion.extend(mean(&self.motion, 3 * self.freedoms));
+            out.motion.extend(mean(&self.motion, 3 * self.degrees_of_freedom));
             out.torques.extend(mean(&self.torques, self.inputs));
         }
         out
@@ -197,7 +197,7 @@ const WOBBLE: f64 = 5.0;
 ///
 /// Pieces that a wobble of the same set point parts are one segment, wobble included: what is left of them is one error, not two.
 pub fn steady_segments(samples: &Samples, noise: &[f64], of: Steadiness) -> Vec<Range<usize>> {
-    let r = samples.freedoms;
+    let r = samples.degrees_of_freedom;
     let mut largest = vec![0.0_f64; r];
     for sample in 0..samples.len() {
         largest.iter_mut().zip(samples.motion(sample, 1)).for_each(|(max, w)| *max = max.max(w.abs()));

@@ -212,7 +212,7 @@ impl Parts {
             b: or(b, n, m),
             c: or(c, p, n),
             d: or(d, p, m),
-            freedoms: None,
+            degrees_of_freedom: None,
         })
     }
 }

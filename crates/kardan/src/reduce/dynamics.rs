@@ -47,7 +47,7 @@ fn along(row: &[(usize, f64)], x: &[f64]) -> f64 {
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     /// Degrees of freedom.
-    pub freedoms: usize,
+    pub degrees_of_freedom: usize,
     inertias: Directions,
     dampers: Directions,
     springs: Directions,
@@ -88,7 +88,7 @@ impl Dynamics {
     /// Compiles a reduced model; the memory for its evaluation comes with it.
     pub fn new(reduced: &Reduced) -> (Self, Work) {
         let kinematics = Kinematics::new(reduced);
-        let (r, equations) = (reduced.freedoms(), &reduced.equations);
+        let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
         let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics, r);
         let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics, r);
         let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics, r);
@@ -121,7 +121,7 @@ impl Dynamics {
             }
         }
         let out = Self {
-            freedoms: r,
+            degrees_of_freedom: r,
             inertia_constant: sum(&inertias),
             damping_constant: sum(&dampers),
             stiffness_constant: sum(&springs),
@@ -184,7 +184,7 @@ impl Dynamics {
     ///
     /// Returns whether the inertia is numerically positive definite. Allocates nothing.
     pub fn update(&self, position: &[f64], speed: &[f64], work: &mut Work) -> bool {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         work.kinematics.update(position, speed);
         multiply(&self.damping_constant, speed, &mut work.passive);
         multiply(&self.stiffness_constant, position, &mut work.scratch);

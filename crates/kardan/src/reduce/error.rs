@@ -18,10 +18,10 @@ pub enum ReduceError {
         constraints: usize,
     },
     /// Coordinates named by the user are too few or too many.
-    #[error("the model has {freedoms} degree{} of freedom, but {} coordinate{} named", plural(*freedoms), named.len(), if named.len() == 1 { " is" } else { "s are" })]
+    #[error("the model has {degrees_of_freedom} degree{} of freedom, but {} coordinate{} named", plural(*degrees_of_freedom), named.len(), if named.len() == 1 { " is" } else { "s are" })]
     CoordinateCount {
         /// Degrees of freedom.
-        freedoms: usize,
+        degrees_of_freedom: usize,
         /// The names given.
         named: Vec<String>,
         /// Coordinates that would do.

@@ -36,10 +36,10 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
                 Ok((coordinates, _)) => coordinates.iter().map(|&shaft| equations.shafts[shaft].clone()).collect(),
                 Err(_) => Vec::new(),
             };
-            let freedoms = equations.shafts.len() - constraints;
-            if wanted.len() != freedoms {
+            let degrees_of_freedom = equations.shafts.len() - constraints;
+            if wanted.len() != degrees_of_freedom {
                 let (named, suggestion) = (names.to_vec(), suggestion());
-                return Err(ReduceError::CoordinateCount { freedoms, named, suggestion });
+                return Err(ReduceError::CoordinateCount { degrees_of_freedom, named, suggestion });
             }
             with_coordinates(&equations, &wanted, suggestion)
         }
@@ -108,15 +108,19 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
             free.retain(|s| s != shaft);
         }
     }
-    let freedoms = order.len() - e.rank() - equations.transmissions.len();
-    let open =
-        if free.len() == freedoms { plan(equations, &free) } else { Err(equations.transmissions.iter().collect()) };
+    let degrees_of_freedom = order.len() - e.rank() - equations.transmissions.len();
+    let open = if free.len() == degrees_of_freedom {
+        plan(equations, &free)
+    } else {
+        Err(equations.transmissions.iter().collect())
+    };
     match open {
         Ok(steps) => Ok((free, steps)),
         // Where transmissions and gears mesh, the first choice can need an equation solved that another choice does not.
         Err(open) => {
             let kept: Vec<usize> = order.into_iter().rev().collect();
-            search(equations, &kept, freedoms, &mut Vec::new(), &mut 0).ok_or_else(|| not_explicit(&open, Vec::new()))
+            search(equations, &kept, degrees_of_freedom, &mut Vec::new(), &mut 0)
+                .ok_or_else(|| not_explicit(&open, Vec::new()))
         }
     }
 }
@@ -149,11 +153,11 @@ fn from_dropped_to_kept(equations: &Equations) -> Vec<usize> {
 fn search(
     equations: &Equations,
     candidates: &[usize],
-    freedoms: usize,
+    degrees_of_freedom: usize,
     chosen: &mut Vec<usize>,
     tried: &mut usize,
 ) -> Option<Explicit> {
-    if chosen.len() == freedoms {
+    if chosen.len() == degrees_of_freedom {
         *tried += 1;
         let mut coordinates = chosen.clone();
         coordinates.sort_unstable();
@@ -164,7 +168,7 @@ fn search(
             return None;
         }
         chosen.push(candidate);
-        let found = search(equations, &candidates[k + 1..], freedoms, chosen, tried);
+        let found = search(equations, &candidates[k + 1..], degrees_of_freedom, chosen, tried);
         if found.is_some() {
             return found;
         }

@@ -238,7 +238,7 @@ fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
 }
 
 fn tabulate(reduced: &Reduced, held: usize) -> Result<MechanismData<f64>, MechanismError> {
-    let (equations, r) = (&reduced.equations, reduced.freedoms());
+    let (equations, r) = (&reduced.equations, reduced.degrees_of_freedom());
     let mut kinematics = Kinematics::new(reduced);
     let mut entries = Vec::new();
     let mut enter = |terms: &[(usize, Rational)]| {

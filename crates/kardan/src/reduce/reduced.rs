@@ -19,7 +19,7 @@ pub struct Reduced {
 
 impl Reduced {
     /// Degrees of freedom.
-    pub fn freedoms(&self) -> usize {
+    pub fn degrees_of_freedom(&self) -> usize {
         self.coordinates.len()
     }
 

@@ -209,7 +209,7 @@ impl RunningLoop {
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
         let outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::new(setup);
-        let (r, size) = (machine.freedoms(), machine.size());
+        let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let mut absolute = vec![tolerance.absolute; size];
         absolute[size - 2..].fill(ENERGY * tolerance.relative);
         for (k, &coordinate) in reduced.coordinates.iter().enumerate() {
@@ -392,7 +392,7 @@ impl RunningLoop {
         if let Err(error) = step {
             return Err(self.step_failed(error));
         }
-        let r = self.machine.freedoms();
+        let r = self.machine.degrees_of_freedom();
         if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
             self.state.copy_from_slice(self.solver.state());
             return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));

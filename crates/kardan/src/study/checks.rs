@@ -258,7 +258,7 @@ pub(super) fn check_matrices(
     out: &mut Vec<Diagnostic>,
     massless: &mut Vec<Diagnostic>,
 ) -> bool {
-    let r = reduced.freedoms();
+    let r = reduced.degrees_of_freedom();
     let constant = Kinematics::new(reduced).is_constant();
     let positions: Vec<Vec<f64>> = if constant {
         vec![vec![0.0; r]]

@@ -85,7 +85,7 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
 /// The fastest motion of the model without its laws, and the element that makes it.
 fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
-    let (equations, r) = (&reduced.equations, reduced.freedoms());
+    let (equations, r) = (&reduced.equations, reduced.degrees_of_freedom());
     let mut found = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
     let (dynamics, mut work) = Dynamics::new(reduced);
     if r == 0 || !dynamics.update(&variant.scenario.position, &vec![0.0; r], &mut work) {

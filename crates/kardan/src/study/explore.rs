@@ -233,7 +233,7 @@ fn alternative(
         law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
     let mut laws = variant.running.clone();
     laws[number] = law;
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()]);
     let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());
     Ok((subject(variant, number, &laws, varied)?, variances, sensors))
 }

@@ -333,7 +333,7 @@ fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], c
 
 /// The linear model of a variant at zero angles.
 fn model_of(variant: &PreparedVariant) -> LinearModel {
-    linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()])
+    linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()])
 }
 
 /// Shafts that move in some of these motions, exactly.

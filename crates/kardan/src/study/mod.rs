@@ -227,7 +227,7 @@ const MOST_STATES: usize = 24;
 
 /// The structure of a variant beside its run: nothing that could stop or delay the run. `Err`: a warning.
 fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analysis, String> {
-    let states = 2 * variant.reduced.freedoms();
+    let states = 2 * variant.reduced.degrees_of_freedom();
     if states > MOST_STATES {
         return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
     }

@@ -39,7 +39,7 @@ pub(super) fn passage(
     laws: &[Arc<dyn Law>],
     steps: bool,
 ) -> Option<Result<Passage, String>> {
-    let zero = vec![0.0; variant.reduced.freedoms()];
+    let zero = vec![0.0; variant.reduced.degrees_of_freedom()];
     let own = linearise(&variant.reduced, &zero);
     let straight = Kinematics::new(&variant.reduced).is_constant();
     let same = variant.design_models.iter().all(|plant| plant.linear == own);

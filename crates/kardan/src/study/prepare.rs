@@ -357,7 +357,7 @@ fn design_model(
     control: &ControlSpec,
     out: &mut Vec<Diagnostic>,
 ) -> Option<Plant> {
-    let zero = vec![0.0; reduced.freedoms()];
+    let zero = vec![0.0; reduced.degrees_of_freedom()];
     if control.design.is_empty() {
         return Some(Plant::new(reduced.clone(), zero));
     }

@@ -123,7 +123,7 @@ pub(super) fn robustness(
     range: ToleranceBox,
     progress: &dyn Progress,
 ) -> Result<Robustness, String> {
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()]);
     let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
     let plant = VariedPlant::new(&variant.reduced, &model, &lags);
     let names = plant.names();

@@ -68,7 +68,7 @@ impl ExactLoop {
             b: b.multiply(l),
             c: c.plus(&d.multiply(&feedback)),
             d: d.multiply(l),
-            freedoms: None,
+            degrees_of_freedom: None,
         };
         let (units, channels) =
             (references.iter().map(|(_, unit)| unit.clone()).collect(), (0..references.len()).collect());

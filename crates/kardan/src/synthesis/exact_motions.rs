@@ -54,7 +54,7 @@ impl ExactMotions {
 /// let source = kardan::model::builtin("two-bodies").unwrap().source;
 /// let (prepared, _) = kardan::study::prepare(source);
 /// let variant = &prepared.variants[0];
-/// let model = kardan::reduce::linearise(&variant.reduced, &vec![0.0; variant.reduced.freedoms()]);
+/// let model = kardan::reduce::linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()]);
 /// // Without a law both bodies rest wherever they are; their own damping takes their common speed away.
 /// let found = exact_motions(&model, &vec![0.0; model.inputs.len()], &[]).unwrap();
 /// assert_eq!(found.zeros(), 1);

@@ -46,7 +46,7 @@ fn built_in_models_are_proven() {
 fn two_bodies(j: i64, s: i64, d: i64) -> LinearSystem {
     LinearSystem {
         e: integers(&[&[1, 0, 0, 0], &[0, 1, 0, 0], &[0, 0, j, 0], &[0, 0, 0, j]]),
-        freedoms: Some(2),
+        degrees_of_freedom: Some(2),
         ..LinearSystem::state_space(
             integers(&[&[0, 0, 1, 0], &[0, 0, 0, 1], &[-s, s, -2 * d, d], &[s, -s, d, -2 * d]]),
             integers(&[&[0], &[0], &[0], &[1]]),
@@ -355,7 +355,7 @@ fn a_star_of_equal_arms_is_proven() {
         (false, false) => Rational::ZERO,
     });
     let system = LinearSystem {
-        freedoms: Some(r),
+        degrees_of_freedom: Some(r),
         ..LinearSystem::state_space(
             a,
             Matrix::from_fn(n, 1, |i, _| one(i == r)),

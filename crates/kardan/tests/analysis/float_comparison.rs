@@ -42,7 +42,7 @@ fn mechanism(h: &M, d: &M, s: &M, f: &M) -> LinearSystem {
         b: M::from_fn(2 * r, m, |i, j| if i < r { Rational::ZERO } else { f[(i - r, j)].clone() }),
         c: M::zeros(0, 2 * r),
         d: M::zeros(0, m),
-        freedoms: Some(r),
+        degrees_of_freedom: Some(r),
     }
 }
 

@@ -173,7 +173,7 @@ fn regular_inertia_changes_nothing() {
     let m = Mechanics::new("a b", h.clone(), d, ints(&[&[3, -3], &[-3, 3]]), ints(&[&[1], &[0]]));
     let out = m.eliminate().unwrap();
     assert_eq!(out.system.states, ["a.phi", "b.phi", "a.w", "b.w"]);
-    assert_eq!((out.system.freedoms, out.removed.len()), (Some(2), 0));
+    assert_eq!((out.system.degrees_of_freedom, out.removed.len()), (Some(2), 0));
     for (i, j) in [(0, 0), (0, 1), (1, 1)] {
         assert_eq!(out.system.e[(2 + i, 2 + j)], h[(i, j)]);
     }
@@ -223,7 +223,7 @@ fn drive(circular_spline: &str, flexspline: &str, damped: bool) -> LinearModel {
     assert!(mistakes.is_empty(), "{mistakes:?}");
     let named = ["wg", "rk", "fs"].map(String::from);
     let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&named)).unwrap();
-    let position = vec![0.0; reduced.freedoms()];
+    let position = vec![0.0; reduced.degrees_of_freedom()];
     linearise(&reduced, &position)
 }
 

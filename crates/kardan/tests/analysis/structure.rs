@@ -33,7 +33,7 @@ fn two_bodies(j: i64, s: i64, d: (i64, u32)) -> LinearSystem {
             (true, false) => j.clone(),
             _ => Rational::ZERO,
         }),
-        freedoms: Some(2),
+        degrees_of_freedom: Some(2),
         ..LinearSystem::state_space(
             Matrix::from_fn(4, 4, |i, k| rows[i][k].clone()),
             integers(&[&[0], &[0], &[0], &[1]]),

@@ -303,12 +303,12 @@ struct Mechanism {
 }
 
 impl Mechanism {
-    fn freedoms(&self) -> usize {
+    fn degrees_of_freedom(&self) -> usize {
         self.h.rows()
     }
 
     fn system(&self) -> LinearSystem {
-        let r = self.freedoms();
+        let r = self.degrees_of_freedom();
         let upper = beside(&M::zeros(r, r), &M::identity(r));
         let names = |letter: &str, count: usize| (0..count).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
         LinearSystem {
@@ -320,19 +320,19 @@ impl Mechanism {
             b: self.forces(&self.f),
             c: beside(&self.g, &M::zeros(self.g.rows(), r)),
             d: M::zeros(self.g.rows(), self.f.columns()),
-            freedoms: Some(r),
+            degrees_of_freedom: Some(r),
         }
     }
 
     fn forces(&self, f: &M) -> M {
-        above(&M::zeros(self.freedoms(), f.columns()), f)
+        above(&M::zeros(self.degrees_of_freedom(), f.columns()), f)
     }
 
     /// Rank defect of `λ²H + λD + S`.
     fn defect(&self, lambda: i64) -> usize {
         let l = int(lambda);
         let pencil = self.h.scale(&(&l * &l)).plus(&self.d.scale(&l)).plus(&self.s);
-        self.freedoms() - rank(&pencil)
+        self.degrees_of_freedom() - rank(&pencil)
     }
 }
 
@@ -417,7 +417,7 @@ fn check_factors(found: &Structure, known: &[Known], seed: u64) {
 /// caller) and by trial.
 fn check_least(system: &LinearSystem, found: &Structure, least: usize, dice: &mut Dice, seed: u64) {
     let n = system.states.len();
-    let offset = system.freedoms.unwrap_or(0);
+    let offset = system.degrees_of_freedom.unwrap_or(0);
     assert_eq!((found.min_inputs, found.min_outputs), (least, least), "seed {seed}");
     let witness = &found.certificate.inputs.as_ref().unwrap_or_else(|| panic!("no witness, seed {seed}")).witness;
     let b = M::from_fn(n, least, |i, j| int(witness[i][j]));
@@ -552,7 +552,7 @@ fn theorem_5_8_least_position_sensors_of_a_general_mechanism() {
         check_factors(&found, &known, seed);
         let dual = system.transpose();
         assert_eq!(found.observable_rank, reached(&dual, &system.c.transpose()), "seed {seed}");
-        let (n, r, least) = (system.states.len(), mechanism.freedoms(), most(&known));
+        let (n, r, least) = (system.states.len(), mechanism.degrees_of_freedom(), most(&known));
         let outputs = found.certificate.outputs.as_ref().unwrap();
         let c = M::from_fn(n, least, |i, j| int(outputs.witness[i][j]));
         assert!((r..n).all(|i| (0..least).all(|j| c[(i, j)] == int(0))), "positions only, seed {seed}");
@@ -606,7 +606,7 @@ fn theorem_5_4_pure_damping_needs_a_force_for_every_freedom() {
         let (mechanism, known) = hidden_mechanism(&mut dice, "pure damping");
         let found = of(&mechanism.system());
         check_factors(&found, &known, seed);
-        assert_eq!(found.min_inputs, mechanism.freedoms());
+        assert_eq!(found.min_inputs, mechanism.degrees_of_freedom());
     }
 }
 
@@ -642,7 +642,7 @@ fn theorem_5_5_least_forces_without_damping() {
         // λ² = −ω²: the multiplicity is the defect of S − ω²H.
         let squares = [0, 1, 2, 3].map(|w| {
             let shifted = mechanism.s.plus(&mechanism.h.scale(&int(-w)));
-            mechanism.freedoms() - rank(&shifted)
+            mechanism.degrees_of_freedom() - rank(&shifted)
         });
         assert_eq!(squares.into_iter().max(), Some(most(&known)), "seed {seed}");
         assert_eq!(
@@ -674,7 +674,7 @@ fn theorem_5_10_least_position_sensors_without_damping() {
     for seed in 0..40 {
         let mut dice = Dice(6000 + seed);
         let (mechanism, known) = hidden_mechanism(&mut dice, "no damping");
-        let (system, r, least) = (mechanism.system(), mechanism.freedoms(), most(&known));
+        let (system, r, least) = (mechanism.system(), mechanism.degrees_of_freedom(), most(&known));
         let found = of(&system);
         check_factors(&found, &known, seed);
         let dual = system.transpose();
@@ -1173,7 +1173,7 @@ fn theorem_4_2_no_answer_depends_on_the_basis() {
 /// A built-in model with torques and angle sensors on shafts; `tb` is the twist of the torsion bar.
 fn built_in(name: &str, forces: &[&str], sensors: &[&str]) -> LinearSystem {
     let variant = first(model::builtin(name).expect("built in").source);
-    let position = vec![0.0; variant.reduced.freedoms()];
+    let position = vec![0.0; variant.reduced.degrees_of_freedom()];
     let mut system = ConstrainedSystem::at(&variant.reduced, &position, &BTreeSet::new(), &[]);
     let number = |shaft: &str| system.shafts.iter().position(|s| s == shaft).expect("a shaft");
     let inputs = forces.iter().map(|shaft| along(shaft, &[(number(shaft), int(1))], ())).collect();

@@ -36,7 +36,7 @@ pub fn first(source: &str) -> std::sync::Arc<PreparedVariant> {
 pub fn constrained(source: &str, inputs: &[&str]) -> (ConstrainedSystem, Vec<usize>, Matrix<Rational>) {
     let reduced = &first(source).reduced;
     let inputs: Vec<String> = inputs.iter().map(ToString::to_string).collect();
-    let system = ConstrainedSystem::at(reduced, &vec![0.0; reduced.freedoms()], &BTreeSet::new(), &inputs);
+    let system = ConstrainedSystem::at(reduced, &vec![0.0; reduced.degrees_of_freedom()], &BTreeSet::new(), &inputs);
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     (system, coordinates, basis)
 }
@@ -284,7 +284,7 @@ pub struct Explicit {
 ///
 /// `frictions` are the torques along the friction directions, positive in the sense of their motion.
 pub fn explicit(reduced: &Reduced, dynamics: &Dynamics, work: &Work, inputs: &[f64], frictions: &[f64]) -> Explicit {
-    let r = dynamics.freedoms;
+    let r = dynamics.degrees_of_freedom;
     let mut acceleration = work.passive.clone();
     for i in 0..r {
         acceleration[i] += (0..inputs.len()).map(|k| inputs[k] * work.input_rows[k * r + i]).sum::<f64>();

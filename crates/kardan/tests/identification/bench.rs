@@ -322,8 +322,8 @@ fn true_values_are_given_or_drawn() {
     let settings = BenchSettings { truth: Some(truth(&truth_toml(bench.truth()))), ..Default::default() };
     let again = prepared(&short(), &settings);
     assert_eq!((bench.truth(), bench.truth().len()), (again.truth(), 23));
-    assert_eq!(bench.plant().freedoms(), 3);
-    assert_eq!(bench.model().freedoms(), 2);
+    assert_eq!(bench.plant().degrees_of_freedom(), 3);
+    assert_eq!(bench.model().degrees_of_freedom(), 2);
     let bare = short();
     let bare = format!(
         "{}\n{}",

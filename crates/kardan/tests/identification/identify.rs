@@ -34,7 +34,7 @@ fn the_regressor_is_the_torque_balance() {
         let model = built_in(name, variant);
         let (dynamics, mut work) = Dynamics::new(&model);
         let all = coefficients(&model);
-        let (r, inputs) = (model.freedoms(), model.equations.inputs.len());
+        let (r, inputs) = (model.degrees_of_freedom(), model.equations.inputs.len());
         for ask in 0..12 {
             let wanted: Vec<Coefficient> = all.iter().filter(|_| ask == 0 || dice.below(2) == 1).cloned().collect();
             let p = wanted.len();
@@ -77,7 +77,7 @@ fn the_regressor_is_the_torque_balance() {
 fn columns_of_the_source() {
     let model = built_in("harmonic-drive", 2);
     let wg = model.coordinate_names().iter().position(|name| name == "wg").expect("a coordinate");
-    assert_eq!(model.freedoms(), 2);
+    assert_eq!(model.degrees_of_freedom(), 2);
     let wanted = named(
         &coefficients(&model),
         &["wg.damping", "cs.damping", "fs.damping", "wg.friction", "cs.friction", "fs.friction"],
@@ -444,7 +444,11 @@ fn standard_errors_allow_for_unlike_spread() {
     let (first, second) = (spread_of(&groups[0]), spread_of(&groups[1]));
     for (k, (mean, error)) in [first, second].into_iter().enumerate() {
         assert!((own.values[k] - mean).abs() < 1e-12 && (own.standard_errors[k] / error - 1.0).abs() < 1e-12);
-        assert!((own.freedoms[k] - (groups[k].len() as f64 - 1.0)).abs() < 1e-9, "{:?}", own.freedoms);
+        assert!(
+            (own.degrees_of_freedom[k] - (groups[k].len() as f64 - 1.0)).abs() < 1e-9,
+            "{:?}",
+            own.degrees_of_freedom
+        );
     }
     // Student's 0.975 at five degrees of freedom.
     assert!((own.quantile(0, 0.95) - 2.570_582).abs() < 1e-5);
@@ -452,7 +456,7 @@ fn standard_errors_allow_for_unlike_spread() {
     assert!((both.standard_errors[1] / first.1.hypot(second.1) - 1.0).abs() < 1e-12);
     let (a, b) = (6.0_f64, 15.0_f64);
     let welch = (1.0 / a + 1.0 / b).powi(2) / (1.0 / (a * a * (a - 1.0)) + 1.0 / (b * b * (b - 1.0)));
-    assert!((both.freedoms[1] - welch).abs() < 1e-9, "{} for {welch}", both.freedoms[1]);
+    assert!((both.degrees_of_freedom[1] - welch).abs() < 1e-9, "{} for {welch}", both.degrees_of_freedom[1]);
 }
 
 /// Windows of these speeds in turn, calm ones but where `true` says that the speed is changing.

@@ -290,7 +290,7 @@ proptest! {
     #[test]
     fn reduced_matrices_are_symmetric_and_definite(tree in tree(7, true)) {
         let reduced = first(&tree.text(false, false, false)).reduced.clone();
-        let r = reduced.freedoms();
+        let r = reduced.degrees_of_freedom();
         prop_assert_eq!(r, tree.free().len());
         let model = linearise(&reduced, &tree.position[..r]);
         for matrix in [&model.inertia, &model.damping, &model.stiffness] {
@@ -325,7 +325,7 @@ proptest! {
     #[test]
     fn constraints_hold_in_explicit_form(tree in tree(7, true)) {
         let reduced = first(&tree.text(false, false, false)).reduced.clone();
-        let (r, place) = (reduced.freedoms(), tree.places(&reduced.equations.shafts));
+        let (r, place) = (reduced.degrees_of_freedom(), tree.places(&reduced.equations.shafts));
         let mut kinematics = Kinematics::new(&reduced);
         kinematics.update(&tree.position[..r], &tree.speed[..r]);
         let of = |x: &[f64]| -> Vec<f64> { place.iter().map(|p| x[*p]).collect() };
@@ -352,7 +352,7 @@ proptest! {
     #[test]
     fn implicit_and_explicit_form_agree(tree in tree(7, false)) {
         let reduced = first(&tree.text(false, false, false)).reduced.clone();
-        let (r, n, place) = (reduced.freedoms(), tree.nodes.len(), tree.places(&reduced.equations.shafts));
+        let (r, n, place) = (reduced.degrees_of_freedom(), tree.nodes.len(), tree.places(&reduced.equations.shafts));
         let (dynamics, mut work) = Dynamics::new(&reduced);
         prop_assert!(dynamics.update(&tree.position[..r], &tree.speed[..r], &mut work));
         // Inputs by name: `load`, `m`.
@@ -402,7 +402,7 @@ proptest! {
     fn coordinates_do_not_matter(tree in tree(7, false)) {
         let chosen = first(&tree.text(false, false, false)).reduced.clone();
         let named = first(&tree.text(false, false, true)).reduced.clone();
-        let r = named.freedoms();
+        let r = named.degrees_of_freedom();
         let (from, mut point) = Dynamics::new(&named);
         from.update(&tree.position[..r], &tree.speed[..r], &mut point);
         let (to, mut image) = Dynamics::new(&chosen);

@@ -517,7 +517,7 @@ fn appendix_a() {
 #[test]
 fn the_built_in_model_is_that_of_table_6_3() {
     let variant = first(model::builtin("harmonic-drive-spring").expect("built in").source);
-    let position = vec![0.0; variant.reduced.freedoms()];
+    let position = vec![0.0; variant.reduced.degrees_of_freedom()];
     let inputs = ["wg_motor".to_string(), "rk_motor".to_string()];
     let system = ConstrainedSystem::at(&variant.reduced, &position, &BTreeSet::new(), &inputs);
     let number = |name: &str| system.shafts.iter().position(|shaft| shaft == name).expect("a shaft");

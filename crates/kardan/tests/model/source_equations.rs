@@ -630,7 +630,7 @@ fn theorem_4_5_projector_idempotent() {
     ] {
         let (p, _) = projector(&reduced);
         assert_eq!(p.multiply(&p), p, "(4.57)");
-        let basis = linearise(&reduced, &vec![0.0; reduced.freedoms()]).basis;
+        let basis = linearise(&reduced, &vec![0.0; reduced.degrees_of_freedom()]).basis;
         let zero = p.transpose().multiply(&basis);
         assert!(zero.as_slice().iter().all(|x| *x == Rational::ZERO), "(4.58)");
     }

@@ -82,7 +82,7 @@ fn json_is_exact() {
     assert_eq!(system.c, matrix(&[&["1/10", "100000"]]));
     assert_eq!(system.d, matrix(&[&["1e300"]]));
     assert_eq!(system.e, matrix(&[&["2", "0"], &["0", "-1/2"]]));
-    assert_eq!((system.states[1].as_str(), system.inputs[0].as_str(), system.freedoms), ("speed", "τ", None));
+    assert_eq!((system.states[1].as_str(), system.inputs[0].as_str(), system.degrees_of_freedom), ("speed", "τ", None));
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn compare_with_dynamics(reduced: &Reduced, what: &str) {
     let data = MechanismData::new(reduced).expect("its curves are known");
     let mechanism = data.block();
     let (dynamics, mut work) = Dynamics::new(reduced);
-    let r = reduced.freedoms();
+    let r = reduced.degrees_of_freedom();
     let (mut numbers, mut memory, mut row) = (Numbers(7), vec![f64::NAN; mechanism.memory()], vec![0.0; r]);
     for _ in 0..200 {
         let (position, speed) = (numbers.list(r, 10.0), numbers.list(r, 30.0));

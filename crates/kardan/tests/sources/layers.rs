@@ -161,6 +161,37 @@ fn the_root_lists_the_layers() {
     assert_eq!(modules, layers);
 }
 
+/// What a program may build on; all other modules are marked as internal. The front page of the crate lists the same.
+const PUBLIC: &[&str] = &[
+    "analysis",
+    "diagnostics",
+    "element",
+    "entries",
+    "export",
+    "project",
+    "results",
+    "schema",
+    "simulate",
+    "study",
+    "synthesis",
+    "units",
+];
+
+#[test]
+fn the_public_surface_is_listed() {
+    let text = fs::read_to_string(crate_folder("src/lib.rs")).expect("lib.rs");
+    let lines: Vec<&str> = text.lines().collect();
+    let shown: Vec<String> = lines
+        .windows(2)
+        .filter(|pair| pair[0].trim() != "#[doc(hidden)]")
+        .filter_map(|pair| pair[1].strip_prefix("pub mod ").map(name_at))
+        .collect();
+    assert_eq!(shown, PUBLIC);
+    for name in PUBLIC {
+        assert!(text.contains(&format!("[`{name}`]")), "the front page does not name `{name}`");
+    }
+}
+
 #[test]
 fn the_reader_of_imports_finds_what_it_must() {
     let source = "\

@@ -38,7 +38,7 @@ const LONG: &[(&str, &str, &str)] = &[
     ("kardan/study/identification/plant.rs", "plant", "to be parted with the door"),
     ("kardan/study/identification/reading.rs", "read", "to be parted with the door"),
     ("kardan/study/identification/rows.rs", "rows", "to be parted with the door"),
-    ("kardan/study/identification/told.rs", "parameters", "to be parted with the door"),
+    ("kardan/study/identification/summary.rs", "parameters", "to be parted with the door"),
     ("kardan/study/margins.rs", "verdict", "to be parted with the door"),
     ("kardan/study/mod.rs", "run_prepared", "to be parted with the door"),
     ("kardan/study/prepare.rs", "prepare_variant", "to be parted with the door"),

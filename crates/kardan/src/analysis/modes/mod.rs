@@ -19,7 +19,7 @@ use shape::{along, largest, normalised, root, shape, sorted};
 
 /// All modes of `λ²H_r + λD_r + S_r`, by size of λ, conjugate pairs once.
 ///
-/// Every eigenvalue is listed as often as it is a root, so that the modes stand for 2 · freedoms roots, pairs for two. The
+/// Every eigenvalue is listed as often as it is a root, so that the modes stand for 2 · degrees_of_freedom roots, pairs for two. The
 /// shape runs over all shafts, `K v`, with largest entry 1. Shares of stored energy: kinetic `½ J |λ aᵀv|²` and potential
 /// `½ s |aᵀv|²`, for λ = 0 the kinetic energy of a motion with the speeds v; they sum to one, terms of one element
 /// together. Shares of the loss: `d |λ aᵀv|²`, none for λ = 0 or without damping. Where negative coefficients make a total
@@ -29,7 +29,7 @@ use shape::{along, largest, normalised, root, shape, sorted};
 /// are split off, each with a root λ = 0 and, where they meet no damping (`D_r v = 0`, exact), with a second one, so that
 /// double roots do not spread as rounding would have them; then QR iteration of the balanced first-order form, or
 /// the symmetric eigenvalue problem if nothing is damped (`faer`). Backward stable: the relative residual of each mode is a
-/// few hundred ulp. Cost: that of the eigenvalue problem of order 2 · freedoms with vectors.
+/// few hundred ulp. Cost: that of the eigenvalue problem of order 2 · degrees_of_freedom with vectors.
 ///
 /// `None` if `H_r` is not positive definite, a number is not finite or the iteration fails. The fields `factor`,
 /// `controllable` and `observable` stay empty.
@@ -37,7 +37,7 @@ use shape::{along, largest, normalised, root, shape, sorted};
 /// # Panics
 /// If the reduction is not one of the system.
 pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mode>> {
-    let r = reduction.freedoms();
+    let r = reduction.degrees_of_freedom();
     if r == 0 {
         return Some(Vec::new());
     }
@@ -59,7 +59,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
     Some(sorted(pairs.iter().map(mode).collect()))
 }
 
-/// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · freedoms roots
+/// The modes of a mechanical system with the eigenvalues of its exact factors, each as often as it is one: 2 · degrees_of_freedom roots
 /// altogether, whatever rounding makes of multiple ones.
 ///
 /// Shapes and energies are those of [`modes`]: of the null vectors of `λ²H_r + λD_r + S_r`, as many independent ones as the
@@ -70,7 +70,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
 /// # Panics
 /// If the reduction is not one of the system.
 pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &[Factor]) -> Option<Vec<Mode>> {
-    let r = reduction.freedoms();
+    let r = reduction.degrees_of_freedom();
     let matrices = [reduction.inertia(), reduction.damping(), reduction.stiffness()];
     if !matrices.iter().all(Mat::is_all_finite) {
         return None;

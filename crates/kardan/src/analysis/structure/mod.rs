@@ -141,7 +141,7 @@ fn decide_modulo(
     let m = spectrum.invariant_factors.len();
     let common = spectrum.common.as_ref();
     let kind = Kind::of(system);
-    let [on_forces, on_positions] = [true, false].map(|forces| kind.freedoms.map(|r| (r, forces)));
+    let [on_forces, on_positions] = [true, false].map(|forces| kind.degrees_of_freedom.map(|r| (r, forces)));
     let (inputs, outputs) = rayon::join(
         || count(&mut images, first, (&ranks.stated.image, &own), m, common, on_forces, proven),
         || count(&mut dual_images, dual_first, (&ranks.stated.dual, &own), m, common, on_positions, proven),
@@ -267,19 +267,19 @@ pub fn controllable_rank(system: &LinearSystem) -> Option<usize> {
 /// Which theorem of chapter 5 applies.
 struct Kind {
     name: &'static str,
-    freedoms: Option<usize>,
+    degrees_of_freedom: Option<usize>,
 }
 
 impl Kind {
     fn of(system: &LinearSystem) -> Self {
-        let Some(r) = system.freedoms else { return Self { name: "state space", freedoms: None } };
+        let Some(r) = system.degrees_of_freedom else { return Self { name: "state space", degrees_of_freedom: None } };
         let block = |column: usize| (0..r).all(|i| (0..r).all(|j| system.a[(r + i, column + j)].is_zero()));
         let name = match (block(0), block(r)) {
             (true, _) => "pure damping",
             (false, true) => "no damping",
             (false, false) => "general",
         };
-        Self { name, freedoms: Some(r) }
+        Self { name, degrees_of_freedom: Some(r) }
     }
 }
 

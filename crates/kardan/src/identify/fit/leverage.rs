@@ -83,7 +83,7 @@ impl<'a> Leverage<'a> {
     /// Degrees of freedom of each value; NaN where the fit leaves nothing of the errors but rounding.
     ///
     /// K is symmetric of the order of the samples, so `(tr K)²` is at most their number times `tr K²`: what says more is rounding too.
-    pub fn freedoms(&self) -> Vec<f64> {
+    pub fn degrees_of_freedom(&self) -> Vec<f64> {
         let p = self.bread.rows();
         let of = |((diagonal, square, all), size): (&(f64, f64, Matrix<f64>), &f64)| {
             if !(*diagonal > ROUNDING * size) {

@@ -44,7 +44,7 @@ pub struct Fit {
     /// Samples less the rank for each of their rows.
     pub freedom: usize,
     /// Degrees of freedom of Student's distribution for each value: fewer than `freedom` where few samples tell it. NaN at a bound.
-    pub freedoms: Vec<f64>,
+    pub degrees_of_freedom: Vec<f64>,
     /// Factor of each sample under the robust loss.
     pub weights: Vec<f64>,
     /// Lags over which errors were taken as correlated; 0: as independent.
@@ -128,7 +128,7 @@ pub fn fit(samples: &Samples, chosen: &[usize], options: &FitOptions) -> Option<
         condition: solution.estimate.condition,
         scale,
         freedom: errors.freedom,
-        freedoms: errors.freedoms,
+        degrees_of_freedom: errors.degrees_of_freedom,
         weights,
         lags: errors.lags,
         at_end,
@@ -142,7 +142,7 @@ impl Fit {
     /// Half the width of the interval that covers a value with a confidence (0.95), by Student's distribution, in standard errors.
     /// NaN where there are no degrees of freedom: then there is no interval.
     pub fn quantile(&self, value: usize, confidence: f64) -> f64 {
-        student_quantile(self.freedoms[value], confidence)
+        student_quantile(self.degrees_of_freedom[value], confidence)
     }
 
     /// What the fit predicts of a row of a sample, N m.

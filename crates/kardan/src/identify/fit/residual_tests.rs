@@ -56,7 +56,7 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
         let sum = count / 6.0 * (skew * skew + excess * excess / 4.0);
         out.extend(chi_squared_tail(2.0, sum).map(|probability| Test { what: TestKind::Normal, probability }));
     }
-    for coordinate in 0..samples.freedoms {
+    for coordinate in 0..samples.degrees_of_freedom {
         let mut order: Vec<usize> = (0..kept.len()).collect();
         let speed = |k: usize| samples.motion(chosen[kept[k]], 1)[coordinate];
         order.sort_by(|&a, &b| speed(a).total_cmp(&speed(b)));

@@ -16,7 +16,7 @@ pub(super) struct StandardErrors {
     pub correlation: Matrix<f64>,
     pub covariance: Matrix<f64>,
     /// Degrees of freedom of each value; NaN at a bound.
-    pub freedoms: Vec<f64>,
+    pub degrees_of_freedom: Vec<f64>,
     /// Samples less the rank for each of their rows.
     pub freedom: usize,
     /// Lags over which errors were taken as correlated.
@@ -100,7 +100,7 @@ impl Linearised<'_> {
                 score.iter_mut().zip(&block[i * all..(i + 1) * all]).for_each(|(s, x)| *s += x * left);
             }
         }
-        (scores, leverage.freedoms())
+        (scores, leverage.degrees_of_freedom())
     }
 }
 
@@ -128,7 +128,7 @@ pub(super) fn standard_errors(
         _ => 0,
     };
     let bread = &linear.cofactor;
-    let (scores, freedoms) = around.scores(bread);
+    let (scores, degrees_of_freedom) = around.scores(bread);
     // What each score moves: their sum of squares has no negative eigenvalue, however badly the columns are told apart.
     let mut moves = vec![0.0; scores.len()];
     for (own, score) in moves.chunks_exact_mut(all.max(1)).zip(scores.chunks_exact(all.max(1))) {
@@ -158,7 +158,7 @@ pub(super) fn standard_errors(
             if i == j || !(both > 0.0) { f64::from(u8::from(i == j)) } else { entry(i, j) / both }
         }),
         covariance: Matrix::from_fn(total, total, entry),
-        freedoms: (0..total).map(|k| place(k).map_or(f64::NAN, |at| freedoms[at])).collect(),
+        degrees_of_freedom: (0..total).map(|k| place(k).map_or(f64::NAN, |at| degrees_of_freedom[at])).collect(),
         freedom,
         lags,
     }

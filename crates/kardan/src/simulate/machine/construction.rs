@@ -69,7 +69,7 @@ impl Machine {
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
         let (dynamics, work) = Dynamics::new(setup.reduced);
-        let (r, m) = (dynamics.freedoms, dynamics.friction_count());
+        let (r, m) = (dynamics.degrees_of_freedom, dynamics.friction_count());
         let inputs = setup.reduced.equations.inputs.len();
         let scenario = setup.scenario;
         let mut size = 2 * r;
@@ -90,7 +90,7 @@ impl Machine {
             still: Vec::with_capacity(r),
             step_length: 0.0,
             step_speeds: vec![0.0; r],
-            freedoms: r,
+            degrees_of_freedom: r,
             size: size + 2,
             commands: vec![0.0; inputs],
             torques: vec![0.0; inputs],

@@ -23,7 +23,7 @@ impl Machine {
 
     /// Kinematics, sources, commands, torques and the force without friction. False if the inertia is singular.
     pub(super) fn forces(&mut self, time: f64, state: &[f64]) -> bool {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
         self.commands.fill(0.0);
@@ -72,7 +72,7 @@ impl Machine {
 
     /// Adds the friction of slipping directions to the force.
     pub(super) fn slip_forces(&mut self) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         for (k, mode) in self.modes.iter().enumerate() {
             if *mode != Mode::Stick {
                 let speed = self.dynamics.friction_speed(k, &self.work);
@@ -86,7 +86,7 @@ impl Machine {
 
     /// The accelerations in the current modes, from the force with slip friction.
     pub(super) fn accelerate(&mut self) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         self.acceleration.copy_from_slice(&self.force);
         self.work.factor.solve(&mut self.acceleration);
         let count = self.holding.len();
@@ -131,7 +131,7 @@ impl Machine {
 
     /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions.
     pub(super) fn factor_holding(&mut self) {
-        let (r, count) = (self.freedoms, self.holding.len());
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
             let k = self.holding[a];
             let row = &mut self.weighted[a * r..(a + 1) * r];
@@ -150,7 +150,7 @@ impl Machine {
 
     /// Holding torques when everything stands still: `Gᵀ λ = force`.
     pub(super) fn hold_torques_of_force(&mut self) {
-        let (r, count) = (self.freedoms, self.holding.len());
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
         self.factor_holding();
         for a in 0..count {
             self.hold_torque[a] = dot(&self.weighted[a * r..(a + 1) * r], &self.force);
@@ -160,7 +160,7 @@ impl Machine {
 
     /// The right-hand side in the current modes.
     pub fn derivative(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         if !self.forces(time, state) {
             out.fill(f64::NAN);
             return;
@@ -230,7 +230,7 @@ impl Machine {
 
     /// Kinetic and potential energy at a state, J.
     pub fn energy(&mut self, state: &[f64]) -> f64 {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         self.dynamics.energy(&self.work)
     }

@@ -17,7 +17,7 @@ impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
     /// what each direction can hold at rest, `min Σ (λ/c)²`.
     pub(super) fn split_friction(&mut self) {
-        let (r, count) = (self.freedoms, self.holding.len());
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
         self.factor_holding();
         let c = self.dynamics.breakaway_torques();
         // Rows of B: each sticking direction as a combination of the holding ones.
@@ -91,7 +91,7 @@ impl Machine {
     ///
     /// Needs `force` with the friction of all other directions.
     pub(super) fn solve_box(&mut self, directions: &[usize]) -> (Vec<f64>, Vec<f64>) {
-        let (r, m) = (self.freedoms, directions.len());
+        let (r, m) = (self.degrees_of_freedom, directions.len());
         let mut free = self.force.clone();
         self.work.factor.solve(&mut free);
         let row = |k: usize| &self.work.friction_rows[k * r..(k + 1) * r];
@@ -143,7 +143,7 @@ impl Machine {
     /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
     /// of the step before it was shortened for an event.
     pub fn measure_step(&mut self, length: f64, from: &[f64], to: &[f64]) {
-        let speeds = self.freedoms..2 * self.freedoms;
+        let speeds = self.degrees_of_freedom..2 * self.degrees_of_freedom;
         self.step_length = length;
         for ((size, a), b) in self.step_speeds.iter_mut().zip(&from[speeds.clone()]).zip(&to[speeds]) {
             *size = a.abs().max(b.abs());
@@ -186,7 +186,7 @@ impl Machine {
     /// Slipping directions whose speed has the wrong sign at this point of the step, beyond rounding.
     pub fn reversed(&mut self, state: &[f64], out: &mut Vec<usize>) {
         out.clear();
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         if !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
@@ -273,7 +273,7 @@ impl Machine {
 
     /// Directions whose speed is nothing but rounding.
     fn without_speed(&self, state: &[f64]) -> Vec<usize> {
-        let speeds = &state[self.freedoms..2 * self.freedoms];
+        let speeds = &state[self.degrees_of_freedom..2 * self.degrees_of_freedom];
         let rests = |k: &usize| {
             let speed = self.dynamics.friction_speed(*k, &self.work).abs();
             speed <= NOISE * self.dynamics.friction_terms(*k, speeds, &self.work)
@@ -283,7 +283,7 @@ impl Machine {
 
     /// Speeds along the holding directions become zero: `v −= H⁻¹Gᵀ (G H⁻¹Gᵀ)⁻¹ G v`.
     fn stop_along_holding(&mut self, state: &mut [f64]) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         self.factor_holding();
         let count = self.holding.len();
         let mut lambda: Vec<f64> =
@@ -309,7 +309,7 @@ impl Machine {
         if !self.dynamics.friction_varies(k) {
             return false;
         }
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         let row = &self.work.friction_rows[k * r..(k + 1) * r];
         let mut change = row.to_vec();
         self.work.factor.solve(&mut change);
@@ -330,7 +330,7 @@ impl Machine {
         }
         // A following direction shares with the holding ones that it is a combination of; one along which nothing can
         // move shares nothing.
-        let (r, count) = (self.freedoms, self.holding.len());
+        let (r, count) = (self.degrees_of_freedom, self.holding.len());
         let mut out = Vec::new();
         for &f in &self.following {
             let row = &self.work.friction_rows[f * r..(f + 1) * r];
@@ -349,7 +349,7 @@ impl Machine {
 
     /// A friction direction in the metric of the inverse inertia.
     pub(super) fn metric_row(&self, k: usize) -> Vec<f64> {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         let mut row = self.work.friction_rows[k * r..(k + 1) * r].to_vec();
         self.work.factor.half_solve(&mut row);
         row
@@ -359,7 +359,7 @@ impl Machine {
     pub(super) fn span(&self, directions: &[usize]) -> Span {
         let mut span = Span { members: Vec::new(), basis: Vec::new() };
         let mut rows: Vec<(usize, Vec<f64>)> = directions.iter().map(|&k| (k, self.metric_row(k))).collect();
-        while !rows.is_empty() && span.basis.len() < self.freedoms {
+        while !rows.is_empty() && span.basis.len() < self.degrees_of_freedom {
             let left: Vec<f64> = rows.iter().map(|(_, row)| span.left(row.clone())).collect();
             let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
             if left[best] <= OUTSIDE {
@@ -373,7 +373,7 @@ impl Machine {
 
     /// Chooses independent directions among those given and notes which coordinates stand still.
     pub(super) fn choose_holding(&mut self, sticking: &[usize]) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         self.holding = self.span(sticking).members;
         self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
         self.hold_factor = Cholesky::new(self.holding.len());

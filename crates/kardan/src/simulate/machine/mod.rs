@@ -39,7 +39,7 @@ pub struct Machine {
     /// at its two ends, rad/s.
     step_length: f64,
     step_speeds: Vec<f64>,
-    freedoms: usize,
+    degrees_of_freedom: usize,
     size: usize,
     pub(super) sources: Vec<f64>,
     pub(super) commands: Vec<f64>,
@@ -96,7 +96,7 @@ impl Machine {
     }
 
     /// Degrees of freedom.
-    pub fn freedoms(&self) -> usize {
-        self.freedoms
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.degrees_of_freedom
     }
 }

@@ -27,11 +27,11 @@ impl Inverse {
     /// For these motors of a model.
     pub fn new(reduced: &Reduced, motors: &[usize]) -> Self {
         let (dynamics, work) = Dynamics::new(reduced);
-        let plant = Plant::new(reduced.clone(), vec![0.0; reduced.freedoms()]);
+        let plant = Plant::new(reduced.clone(), vec![0.0; reduced.degrees_of_freedom()]);
         let limits: Vec<Option<f64>> = motors.iter().map(|&motor| plant.torque_limit(motor)).collect();
         let largest = limits.iter().flatten().copied().fold(0.0, f64::max);
         let weight = |limit: &Option<f64>| limit.map_or(1.0, |limit| (limit / largest).powi(2));
-        let r = dynamics.freedoms;
+        let r = dynamics.degrees_of_freedom;
         Self {
             weights: limits.iter().map(weight).collect(),
             limits,
@@ -45,14 +45,14 @@ impl Inverse {
     }
 
     fn row(&self, motor: usize) -> &[f64] {
-        let r = self.dynamics.freedoms;
+        let r = self.dynamics.degrees_of_freedom;
         &self.work.input_rows[self.motors[motor] * r..(self.motors[motor] + 1) * r]
     }
 
     /// Torques (N m) for reduced accelerations at a reduced position and speed, the smallest relative to the limits; false, and zeros,
     /// if the motors cannot push every motion there. Allocates nothing.
     pub fn torques(&mut self, position: &[f64], speed: &[f64], acceleration: &[f64], out: &mut [f64]) -> bool {
-        let r = self.dynamics.freedoms;
+        let r = self.dynamics.degrees_of_freedom;
         out.fill(0.0);
         self.dynamics.update(position, speed, &mut self.work);
         for i in 0..r {

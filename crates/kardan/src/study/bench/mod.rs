@@ -440,11 +440,11 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
         let equations = assemble(&plant.shafts, &plant.terms);
         let reduced = reduce(equations.clone(), None).map(|free| {
             let mut names = model.coordinate_names();
-            let more = free.freedoms().saturating_sub(names.len());
+            let more = free.degrees_of_freedom().saturating_sub(names.len());
             let others: Vec<String> = equations.shafts.iter().filter(|name| !names.contains(name)).cloned().collect();
             // A spring in place of a constraint frees one shaft after the other.
             for name in others {
-                if names.len() == model.freedoms() + more {
+                if names.len() == model.degrees_of_freedom() + more {
                     break;
                 }
                 names.push(name);
@@ -510,8 +510,8 @@ impl PreparedBench {
                     faults: Vec::new(),
                     seed: spec.seed,
                     recorded: None,
-                    position: vec![0.0; self.plant.freedoms()],
-                    speed: vec![0.0; self.plant.freedoms()],
+                    position: vec![0.0; self.plant.degrees_of_freedom()],
+                    speed: vec![0.0; self.plant.degrees_of_freedom()],
                 };
                 let course = Arc::new(tour.course(spec.seed).0);
                 let (_, complete) = Servo::new(model, &self.motors, course, spec.period, spec.bandwidth);
@@ -520,7 +520,7 @@ impl PreparedBench {
                         "The encoders do not tell all coordinates: the servo loops read their angles as they are.";
                     self.notes.push(note.into());
                 }
-                self.scenario.position = angles_at(model, &vec![0.0; model.freedoms()], &self.plant);
+                self.scenario.position = angles_at(model, &vec![0.0; model.degrees_of_freedom()], &self.plant);
                 (self.plan, self.tour) = (Some(plan), Some(tour));
                 self.tolerance.relative = self.tolerance.relative.max(TOLERANCE);
                 self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);

@@ -30,32 +30,32 @@ const SINES: (f64, usize) = (4.0, 5);
 /// A motion, sample by sample: reduced coordinates (rad), speeds, accelerations. The speed is linear between two samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Course {
-    freedoms: usize,
+    degrees_of_freedom: usize,
     positions: Vec<f64>,
     speeds: Vec<f64>,
     accelerations: Vec<f64>,
 }
 
 impl Course {
-    fn new(freedoms: usize, period: f64, speeds: Vec<f64>) -> Self {
+    fn new(degrees_of_freedom: usize, period: f64, speeds: Vec<f64>) -> Self {
         let mut positions = vec![0.0; speeds.len()];
         let mut accelerations = vec![0.0; speeds.len()];
-        for k in 0..speeds.len().saturating_sub(freedoms) {
-            let (now, next) = (speeds[k], speeds[k + freedoms]);
+        for k in 0..speeds.len().saturating_sub(degrees_of_freedom) {
+            let (now, next) = (speeds[k], speeds[k + degrees_of_freedom]);
             accelerations[k] = (next - now) / period;
-            positions[k + freedoms] = positions[k] + 0.5 * period * (now + next);
+            positions[k + degrees_of_freedom] = positions[k] + 0.5 * period * (now + next);
         }
-        Self { freedoms, positions, speeds, accelerations }
+        Self { degrees_of_freedom, positions, speeds, accelerations }
     }
 
     pub fn samples(&self) -> usize {
-        self.speeds.len() / self.freedoms
+        self.speeds.len() / self.degrees_of_freedom
     }
 
     /// Position, speed and acceleration of a sample; beyond the end those at the end.
     pub fn at(&self, sample: usize) -> (&[f64], &[f64], &[f64]) {
-        let k = sample.min(self.samples() - 1) * self.freedoms;
-        let of = |values: &'_ [f64]| -> std::ops::Range<usize> { k..(k + self.freedoms).min(values.len()) };
+        let k = sample.min(self.samples() - 1) * self.degrees_of_freedom;
+        let of = |values: &'_ [f64]| -> std::ops::Range<usize> { k..(k + self.degrees_of_freedom).min(values.len()) };
         let range = of(&self.positions);
         (&self.positions[range.clone()], &self.speeds[range.clone()], &self.accelerations[range])
     }
@@ -63,7 +63,7 @@ impl Course {
 
 /// The parts of a plan in the order in which they are played.
 pub(super) struct Tour {
-    freedoms: usize,
+    degrees_of_freedom: usize,
     period: f64,
     legs: Vec<Leg>,
 }
@@ -78,7 +78,7 @@ impl Tour {
     /// The motion, and of each part the samples between which it is measured. Constant speeds are held longer by a random part, so that
     /// what comes back with each turn of a shaft is not in step from one speed to the next.
     pub fn course(&self, seed: u64) -> (Course, Vec<(usize, usize)>) {
-        let r = self.freedoms;
+        let r = self.degrees_of_freedom;
         let mut random = Random::named(seed, "holds");
         let mut speeds = vec![0.0; r];
         let mut parts = Vec::new();
@@ -98,7 +98,7 @@ impl Tour {
 
     /// The longest that a motion can take, s.
     fn longest(&self) -> f64 {
-        let samples = |leg: &Leg| (leg.way.len() / self.freedoms) as f64 + leg.held as f64 * (1.0 + BEYOND);
+        let samples = |leg: &Leg| (leg.way.len() / self.degrees_of_freedom) as f64 + leg.held as f64 * (1.0 + BEYOND);
         self.legs.iter().map(samples).sum::<f64>() * self.period
     }
 }
@@ -206,7 +206,7 @@ impl Planner<'_> {
         if !mixed.is_empty() || wanted.is_empty() {
             return Err(Refusal::Undetermined(mixed));
         }
-        let mut work = Workshop::new(self, &wanted)?;
+        let mut rating = Rating::new(self, &wanted)?;
         let limits = self.limits();
         if let Some(&free) = self.reduced.coordinates.iter().find(|&&shaft| limits[shaft].is_infinite()) {
             return Err(Refusal::NoLimit(self.reduced.equations.shafts[free].clone()));
@@ -216,8 +216,8 @@ impl Planner<'_> {
             return Err(Refusal::TooLong(shortest));
         }
         let (mut candidates, looked) = match self.spec.plan {
-            ExcitationPlan::ConstantSpeeds => self.constant(&mut work, &limits)?,
-            _ => self.sections(&mut work, &limits),
+            ExcitationPlan::ConstantSpeeds => self.constant(&mut rating, &limits)?,
+            _ => self.sections(&mut rating, &limits),
         };
         let blocks: Vec<Matrix<f64>> =
             candidates.iter_mut().map(|one| std::mem::replace(&mut one.rows, Matrix::zeros(0, 0))).collect();
@@ -232,7 +232,7 @@ impl Planner<'_> {
         let share = count as f64 / blocks.len() as f64;
         let p = wanted.len() as f64;
         let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * share.ln();
-        let (tour, mut points) = self.play(&mut work, &candidates, &selection.chosen, &limits)?;
+        let (tour, mut points) = self.play(&mut rating, &candidates, &selection.chosen, &limits)?;
         if tour.longest() > self.spec.duration {
             return Err(Refusal::TooLong(tour.longest()));
         }
@@ -271,8 +271,8 @@ impl Planner<'_> {
     }
 
     /// All combinations of the speeds of the coordinates that keep the limits and do not creep.
-    fn constant(&self, work: &mut Workshop, limits: &[f64]) -> Result<(Vec<Candidate>, usize), Refusal> {
-        let r = self.reduced.freedoms();
+    fn constant(&self, rating: &mut Rating, limits: &[f64]) -> Result<(Vec<Candidate>, usize), Refusal> {
+        let r = self.reduced.degrees_of_freedom();
         let levels: Vec<Vec<f64>> = (0..r).map(|i| self.levels(i, limits)).collect();
         let least = self.least(limits);
         let looked = levels.iter().try_fold(1_usize, |all, own| all.checked_mul(own.len())).unwrap_or(usize::MAX);
@@ -289,24 +289,24 @@ impl Planner<'_> {
                 left /= levels[i].len();
             }
             let rest = vec![0.0; r];
-            let creeps = |work: &Workshop| {
-                let shafts = &work.inverse.work.kinematics.speeds;
+            let creeps = |rating: &Rating| {
+                let shafts = &rating.inverse.work.kinematics.speeds;
                 shafts.iter().zip(&least).any(|(w, least)| w.abs() < least * (1.0 - 1e-9))
             };
-            if !work.keeps(&rest, &speeds, &rest, limits) || creeps(work) {
+            if !rating.keeps(&rest, &speeds, &rest, limits) || creeps(rating) {
                 continue;
             }
             let mut rows = Vec::new();
-            if work.rows(&rest, &speeds, &rest, weight, &mut rows) {
-                out.push(Candidate { speeds, torques: work.torques.clone(), rows: block(&rows, work.columns()) });
+            if rating.rows(&rest, &speeds, &rest, weight, &mut rows) {
+                out.push(Candidate { speeds, torques: rating.torques.clone(), rows: block(&rows, rating.columns()) });
             }
         }
         Ok((out, looked))
     }
 
     /// Sections of sines or steps, drawn from the seed and scaled down until they keep the limits.
-    fn sections(&self, work: &mut Workshop, limits: &[f64]) -> (Vec<Candidate>, usize) {
-        let (r, period) = (self.reduced.freedoms(), self.spec.period);
+    fn sections(&self, rating: &mut Rating, limits: &[f64]) -> (Vec<Candidate>, usize) {
+        let (r, period) = (self.reduced.degrees_of_freedom(), self.spec.period);
         let samples = ((self.dwell() / period).round() as usize).max(10);
         let ramp = ((self.spec.ramp / period).round() as usize).clamp(1, samples / 3);
         let looked = DRAWS * self.count(0);
@@ -323,7 +323,7 @@ impl Planner<'_> {
                 profile.iter().enumerate().for_each(|(k, x)| speeds[k * r + i] = size * x);
             }
             for _ in 0..40 {
-                if let Some(candidate) = self.section(work, &speeds, limits) {
+                if let Some(candidate) = self.section(rating, &speeds, limits) {
                     out.push(candidate);
                     break;
                 }
@@ -333,35 +333,35 @@ impl Planner<'_> {
         (out, looked)
     }
 
-    fn section(&self, work: &mut Workshop, speeds: &[f64], limits: &[f64]) -> Option<Candidate> {
-        let course = Course::new(self.reduced.freedoms(), self.spec.period, speeds.to_vec());
+    fn section(&self, rating: &mut Rating, speeds: &[f64], limits: &[f64]) -> Option<Candidate> {
+        let course = Course::new(self.reduced.degrees_of_freedom(), self.spec.period, speeds.to_vec());
         let mut largest = vec![0.0; self.motors.len()];
         let mut rows = Vec::new();
         for sample in (0..course.samples()).step_by(STRIDE) {
             let (position, speed, acceleration) = course.at(sample);
-            if !work.keeps(position, speed, acceleration, limits) {
+            if !rating.keeps(position, speed, acceleration, limits) {
                 return None;
             }
-            largest.iter_mut().zip(&work.torques).for_each(|(largest, x)| *largest = x.abs().max(*largest));
-            work.rows(position, speed, acceleration, (STRIDE as f64).sqrt(), &mut rows);
+            largest.iter_mut().zip(&rating.torques).for_each(|(largest, x)| *largest = x.abs().max(*largest));
+            rating.rows(position, speed, acceleration, (STRIDE as f64).sqrt(), &mut rows);
         }
-        let rows = block(&rows, work.columns());
+        let rows = block(&rows, rating.columns());
         Some(Candidate { speeds: speeds.to_vec(), rows, torques: largest })
     }
 
     /// The motion through the candidates chosen, from rest to rest, and when each is measured.
     fn play(
         &self,
-        work: &mut Workshop,
+        rating: &mut Rating,
         candidates: &[Candidate],
         chosen: &[usize],
         limits: &[f64],
     ) -> Result<(Tour, Vec<BenchPoint>), Refusal> {
-        let (r, period) = (self.reduced.freedoms(), self.spec.period);
+        let (r, period) = (self.reduced.degrees_of_freedom(), self.spec.period);
         let constant = self.spec.plan == ExcitationPlan::ConstantSpeeds;
         let dwell = ((self.dwell() / period).round() as usize).max(1);
         let mut left: Vec<usize> = chosen.to_vec();
-        let mut tour = Tour { freedoms: r, period, legs: Vec::new() };
+        let mut tour = Tour { degrees_of_freedom: r, period, legs: Vec::new() };
         let mut points = Vec::new();
         let mut now = vec![0.0; r];
         while !left.is_empty() {
@@ -373,7 +373,7 @@ impl Planner<'_> {
             let best = (0..left.len()).min_by(|&a, &b| far(left[a]).total_cmp(&far(left[b]))).unwrap_or(0);
             let candidate = &candidates[left.remove(best)];
             if constant {
-                let way = self.ramp(work, &now, &candidate.speeds, limits)?;
+                let way = self.ramp(rating, &now, &candidate.speeds, limits)?;
                 now.clone_from(&candidate.speeds);
                 tour.legs.push(Leg { way, held: dwell });
             } else {
@@ -385,16 +385,16 @@ impl Planner<'_> {
             points.push(BenchPoint {
                 from: 0.0,
                 until: 0.0,
-                speeds: work.shaft_speeds(&candidate.speeds),
+                speeds: rating.shaft_speeds(&candidate.speeds),
                 torques: candidate.torques.clone(),
             });
         }
-        tour.legs.push(Leg { way: self.ramp(work, &now, &vec![0.0; r], limits)?, held: 0 });
+        tour.legs.push(Leg { way: self.ramp(rating, &now, &vec![0.0; r], limits)?, held: 0 });
         Ok((tour, points))
     }
 
     /// A straight ramp of the speeds, as long as the torques need.
-    fn ramp(&self, work: &mut Workshop, from: &[f64], to: &[f64], limits: &[f64]) -> Result<Vec<f64>, Refusal> {
+    fn ramp(&self, rating: &mut Rating, from: &[f64], to: &[f64], limits: &[f64]) -> Result<Vec<f64>, Refusal> {
         let (r, period) = (from.len(), self.spec.period);
         let mut samples = (self.spec.ramp / period).round().max(1.0) as usize;
         loop {
@@ -402,7 +402,7 @@ impl Planner<'_> {
             let acceleration: Vec<f64> = (0..r).map(|i| (to[i] - from[i]) / length).collect();
             let at = |part: f64| -> Vec<f64> { (0..r).map(|i| from[i] + part * (to[i] - from[i])).collect() };
             // Torques are straight in the speed but where a friction turns round.
-            let fits = (0..=20).all(|k| work.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
+            let fits = (0..=20).all(|k| rating.keeps(&vec![0.0; r], &at(f64::from(k) / 20.0), &acceleration, limits));
             if fits {
                 return Ok((1..=samples).flat_map(|k| at(k as f64 / samples as f64)).collect());
             }
@@ -415,7 +415,7 @@ impl Planner<'_> {
 }
 
 /// What candidates are rated with.
-struct Workshop {
+struct Rating {
     inverse: Inverse,
     regressor: Regressor,
     kinematics: Kinematics,
@@ -428,10 +428,10 @@ struct Workshop {
     sigma: f64,
 }
 
-impl Workshop {
+impl Rating {
     fn new(planner: &Planner<'_>, wanted: &[Coefficient]) -> Result<Self, Refusal> {
         let (reduced, motors) = (planner.reduced, planner.motors);
-        let r = reduced.freedoms();
+        let r = reduced.degrees_of_freedom();
         let mut inverse = Inverse::new(reduced, motors);
         let mut torques = vec![0.0; motors.len()];
         let rest = vec![0.0; r];

@@ -61,7 +61,7 @@ impl Servo {
     /// For a model; the plant may have more coordinates, its shafts are the same. The second value tells whether the encoders suffice:
     /// else the loops read the angles of the coordinates as they are.
     pub fn new(reduced: &Reduced, motors: &[usize], course: Arc<Course>, period: f64, bandwidth: f64) -> (Self, bool) {
-        let r = reduced.freedoms();
+        let r = reduced.degrees_of_freedom();
         let mut kinematics = Kinematics::new(reduced);
         kinematics.update(&vec![0.0; r], &vec![0.0; r]);
         let encoders = encoders(reduced);

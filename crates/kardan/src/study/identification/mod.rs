@@ -6,7 +6,7 @@ mod compare;
 mod plant;
 mod reading;
 mod rows;
-mod told;
+mod summary;
 
 use std::io::{Seek, SeekFrom};
 use std::sync::Arc;
@@ -209,7 +209,7 @@ pub(super) fn of_project(
         return Err(vec![too_large()]);
     }
     let tell = |unseen: Option<&[f64]>, unfinished: Option<String>| {
-        let story = told::Story {
+        let fitted = summary::Fitted {
             plant: &plant,
             asked: &asked,
             columns: &columns,
@@ -220,7 +220,7 @@ pub(super) fn of_project(
             window,
             noise: &built.noise,
         };
-        let mut out = told::told(&story);
+        let mut out = summary::summary(&fitted);
         out.logs = recorded.iter().flat_map(|recording| logs_told(recording, &slots)).collect();
         out.windows = count;
         out.notes.splice(0..0, notes.iter().cloned());
@@ -411,7 +411,7 @@ fn too_little(taken: &Taken, needed: usize, window: f64) -> Diagnostic {
         taken.samples.len(),
         if steady { "segments of constant speed" } else { "windows" },
         count.all,
-        told::short(window),
+        summary::short(window),
         count.incomplete,
         count.resting,
     );

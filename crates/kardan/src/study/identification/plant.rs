@@ -103,11 +103,11 @@ pub(super) fn plant(
     // The coordinates of the file first, where they were measured.
     let preferred: Vec<String> = model.coordinates.clone().unwrap_or_default();
     measured.sort_by_key(|shaft| preferred.iter().position(|name| name == shaft).unwrap_or(usize::MAX));
-    let basis = linearise(&free, &vec![0.0; free.freedoms()]).basis;
+    let basis = linearise(&free, &vec![0.0; free.degrees_of_freedom()]).basis;
     let rows: Vec<usize> = measured.iter().filter_map(|shaft| free.shaft(shaft)).collect();
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
-    if pivots.len() < free.freedoms() {
+    if pivots.len() < free.degrees_of_freedom() {
         let others: Vec<&str> = free
             .equations
             .shafts
@@ -115,8 +115,11 @@ pub(super) fn plant(
             .map(String::as_str)
             .filter(|shaft| !measured.iter().any(|m| m == shaft))
             .collect();
-        let message =
-            format!("the model has {} degrees of freedom, and the logs tell {} of them", free.freedoms(), pivots.len());
+        let message = format!(
+            "the model has {} degrees of freedom, and the logs tell {} of them",
+            free.degrees_of_freedom(),
+            pivots.len()
+        );
         let help = if measured.is_empty() {
             "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
         } else {

@@ -40,7 +40,7 @@ pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &M
         silence(&mut reduced.equations, &columns.asked[free]);
     }
     let reduced = &reduced;
-    let (r, m) = (reduced.freedoms(), reduced.equations.inputs.len());
+    let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.inputs.len());
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
     // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
     let noise: Vec<f64> = (0..slots.len())

@@ -143,6 +143,6 @@ pub(super) fn closed(
         b: system.b.multiply(l),
         c: difference(&system.c, &system.d.multiply(k)),
         d: system.d.multiply(l),
-        freedoms: None,
+        degrees_of_freedom: None,
     }
 }

@@ -96,7 +96,7 @@ pub fn observable_quotient(system: &LinearSystem, preferred: &[Vec<Rational>]) -
         b: projection.multiply(&system.b),
         c: through(&system.c),
         d: system.d.clone(),
-        freedoms: None,
+        degrees_of_freedom: None,
     };
     // A x = x M on the unobservable subspace; its basis has the identity in some columns.
     let identity: Vec<usize> = (0..unobservable.rows()).map(|i| last_one(unobservable.row(i))).collect();

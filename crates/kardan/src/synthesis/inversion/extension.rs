@@ -107,7 +107,7 @@ pub fn dynamic_extension(system: &LinearSystem) -> Result<Extension, Obstruction
         return Err(obstruction);
     }
     let (n, p) = (system.a.rows(), system.b.columns());
-    let mut extended = LinearSystem { e: Matrix::identity(n), freedoms: None, ..system.clone() };
+    let mut extended = LinearSystem { e: Matrix::identity(n), degrees_of_freedom: None, ..system.clone() };
     let (mut from_state, mut from_input) = (Matrix::zeros(p, n), Matrix::identity(p));
     let mut integrators: Vec<Integrator> = Vec::new();
     loop {

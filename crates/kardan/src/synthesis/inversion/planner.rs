@@ -141,7 +141,7 @@ pub fn planner(flat: &FlatParametrisation, filters: &[Polynomial]) -> Result<Lin
         b,
         c,
         d,
-        freedoms: None,
+        degrees_of_freedom: None,
     })
 }
 

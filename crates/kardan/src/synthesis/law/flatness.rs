@@ -215,6 +215,6 @@ fn closed(task: &Task, plan: &LinearSystem, k: &Matrix<Rational>) -> LinearSyste
             },
         ),
         d: d.multiply(&on_references),
-        freedoms: None,
+        degrees_of_freedom: None,
     }
 }

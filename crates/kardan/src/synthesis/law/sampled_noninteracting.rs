@@ -258,7 +258,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let follows = follows(request)?;
     let straight = designed(request, &asked, matches!(follows, Follows::Turns { .. }))?;
     let mut kinematics = Kinematics::new(&plant.reduced);
-    let zero = vec![0.0; plant.reduced.freedoms()];
+    let zero = vec![0.0; plant.reduced.degrees_of_freedom()];
     kinematics.update(&zero, &zero);
     let read = |one: &Reading| one.read(&kinematics.angles, &kinematics.speeds);
     let offsets: Vec<f64> = straight.observed.readings.iter().map(read).collect();
@@ -370,7 +370,7 @@ fn schedule(
     let mut points = vec![straight.data.clone()];
     let mut ratios = vec![request.plant.linear.basis.to_f64()];
     for k in 1..count {
-        let mut position = vec![0.0; reduced.freedoms()];
+        let mut position = vec![0.0; reduced.degrees_of_freedom()];
         position[coordinate] = PERIOD * k as f64 / count as f64;
         let plant = Plant { elements: request.plant.elements.clone(), ..Plant::new(reduced.clone(), position) };
         let basis = plant.linear.basis.to_f64();

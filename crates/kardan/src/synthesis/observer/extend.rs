@@ -35,7 +35,7 @@ pub fn extend(system: &LinearSystem, disturbance: &Matrix<Rational>, names: &[St
         b: Matrix::from_fn(n + k, system.inputs.len(), |i, j| if i < n { system.b[(i, j)].clone() } else { zero() }),
         c: Matrix::from_fn(system.outputs.len(), n + k, |i, j| if j < n { system.c[(i, j)].clone() } else { zero() }),
         d: system.d.clone(),
-        freedoms: None,
+        degrees_of_freedom: None,
     }
 }
 

@@ -65,7 +65,7 @@ pub struct SampledLoop {
     /// After which happening new commands of each law are in force; `None` if that is more than once in a period.
     applied: Vec<Option<usize>>,
     /// Reduced coordinates, which stand first in z.
-    freedoms: usize,
+    degrees_of_freedom: usize,
     /// Where constants begin in z: references and errors.
     constants: usize,
     jumps: Vec<Jump>,
@@ -335,7 +335,7 @@ impl SampledLoop {
         let once = |all: Vec<usize>| if let [one] = all[..] { Some(one) } else { None };
         let applied = applied.into_iter().map(once).collect();
         let constants = references.first().copied().unwrap_or(places.size);
-        let freedoms = plant.inertia.rows();
+        let degrees_of_freedom = plant.inertia.rows();
         Ok(Self {
             map,
             period,
@@ -347,7 +347,7 @@ impl SampledLoop {
             excess,
             held,
             applied,
-            freedoms,
+            degrees_of_freedom,
             constants,
             jumps,
             course,
@@ -519,8 +519,8 @@ impl SampledLoop {
         let part = |first: usize| {
             let mut z = vec![0.0; self.map.rows()];
             (0..n).for_each(|k| z[k] = found[(first + k, 0)] / largest);
-            let mut seen = vec![z[..self.freedoms].to_vec()];
-            self.pass(&mut z, &mut |z| seen.push(z[..self.freedoms].to_vec()));
+            let mut seen = vec![z[..self.degrees_of_freedom].to_vec()];
+            self.pass(&mut z, &mut |z| seen.push(z[..self.degrees_of_freedom].to_vec()));
             seen
         };
         let (x, y) = (part(0), part(n));

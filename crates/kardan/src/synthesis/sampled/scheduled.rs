@@ -28,7 +28,7 @@ pub(in crate::synthesis) struct ScheduleData {
 /// # Errors
 /// Why there is none, as the end of a sentence.
 pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> {
-    let (n, r) = (reduced.equations.shafts.len(), reduced.freedoms());
+    let (n, r) = (reduced.equations.shafts.len(), reduced.degrees_of_freedom());
     let names = reduced.coordinate_names();
     // How often each shaft turns, on the whole, with each coordinate, and whether it depends on it at all.
     let mut turns = vec![vec![Rational::ZERO; r]; n];

@@ -11,7 +11,7 @@ use crate::results::{
     Trace, TracePoint, Validation,
 };
 
-pub(super) struct Story<'a> {
+pub(super) struct Fitted<'a> {
     pub plant: &'a Plant,
     pub asked: &'a Asked,
     pub columns: &'a Columns,
@@ -35,14 +35,14 @@ const POINTS: usize = 2000;
 /// Part of a variance that noise may make up before it is said.
 const NOISE: f64 = 0.01;
 
-pub(super) fn told(story: &Story<'_>) -> Identification {
-    let Story { plant, asked, columns, samples, fit, method, window, .. } = story;
+pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
+    let Fitted { plant, asked, columns, samples, fit, method, window, .. } = fitted;
     let inputs = &plant.reduced.equations.inputs;
     let names = |of: &dyn Fn(usize) -> bool| {
         (0..inputs.len()).filter(|&k| of(k)).map(|k| inputs[k].element.clone()).collect::<Vec<_>>()
     };
     let coordinates = plant.reduced.coordinate_names();
-    let parameters = parameters(story);
+    let parameters = parameters(fitted);
     let mut out = Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
@@ -60,29 +60,29 @@ pub(super) fn told(story: &Story<'_>) -> Identification {
         .into(),
         outliers: fit.weights.iter().filter(|weight| **weight < 0.1).count(),
         structural: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
-        weak: weak(story, &parameters),
+        weak: weak(fitted, &parameters),
         correlation: NamedMatrix {
             title: "correlation of the errors".into(),
             unit: String::new(),
-            rows: column_names(story),
-            columns: column_names(story),
+            rows: column_names(fitted),
+            columns: column_names(fitted),
             values: fit.correlation.to_rows(),
         },
         condition: fit.condition,
         scale: fit.scale,
         freedom: fit.freedom,
         lags: fit.lags,
-        damping: damping(story, &parameters),
-        tests: tests(story),
-        validation: validation(story),
-        curves: curves(story),
-        traces: traces(story),
+        damping: damping(fitted, &parameters),
+        tests: tests(fitted),
+        validation: validation(fitted),
+        curves: curves(fitted),
+        traces: traces(fitted),
         coordinates,
         parameters,
         ..Identification::default()
     };
-    (out.for_file, out.not_for_file) = for_file(story, &out.parameters);
-    out.warnings = warnings(story, &out);
+    (out.for_file, out.not_for_file) = for_file(fitted, &out.parameters);
+    out.warnings = warnings(fitted, &out);
     if fit.lags > 0 {
         out.notes.push(format!(
             "what is left of one window tells of the next: standard errors take {} of them as correlated (Newey, West)",
@@ -96,10 +96,10 @@ pub(super) fn told(story: &Story<'_>) -> Identification {
 }
 
 /// Names of the columns of the fit, then of the Stribeck speeds.
-fn column_names(story: &Story<'_>) -> Vec<String> {
-    let kept = story.columns.kept.iter().map(|(k, _)| story.columns.asked[*k].name.clone());
-    let extras = story.asked.extras.iter().map(|extra| extra.name.clone());
-    let speeds = story.asked.extras.iter().filter(|extra| extra.shape.is_some());
+fn column_names(fitted: &Fitted<'_>) -> Vec<String> {
+    let kept = fitted.columns.kept.iter().map(|(k, _)| fitted.columns.asked[*k].name.clone());
+    let extras = fitted.asked.extras.iter().map(|extra| extra.name.clone());
+    let speeds = fitted.asked.extras.iter().filter(|extra| extra.shape.is_some());
     kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
 }
 
@@ -133,8 +133,8 @@ pub(super) fn short(x: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-fn parameters(story: &Story<'_>) -> Vec<Found> {
-    let Story { asked, columns, fit, .. } = story;
+fn parameters(fitted: &Fitted<'_>) -> Vec<Found> {
+    let Fitted { asked, columns, fit, .. } = fitted;
     let published = |name: &str| asked.published.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
     let mut out: Vec<Found> = Vec::new();
     let undetermined = |column: usize| fit.standard_errors[column].is_infinite();
@@ -216,8 +216,8 @@ fn parameters(story: &Story<'_>) -> Vec<Found> {
 }
 
 /// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
-fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<String>) {
-    let Story { asked, columns, .. } = story;
+fn for_file(fitted: &Fitted<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<String>) {
+    let Fitted { asked, columns, .. } = fitted;
     let (mut values, mut left) = (Vec::new(), Vec::new());
     let told = |one: &Found| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
     let plain = parameters.iter().take(columns.asked.len());
@@ -240,7 +240,7 @@ fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<Str
         let with = asked.wanted.iter().position(|one| one.keys.iter().any(own_friction));
         let sliding = match with {
             Some(k) => parameters.get(k).and_then(told),
-            None => story
+            None => fitted
                 .plant
                 .reduced
                 .equations
@@ -273,9 +273,9 @@ fn for_file(story: &Story<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<Str
 }
 
 /// What these data hardly tell.
-fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
-    let Story { fit, columns, .. } = story;
-    let names = column_names(story);
+fn weak(fitted: &Fitted<'_>, parameters: &[Found]) -> Vec<String> {
+    let Fitted { fit, columns, .. } = fitted;
+    let names = column_names(fitted);
     let mut out = Vec::new();
     for row in &fit.undetermined {
         // The combination in parts of its largest entry, by the size of each column.
@@ -294,7 +294,7 @@ fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
             _ => format!("in these logs {} are always seen together", parts.join(" : ")),
         });
     }
-    let count = columns.kept.len() + story.asked.extras.len();
+    let count = columns.kept.len() + fitted.asked.extras.len();
     for i in 0..count {
         for j in 0..i {
             let correlation = fit.correlation[(i, j)];
@@ -313,8 +313,8 @@ fn weak(story: &Story<'_>, parameters: &[Found]) -> Vec<String> {
 }
 
 /// Kᵀ D K at what was found, where dampings were asked for.
-fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<FoundDamping> {
-    let Story { plant, columns, .. } = story;
+fn damping(fitted: &Fitted<'_>, parameters: &[Found]) -> Option<FoundDamping> {
+    let Fitted { plant, columns, .. } = fitted;
     let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
     let told = |one: &Coefficient| {
         parameters
@@ -325,13 +325,13 @@ fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<FoundDamping> {
         return None;
     }
     let reduced = &plant.reduced;
-    let linear = linearise(reduced, &vec![0.0; reduced.freedoms()]);
-    let r = reduced.freedoms();
+    let linear = linearise(reduced, &vec![0.0; reduced.degrees_of_freedom()]);
+    let r = reduced.degrees_of_freedom();
     let mut sum = Matrix::<Rational>::zeros(r, r);
     for (number, term) in reduced.equations.dampers.iter().enumerate() {
         let asked = columns.asked.iter().position(|one| one.kind == Kind::Damping && one.terms.contains(&number));
         let value = match asked {
-            Some(k) => rational_from_f64(written(&columns.asked[k].name, parameters, story)?)?,
+            Some(k) => rational_from_f64(written(&columns.asked[k].name, parameters, fitted)?)?,
             None => term.value.to_rational(),
         };
         let g: Vec<Rational> = (0..r)
@@ -358,29 +358,29 @@ fn damping(story: &Story<'_>, parameters: &[Found]) -> Option<FoundDamping> {
 }
 
 /// The value of a parameter with the others of its combination as the file gives them.
-fn written(name: &str, parameters: &[Found], story: &Story<'_>) -> Option<f64> {
+fn written(name: &str, parameters: &[Found], fitted: &Fitted<'_>) -> Option<f64> {
     let found = parameters.iter().find(|one| one.name == name)?;
-    let columns = story.columns;
+    let columns = fitted.columns;
     let number = columns.asked.iter().position(|one| one.name == name)?;
     let with = columns.kept.iter().find(|(kept, _)| *kept == number).map_or(&[][..], |(_, with)| with);
     let others: f64 =
-        with.iter().map(|(other, factor)| factor * story.asked.wanted[*other].before.unwrap_or(0.0)).sum();
+        with.iter().map(|(other, factor)| factor * fitted.asked.wanted[*other].before.unwrap_or(0.0)).sum();
     let value = found.value? - others;
     value.is_finite().then_some(value)
 }
 
 /// Names of the rows of the balance.
-fn row_names(story: &Story<'_>) -> Vec<String> {
-    let names = story.plant.reduced.coordinate_names();
-    if story.samples.rows == names.len() {
+fn row_names(fitted: &Fitted<'_>) -> Vec<String> {
+    let names = fitted.plant.reduced.coordinate_names();
+    if fitted.samples.rows == names.len() {
         return names;
     }
-    (0..story.samples.rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
+    (0..fitted.samples.rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
 }
 
-fn tests(story: &Story<'_>) -> Vec<ResidualTest> {
-    let chosen: Vec<usize> = (0..story.samples.len()).collect();
-    let (rows, coordinates) = (row_names(story), story.plant.reduced.coordinate_names());
+fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
+    let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
+    let (rows, coordinates) = (row_names(fitted), fitted.plant.reduced.coordinate_names());
     let told = |kind: TestKind| {
         match kind {
         TestKind::Mean(row) => (
@@ -403,7 +403,7 @@ fn tests(story: &Story<'_>) -> Vec<ResidualTest> {
         ),
     }
     };
-    residual_tests(story.samples, &chosen, story.fit)
+    residual_tests(fitted.samples, &chosen, fitted.fit)
         .into_iter()
         .map(|test| {
             let (what, meaning) = told(test.what);
@@ -413,13 +413,13 @@ fn tests(story: &Story<'_>) -> Vec<ResidualTest> {
         .collect()
 }
 
-fn validation(story: &Story<'_>) -> Vec<Validation> {
-    let Story { samples, fit, unseen, .. } = story;
+fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
+    let Fitted { samples, fit, unseen, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
     let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
         ((0..n).map(|k| of(k, row).powi(2)).sum::<f64>() / n.max(1) as f64).sqrt()
     };
-    row_names(story)
+    row_names(fitted)
         .into_iter()
         .enumerate()
         .map(|(row, name)| Validation {
@@ -436,15 +436,15 @@ fn stride(count: usize) -> usize {
     count.div_ceil(POINTS).max(1)
 }
 
-fn traces(story: &Story<'_>) -> Vec<Trace> {
-    let Story { samples, fit, unseen, .. } = story;
+fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
+    let Fitted { samples, fit, unseen, .. } = fitted;
     let step = stride(samples.len());
     let point = |k: usize, row: usize| {
         let place = samples.places[k];
         let predicted = unseen.map_or_else(|| fit.prediction(samples, k, row), |unseen| unseen[k * samples.rows + row]);
         TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
     };
-    row_names(story)
+    row_names(fitted)
         .into_iter()
         .enumerate()
         .map(|(row, name)| Trace {
@@ -455,10 +455,10 @@ fn traces(story: &Story<'_>) -> Vec<Trace> {
 }
 
 /// For each friction asked for: what is measured along it less all other terms, over its speed.
-fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
-    let Story { plant, asked, columns, samples, fit, .. } = story;
+fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
+    let Fitted { plant, asked, columns, samples, fit, .. } = fitted;
     let reduced = &plant.reduced;
-    let r = reduced.freedoms();
+    let r = reduced.degrees_of_freedom();
     // Rows are those of the coordinates only where nothing was eliminated.
     if samples.rows != r {
         return Vec::new();
@@ -523,10 +523,10 @@ fn curves(story: &Story<'_>) -> Vec<FrictionCurve> {
 }
 
 /// Parameters whose signal is noise of the sensors for a good part: errors in what they are multiplied with make them too small.
-fn drowned(story: &Story<'_>) -> Vec<String> {
-    let Story { plant, columns, samples, noise, .. } = story;
+fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
+    let Fitted { plant, columns, samples, noise, .. } = fitted;
     let equations = &plant.reduced.equations;
-    let r = plant.reduced.freedoms();
+    let r = plant.reduced.degrees_of_freedom();
     let basis = linearise(&plant.reduced, &vec![0.0; r]).basis;
     let windows = samples.windows.iter().sum::<usize>() as f64 / samples.len().max(1) as f64;
     let mut out = Vec::new();
@@ -556,9 +556,9 @@ fn drowned(story: &Story<'_>) -> Vec<String> {
     out
 }
 
-fn warnings(story: &Story<'_>, out: &Identification) -> Vec<String> {
-    let Story { asked, .. } = story;
-    let mut warnings = drowned(story);
+fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
+    let Fitted { asked, .. } = fitted;
+    let mut warnings = drowned(fitted);
     if let Some(FoundDamping { passive: false, .. }) = &out.damping {
         warnings.push(
             "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
