@@ -1,6 +1,5 @@
 //! Where a model comes from: a built-in one, a file or standard input; every way that can fail is said kindly.
 
-use std::fmt;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -10,34 +9,10 @@ use kardan::model::BUILTIN;
 
 use crate::output::{protect, reason};
 use crate::render;
+use crate::source::{Origin, Source};
 
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;
-
-/// The text of a model and where it was found.
-#[derive(Debug, Clone)]
-pub struct Source {
-    pub name: String,
-    pub text: String,
-    pub origin: Origin,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    Builtin,
-    File,
-    Stdin,
-}
-
-impl fmt::Display for Source {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.origin {
-            Origin::Builtin => write!(f, "built-in model {}", self.name),
-            Origin::File => write!(f, "{}", self.name),
-            Origin::Stdin => write!(f, "standard input"),
-        }
-    }
-}
 
 /// Reads the model that the user named, and says so if it is a built-in one.
 pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {

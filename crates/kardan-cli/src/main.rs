@@ -4,12 +4,14 @@
 
 mod args;
 mod commands;
+mod exit;
 mod fault;
 mod input;
 mod output;
 mod panics;
 mod progress;
 mod render;
+mod source;
 mod stop;
 
 fn main() -> std::process::ExitCode {

@@ -6,7 +6,7 @@
 use kardan::diagnostics::Diagnostic;
 use kardan::tables::read as log;
 
-use crate::commands::told;
+use crate::exit::told;
 use crate::render::Failure;
 
 /// Answers panics of foreign decoders from now on; to all others happens what happened before.

@@ -10,7 +10,7 @@ use miette::{
     SourceSpan, SpanContents,
 };
 
-use crate::input::Source;
+use crate::source::Source;
 
 /// Lines longer than this many bytes are not shown.
 const LONG: usize = 400;

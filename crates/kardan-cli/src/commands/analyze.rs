@@ -8,12 +8,13 @@ use kardan::study::{AnalyzeSettings, Part, Project};
 use kardan::{export, study};
 use kardan_report as report;
 
-use super::{DONE, ERROR, told};
 use crate::args::AnalyzeArgs;
-use crate::input::{self, Origin, Source};
+use crate::exit::{DONE, ERROR, told};
+use crate::input;
 use crate::output::{prepare_file, print, save_page};
 use crate::progress::Bars;
 use crate::render::{self, Failure, note};
+use crate::source::{Origin, Source};
 
 pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = AnalyzeSettings {

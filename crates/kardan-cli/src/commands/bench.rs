@@ -12,12 +12,13 @@ use kardan_report as report;
 
 use super::identify::logs as opened;
 use super::run::table;
-use super::{DONE, ERROR};
 use crate::args::{BenchArgs, Format, Limits};
-use crate::input::{self, Origin, Source};
+use crate::exit::{DONE, ERROR};
+use crate::input;
 use crate::output::{Folder, print, shown};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
+use crate::source::{Origin, Source};
 use crate::stop;
 
 /// Logs that are made before they are written.

@@ -3,8 +3,8 @@
 use kardan::diagnostics::Severity;
 use kardan::study;
 
-use super::DONE;
 use crate::args::CheckArgs;
+use crate::exit::DONE;
 use crate::input;
 use crate::output::print;
 use crate::render::{self, Failure, visible};

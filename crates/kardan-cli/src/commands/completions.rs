@@ -2,8 +2,8 @@
 
 use clap::CommandFactory;
 
-use super::DONE;
 use crate::args::{Cli, CompletionsArgs};
+use crate::exit::DONE;
 use crate::output::print;
 use crate::render::Failure;
 

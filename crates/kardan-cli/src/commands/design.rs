@@ -8,8 +8,8 @@ use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
 use kardan::{export, study};
 use kardan_report as report;
 
-use super::{DONE, ERROR, told};
 use crate::args::{DesignArgs, FeedbackKind};
+use crate::exit::{DONE, ERROR, told};
 use crate::input;
 use crate::output::{prepare_files, print, save, save_page};
 use crate::progress::{Bars, because};

@@ -3,8 +3,8 @@
 use kardan::diagnostics::{Diagnostic, nearest};
 use kardan::{element, model, synthesis};
 
-use super::DONE;
 use crate::args::ElementsArgs;
+use crate::exit::DONE;
 use crate::output::print;
 use crate::render::Failure;
 

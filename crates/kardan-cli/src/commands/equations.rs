@@ -2,8 +2,8 @@
 
 use kardan::study::{self, EquationsForm};
 
-use super::DONE;
 use crate::args::EquationsArgs;
+use crate::exit::DONE;
 use crate::input;
 use crate::output::print;
 use crate::render::{self, Failure, visible};

@@ -12,12 +12,13 @@ use kardan::units::{Dimension, parse_quantity};
 use kardan::{export, study};
 use kardan_report as report;
 
-use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::IdentifyArgs;
-use crate::input::{self, Source};
+use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, told};
+use crate::input;
 use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
+use crate::source::Source;
 use crate::stop;
 
 /// A file that can be opened as often as a format asks for.

@@ -15,20 +15,13 @@ mod schema;
 use std::ffi::OsString;
 
 use clap::Parser;
-use kardan::diagnostics::Diagnostic;
 
 use crate::args::{Cli, Command};
+use crate::exit::{DONE, ERROR, told};
 use crate::output::print;
 use crate::panics;
 use crate::render::Failure;
 use crate::stop;
-
-/// Exit code: done.
-const DONE: u8 = 0;
-/// Exit code: a requirement of the study failed, or with `--strict` something stands against an identification.
-const REQUIREMENT_FAILED: u8 = 1;
-/// Exit code: bad input, a file that cannot be read or written, a run that failed, or what a limit or a signal ended early.
-const ERROR: u8 = 2;
 
 /// Does what the arguments (with the program's name first) ask for, and gives the exit code.
 pub fn main(arguments: Vec<OsString>) -> u8 {
@@ -63,22 +56,6 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
         stop::limit(seconds);
     }
     told(dispatch(&cli), json)
-}
-
-/// The exit code; what went wrong is said, and why if the command was to end early.
-pub fn told(done: Result<u8, Failure>, json: bool) -> u8 {
-    done.unwrap_or_else(|mut failure| {
-        if let Some(reason) = stop::reason() {
-            let early = Diagnostic::error("command::early", format!("{reason}: what was there by then is not enough"));
-            failure.diagnostics.insert(0, early);
-        }
-        if json {
-            let object = kardan::export::json_error(&failure.message(), failure.text(), &failure.diagnostics);
-            let _ = print(&(object + "\n"));
-        }
-        failure.show();
-        ERROR
-    })
 }
 
 fn dispatch(cli: &Cli) -> Result<u8, Failure> {

@@ -3,8 +3,8 @@
 use kardan::diagnostics::Diagnostic;
 use kardan::model::BUILTIN;
 
-use super::DONE;
 use crate::args::ModelsArgs;
+use crate::exit::DONE;
 use crate::input::builtin_hint;
 use crate::output::{print, save, sweep_beside};
 use crate::render::{Failure, note};

@@ -9,8 +9,8 @@ use kardan::study;
 use kardan::study::{Part, Project, Settings};
 use kardan_report as report;
 
-use super::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::args::{Format, RunArgs};
+use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, told};
 use crate::input;
 use crate::output::{Folder, print, shown};
 use crate::progress::Bars;

@@ -4,8 +4,8 @@ use kardan::diagnostics::Diagnostic;
 use kardan::export::{SCHEMAS, schema as text_of};
 use kardan::names::unknown_name;
 
-use super::DONE;
 use crate::args::SchemaArgs;
+use crate::exit::DONE;
 use crate::output::print;
 use crate::render::Failure;
 

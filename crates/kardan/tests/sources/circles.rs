@@ -26,9 +26,6 @@ const ALLOWED: &[(&str, &str, &str, &str)] = &[
     ("kardan", "study/identification/", "study/identification/mod.rs", "to be untied with the door"),
     ("kardan", "study/sensitivity.rs", "study/analyze.rs", "to be untied with the door"),
     ("kardan", "study/circuit.rs", "study/checks.rs", "to be untied with the door"),
-    ("kardan-cli", "commands/", "commands/mod.rs", "exit codes stand beside all commands: to be untied with the door"),
-    ("kardan-cli", "panics.rs", "commands/mod.rs", "to be untied with the door"),
-    ("kardan-cli", "render.rs", "input.rs", "to be untied with the door"),
 ];
 
 /// One file of a crate as a module.

@@ -1,0 +1,28 @@
+//! The text of a model, and where it is from.
+
+use std::fmt;
+
+/// The text of a model and where it was found.
+#[derive(Debug, Clone)]
+pub struct Source {
+    pub name: String,
+    pub text: String,
+    pub origin: Origin,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    Builtin,
+    File,
+    Stdin,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.origin {
+            Origin::Builtin => write!(f, "built-in model {}", self.name),
+            Origin::File => write!(f, "{}", self.name),
+            Origin::Stdin => write!(f, "standard input"),
+        }
+    }
+}
