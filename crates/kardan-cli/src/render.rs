@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::sync::Arc;
 
-use kardan::diagnostics::{Diagnostic, Lines, Severity};
+use kardan::diagnostics::{Diagnostic, Label, Lines, Severity};
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, MietteError, MietteSpanContents, SourceCode,
     SourceSpan, SpanContents,
@@ -165,11 +165,16 @@ fn render(out: &mut String, handler: &GraphicalReportHandler, diagnostic: &Diagn
     if let Some(help) = &diagnostic.help {
         shown = shown.with_help(visible(help));
     }
+    // What the command has put into the model stands in no line of the file.
+    let (added, written): (Vec<&Label>, Vec<&Label>) =
+        diagnostic.labels.iter().partition(|label| label.place.path().is_some());
+    if let Some(path) = added.first().and_then(|label| label.place.path()) {
+        shown.message = format!("{} (at `{}`)", shown.message, visible(path));
+    }
     let report = match source {
-        Some(shown_source) if !diagnostic.labels.is_empty() => {
+        Some(shown_source) if !written.is_empty() => {
             let Text { name, text, lines } = &*shown_source.0;
-            let labels: Vec<LabeledSpan> = diagnostic
-                .labels
+            let labels: Vec<LabeledSpan> = written
                 .iter()
                 .map(|label| {
                     let (start, end) = clamp(text, label.place.start(), label.place.span().end);
@@ -229,6 +234,13 @@ mod tests {
         for part in ["unit::unknown", "unknown unit", "gear.toml:2:5", "b = kq", "here", "help: use kg"] {
             assert!(out.contains(part), "{part} missing in\n{out}");
         }
+    }
+
+    #[test]
+    fn what_the_command_has_added_is_told_by_its_path() {
+        let added = kardan::entries::Place::Path("control.design.inputs[0]".into());
+        let out = rendered("[shaft.a]\n", Diagnostic::error("a::b", "wrong").at(added, "here"));
+        assert!(out.contains("wrong (at `control.design.inputs[0]`)") && !out.contains("[shaft.a]"), "{out}");
     }
 
     #[test]

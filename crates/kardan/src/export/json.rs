@@ -184,7 +184,8 @@ pub fn json(study: &Study, files: &Files) -> String {
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     let lines = Lines::new(source);
     let told = diagnostics.iter().map(|d| {
-        let place = d.labels.first().map(|label| lines.line_column(source, label.place.span().start));
+        let written = d.labels.iter().find(|label| label.place.path().is_none());
+        let place = written.map(|label| lines.line_column(source, label.place.start()));
         Place {
             severity: match d.severity {
                 Severity::Error => Word::Error,
