@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::document::CONTROL;
+use super::reading::CONTROL;
 use super::tables;
 use crate::element;
 use crate::schema::{Field, Keys, Kind, Sign};

@@ -5,16 +5,20 @@
 mod builder;
 mod document;
 mod manual;
+mod parameters;
 pub mod parse;
+mod reading;
 mod resolve;
 mod state_space;
 pub mod tables;
 mod tolerance;
+mod variants;
 mod write;
 
 pub use builder::Builder;
-pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants, open, read, read_entries};
+pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants};
 pub use manual::{STUDY_PAGES, manual, manual_of};
+pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model, Setting, TableReader, VariantSettings, words};
 pub use state_space::read_state_space;
 pub use tolerance::Tolerance;

@@ -272,8 +272,21 @@ pub fn is_name(text: &str) -> bool {
 }
 
 /// What makes a text a name.
-pub(super) const NAME_RULE: &str =
+const NAME_RULE: &str =
     "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
+
+/// Whether a name can be one; if not, that is reported.
+pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Diagnostic>) -> bool {
+    let valid = is_name(name);
+    if !valid {
+        out.push(
+            Diagnostic::error("name::invalid", format!("`{}` cannot be the name of a {what}", shortened(name)))
+                .at(place, "this name")
+                .help(NAME_RULE),
+        );
+    }
+    valid
+}
 
 /// What is being read: for the messages.
 struct Reader<'r> {

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::document::{Document, Instance, read};
+use super::document::{Document, Instance};
+use super::reading::read;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::schema::{Kind, Placed, Scalar, Sign, Value};
 

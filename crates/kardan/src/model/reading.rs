@@ -1,0 +1,354 @@
+//! Entries of a model as typed tables; all mistakes of keys, types and units are reported together.
+
+use std::sync::LazyLock;
+
+use super::document::{Control, Document, Doubts, Instance};
+use super::parameters::{REMOVE_TOLERANCE, implicit_parameters, read_parameters, refuse_tolerances};
+use super::parse::{Node, check_name, table, value};
+use super::tables;
+use super::variants::{check_named_controls, read_named_variants, read_variants};
+use crate::diagnostics::{Diagnostic, Severity, nearest, shortened};
+use crate::element;
+use crate::entries::{Entries, KeyedEntry, Place, Written};
+use crate::file::syntax;
+use crate::schema::{Field, Keys, Kind, Table};
+use crate::synthesis;
+
+/// What tells the law of a `[control.<name>]`; the other keys are those of the law.
+pub const CONTROL: &[Field] = &[Field::required("law", Kind::Choice(LAWS), "Which control law.")];
+
+/// The keywords of [`synthesis::REGISTRY`]; a test keeps them equal.
+const LAWS: &[&str] = &[
+    "computed_torque",
+    "decoupling",
+    "flatness",
+    "lqr",
+    "noninteracting",
+    "pole_placement",
+    "position_loop",
+    "sampled_noninteracting",
+];
+
+/// Reads a model file. All mistakes of syntax, keys, types and units are reported together.
+pub fn read(source: &str) -> (Document, Vec<Diagnostic>) {
+    let (entries, mistakes, broken) = open(source);
+    read_entries(&entries, mistakes, broken)
+}
+
+/// The entries of a model file, what is not TOML in it, and whether a broken line may have held a header.
+pub fn open(source: &str) -> (Entries, Vec<Diagnostic>, bool) {
+    if source.trim().is_empty() {
+        let mistake = Diagnostic::error("file::empty", "the model file is empty")
+            .help("a model needs at least one shaft: `[shaft.motor]` with `inertia = \"1 kg m^2\"`");
+        return (Entries::default(), vec![mistake], true);
+    }
+    let (entries, mistakes) = syntax(source);
+    // A broken line may have held a header, a broken text or list may have swallowed one.
+    let broken = mistakes.iter().any(|mistake| {
+        let harmless = ["text without quotes", "a key without a value", "a key that was given before", "invalid float"];
+        let start = mistake.labels.first().map_or(0, |label| label.place.span().start);
+        let line_start = source[..start].rfind('\n').map_or(0, |at| at + 1);
+        source[line_start..].trim_start().starts_with('[')
+            || !harmless.iter().any(|message| mistake.message.contains(message))
+    });
+    (entries, mistakes, broken)
+}
+
+/// Reads the entries of a model: `mistakes` are those told already, and after `broken` ones any name may exist.
+pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) -> (Document, Vec<Diagnostic>) {
+    let mut document = Document::default();
+    document.doubts.all = broken;
+    if broken && entries.is_empty() {
+        return (document, mistakes);
+    }
+    // Two lists: mistakes that leave the equations in doubt and others. Both begin with what is broken, for `table`.
+    let broken = mistakes.len();
+    let mut study = mistakes.clone();
+    let mut out = mistakes;
+    let root = Node::root(entries);
+    check_tables(&root, &mut document.doubts, &mut out, &mut study);
+    document.model = single(&root, "model", tables::Header::FIELDS, &mut out);
+    document.scenario = single(&root, "scenario", tables::Scenario::FIELDS, &mut study);
+    document.analysis = single(&root, "analysis", tables::Analysis::FIELDS, &mut study);
+    document.identification = single(&root, "identification", tables::Identification::FIELDS, &mut study);
+    document.bench = single(&root, "bench", tables::Bench::FIELDS, &mut study);
+    document.requirements = several(&root, "requirement", tables::Requirement::FIELDS, &mut study);
+    document.plots = several(&root, "plot", tables::Plot::FIELDS, &mut study);
+    read_parameters(&root, &mut document, &mut out);
+    let tables = several(&root, "variant", tables::Variant::FIELDS, &mut study);
+    read_named_variants(&tables, &mut document, &mut study);
+    read_variants(&root, &mut document, &mut study);
+    read_elements(&root, &mut document, &mut out);
+    read_controls(&root, &mut document, &mut out);
+    read_logs(&root, &mut document, &mut study);
+    check_unique(&document, &mut out);
+    check_named_controls(&document, &mut study);
+    let is_error = |d: &Diagnostic| d.severity == Severity::Error;
+    if document.elements.iter().all(|e| e.kind.keyword != "shaft" && e.kind.charges(&e.name).is_empty())
+        && !document.doubts.all
+        && !out.iter().chain(&study).any(is_error)
+    {
+        out.push(
+            Diagnostic::error("model::no-shaft", "the model has no shaft")
+                .help("add at least one: `[shaft.motor]` with `inertia = \"1 kg m^2\"`"),
+        );
+    }
+    document.doubts.equations |= out.iter().any(is_error);
+    out.extend(study.drain(broken..));
+    (document, out)
+}
+
+/// The table `[key]`.
+fn single(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
+    let what = format!("`[{key}]`");
+    let empty = || Table { fields, ..Table::default() };
+    let mut table = root.child(key, out).map_or_else(empty, |node| table(fields, &node, &what, out));
+    refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+    table
+}
+
+/// The tables `[[key]]`.
+fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Vec<Table> {
+    let mut tables = Vec::new();
+    for node in root.list(key, out) {
+        let named = node.table.iter().find(|found| {
+            matches!(found.entry.value, Written::Table(_)) && fields.iter().all(|field| field.name != found.key)
+        });
+        if let Some(found) = named {
+            let message = format!("`{key}` is a list of tables without a name, found the table `{key}.{}`", found.key);
+            out.push(
+                Diagnostic::error("type::wrong", message)
+                    .at(found.place.clone(), "a name")
+                    .help(format!("write each as `[[{key}]]`")),
+            );
+            continue;
+        }
+        let what = format!("`[[{key}]]`");
+        let mut table = table(fields, &node, &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        tables.push(table);
+    }
+    tables
+}
+
+fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for kind in element::REGISTRY {
+        for node in named_tables(root, kind.keyword, kind.fields, &mut document.doubts, out) {
+            let what = format!("{} `{}`", kind.keyword, shortened(node.name));
+            let before = out.len();
+            let mut table = table(kind.fields, &node, &what, out);
+            let implicit = implicit_parameters(node.name, &mut table);
+            refuse_tolerances(&mut table, &what, "declare a parameter with it, and write its name here", out);
+            if out.len() > before {
+                document.doubts.names.insert(node.name.to_string());
+            }
+            document.implicit.extend(implicit);
+            document.elements.push(Instance {
+                kind,
+                name: node.name.to_string(),
+                place: node.name_place.clone(),
+                table,
+            });
+        }
+    }
+}
+
+fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "control", CONTROL, &mut document.doubts, out) {
+        let what = format!("control `{}`", shortened(node.name));
+        let given = node.table.keyed("law").map(|found| &found.entry);
+        let word = given.map(|given| if let Written::Text(word) = &given.value { word.as_str() } else { "" });
+        let law = word.and_then(|word| synthesis::REGISTRY.iter().position(|law| law.keyword == word));
+        let Some(number) = law else {
+            // Says what is wrong with `law` alone: the other keys depend on it.
+            match given {
+                Some(given) => drop(value(&CONTROL[0].kind, &format!("`law` of {what}"), given, out)),
+                None => drop(table(&CONTROL[..1], &Node { table: &Entries::default(), ..node.clone() }, &what, out)),
+            }
+            document.doubts.references = true;
+            document.doubts.equations = true;
+            continue;
+        };
+        let before = out.len();
+        let mut table = table(&CONTROL_FIELDS[number], &node, &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        document.doubts.references |= out.len() > before;
+        let law = &synthesis::REGISTRY[number];
+        document.controls.push(Control { law, name: node.name.to_string(), place: node.name_place.clone(), table });
+    }
+}
+
+fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    for node in named_tables(root, "log", tables::Log::FIELDS, &mut Doubts::default(), out) {
+        let what = format!("log `{}`", shortened(node.name));
+        let mut table = table(tables::Log::FIELDS, &node, &what, out);
+        refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
+        document.logs.push((node.name.to_string(), table));
+    }
+}
+
+/// The study's tables; all others make the equations.
+const STUDY: [&str; 7] = ["scenario", "requirement", "plot", "analysis", "bench", "identification", "log"];
+
+/// Reports tables that a model file does not have.
+fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>, study: &mut Vec<Diagnostic>) {
+    let mut known = vec!["model", "parameters", "variants", "variant", "control"];
+    known.extend(STUDY);
+    known.extend(element::REGISTRY.iter().map(|kind| kind.keyword));
+    for found in root.table.iter() {
+        let (name, value) = (found.key.as_str(), &found.entry.value);
+        if known.contains(&name) {
+            continue;
+        }
+        let meant = nearest(name, known.iter().copied());
+        let is_table = matches!(value, Written::Table(_) | Written::List(_));
+        let help = match (meant, name) {
+            (Some(meant), _) => format!("did you mean `{meant}`?"),
+            (None, "event" | "events") => "write each as `[[scenario.event]]`".to_string(),
+            (None, "fault" | "faults") => "write each as `[[scenario.fault]]`".to_string(),
+            (None, "extra" | "candidate") => format!("write each as `[[identification.{name}]]`"),
+            (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
+            (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
+            (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
+            (None, "sources" | "source" | "input" | "inputs") => {
+                "torques come from `motor` and `disturbance`".to_string()
+            }
+            (None, _) => format!(
+                "known tables are {}",
+                known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            ),
+        };
+        let (what, label) = if is_table { ("table", "unknown table") } else { ("key", "unknown key") };
+        let mistake =
+            Diagnostic::error("key::unknown", format!("a model file has no {what} `{}` at the top", shortened(name)))
+                .at(found.place.clone(), label)
+                .help(help);
+        if !is_table || meant.is_some_and(|meant| STUDY.contains(&meant)) {
+            study.push(mistake);
+            continue;
+        }
+        out.push(mistake);
+        doubts.references |= meant.is_none_or(|meant| meant == "control");
+        doubts.variants |= meant.is_none_or(|meant| meant == "variants");
+        doubts.all |= !doubt_names(value, doubts);
+    }
+}
+
+/// The names that a table of tables or a list of tables would have introduced; false if it is neither.
+fn doubt_names(value: &Written, doubts: &mut Doubts) -> bool {
+    match value {
+        Written::Table(table) => doubts.names.extend(table.iter().map(|found| found.key.clone())),
+        Written::List(list) => {
+            for entry in list {
+                let Written::Table(table) = &entry.value else { return false };
+                let Some(Written::Text(name)) = table.get("name") else { return false };
+                doubts.names.insert(name.clone());
+            }
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// The tables `[keyword.NAME]`.
+fn named_tables<'t>(
+    root: &Node<'t>,
+    keyword: &str,
+    fields: &[Field],
+    doubts: &mut Doubts,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Node<'t>> {
+    let Some(found) = root.table.keyed(keyword) else { return Vec::new() };
+    let given = &found.entry.value;
+    let Written::Table(_) = given else {
+        doubts.all |= !doubt_names(given, doubts);
+        doubts.references |= keyword == "control";
+        let what = if matches!(given, Written::List(_)) { "a list" } else { "a value" };
+        out.push(
+            Diagnostic::error("type::wrong", format!("`{keyword}`: expected tables with a name each, found {what}"))
+                .at(found.place.clone(), "not a table")
+                .help(format!("write each as `[{keyword}.NAME]` with its keys below")),
+        );
+        return Vec::new();
+    };
+    let Some(mut group) = root.child(keyword, out) else { return Vec::new() };
+    let is_table = |found: &&KeyedEntry| matches!(found.entry.value, Written::Table(_));
+    let loose = group.table.iter().find(|found| !is_table(found) && fields.iter().any(|f| f.name == found.key));
+    if let Some(found) = loose {
+        doubts.all = true;
+        let message = format!("a {keyword} needs a name: `{}` stands in `[{keyword}]` itself", found.key);
+        out.push(
+            Diagnostic::error("name::missing", message)
+                .at(group.place.clone(), "no name")
+                .help(format!("write `[{keyword}.NAME]` with a name of your choice")),
+        );
+    }
+    doubts.names.extend(group.table.iter().filter(|found| !is_table(found)).map(|found| found.key.clone()));
+    group.name = if loose.is_some() { "" } else { group.name };
+    let nodes = if loose.is_some() { group.children(&mut Vec::new()) } else { group.children(out) };
+    for node in &nodes {
+        check_name(node.name, node.name_place.clone(), keyword, out);
+    }
+    nodes
+}
+
+fn check_unique(document: &Document, out: &mut Vec<Diagnostic>) {
+    let mut seen: Vec<(&str, &str, &Place)> = Vec::new();
+    let elements = document.elements.iter().map(|e| (e.name.as_str(), e.kind.keyword, &e.place));
+    let controls = document.controls.iter().map(|c| (c.name.as_str(), "control", &c.place));
+    for (name, kind, place) in elements.chain(controls) {
+        match seen.iter().find(|(other, _, _)| *other == name) {
+            Some((_, other_kind, other_span)) => out.push(
+                Diagnostic::error(
+                    "name::duplicate",
+                    format!("the name `{name}` is used for a {other_kind} and a {kind}"),
+                )
+                .at(place.clone(), "again here")
+                .at((*other_span).clone(), "first here")
+                .help("give each element and each controller a name of its own"),
+            ),
+            None => seen.push((name, kind, place)),
+        }
+    }
+}
+
+/// All keys of a control table, by law.
+static CONTROL_FIELDS: LazyLock<Vec<Vec<Field>>> =
+    LazyLock::new(|| synthesis::REGISTRY.iter().map(|law| [CONTROL, law.fields].concat()).collect());
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_law_can_be_chosen() {
+        let keywords: Vec<&str> = synthesis::REGISTRY.iter().map(|law| law.keyword).collect();
+        assert!(!keywords.is_empty());
+        assert_eq!(keywords, LAWS);
+    }
+
+    #[test]
+    fn every_element_with_friction_can_be_stuck() {
+        let has = |kind: &&element::Element| kind.fields.iter().any(|field| field.name == "friction");
+        let keywords: Vec<&str> = element::REGISTRY.iter().filter(has).map(|kind| kind.keyword).collect();
+        assert_eq!(keywords, tables::FRICTION);
+    }
+
+    /// The examples of the manual are valid tables of their kind.
+    #[test]
+    fn examples_parse() {
+        let examples = element::REGISTRY.iter().map(|kind| (kind.keyword, kind.example));
+        let laws = synthesis::REGISTRY.iter().map(|law| (law.keyword, law.example));
+        let mut seen = 0;
+        for (keyword, example) in examples.chain(laws) {
+            let (document, mistakes) = read(example);
+            let mistakes: Vec<_> = mistakes.into_iter().filter(|d| d.code != "model::no-shaft").collect();
+            assert_eq!(mistakes, [], "{keyword}");
+            // The example of a law may need a sensor.
+            let law = synthesis::find(keyword).is_some();
+            assert_eq!(if law { document.controls.len() } else { document.elements.len() }, 1, "{keyword}");
+            seen += 1;
+        }
+        assert!(seen > 0);
+    }
+}

@@ -1,0 +1,255 @@
+//! `[variants]` and `[[variant]]`.
+
+use super::document::{Document, NamedVariant, Parameter, Variants};
+use super::parse::Node;
+use super::resolve::TableReader;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::entries::{Entry, KeyedEntry, Place, Written};
+use crate::schema::{Placed, Table, Value};
+use crate::units::{
+    Dimension, Exact, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
+};
+
+/// Most runs that one study may have.
+const MOST_VARIANTS: usize = 1000;
+
+const VARIANTS_HELP: &str = "write a list such as \"[0, 10, 20, 30] deg\" or [\"0 deg\", \"10 deg\"]";
+
+/// A value of a list of variants with its place.
+type VariantValue = (Exact, Dimension, String, Place);
+
+/// The values in a list of variants; nothing if something is wrong with it, which is reported.
+fn variant_values(name: &str, given: &Entry, out: &mut Vec<Diagnostic>) -> Option<Vec<VariantValue>> {
+    let before = out.len();
+    let mut values = Vec::new();
+    let unreadable = |error: UnitError, text: &str, place: &Place| {
+        Diagnostic::error(error.code, format!("variants of `{name}`: {}", error.message))
+            .at(place.part(text, error.span), "")
+            .help(error.help.unwrap_or_else(|| VARIANTS_HELP.to_string()))
+    };
+    let toleranced = |text: &str, place: &Place| {
+        tolerance_mark(text)?;
+        Some(
+            Diagnostic::error("tolerance::place", format!("variants of `{name}` cannot have a tolerance"))
+                .at(place.clone(), "with a tolerance")
+                .help("write the tolerance behind the value under `[parameters]`; `±` moves along with the variants"),
+        )
+    };
+    match &given.value {
+        Written::Text(text) if toleranced(text, &given.place).is_some() => out.extend(toleranced(text, &given.place)),
+        Written::Text(text) if text.trim_start().starts_with('[') => match parse_quantity_list(text) {
+            Ok(list) => {
+                let one = |(value, dimension, text)| (value, dimension, text, given.place.clone());
+                values.extend(list.into_iter().map(one));
+            }
+            Err(error) => out.push(unreadable(error, text, &given.place)),
+        },
+        Written::List(list) => {
+            for entry in list {
+                let text = match &entry.value {
+                    Written::Text(text) | Written::Number(text) => text.clone(),
+                    Written::Quantity(value, dimension) => {
+                        let text = written_quantity(value, *dimension);
+                        values.push((value.clone(), *dimension, text, entry.place.clone()));
+                        continue;
+                    }
+                    _ => {
+                        let message = format!("variants of `{name}`: expected a quantity");
+                        out.push(
+                            Diagnostic::error("type::wrong", message)
+                                .at(entry.place.clone(), "not a quantity")
+                                .help(VARIANTS_HELP),
+                        );
+                        continue;
+                    }
+                };
+                if let Some(mistake) = toleranced(&text, &entry.place) {
+                    out.push(mistake);
+                    continue;
+                }
+                match parse_quantity(&text) {
+                    Ok((value, dimension)) => {
+                        values.push((value, dimension, text.trim().to_string(), entry.place.clone()));
+                    }
+                    Err(error) => out.push(unreadable(error, &text, &entry.place)),
+                }
+            }
+        }
+        Written::Broken => return None,
+        _ => {
+            let message = format!("variants of `{name}` must be a list of quantities");
+            out.push(
+                Diagnostic::error("type::wrong", message).at(given.place.clone(), "not a list").help(VARIANTS_HELP),
+            );
+        }
+    }
+    if values.is_empty() && out.len() == before {
+        let message = format!("the list of variants of `{name}` is empty");
+        out.push(Diagnostic::error("list::length", message).at(given.place.clone(), "no entry").help(VARIANTS_HELP));
+    }
+    (out.len() == before).then_some(values)
+}
+
+pub(super) fn read_named_variants(tables: &[Table], document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let before = out.len();
+    for table in tables {
+        let Some(Placed { value: Value::Word(name), place }) = table.values.get("name") else { continue };
+        let what = format!("variant `{name}`");
+        if let Some(other) = document.named_variants.iter().find(|other| other.name.value.eq_ignore_ascii_case(name)) {
+            out.push(
+                Diagnostic::error("name::duplicate", format!("there are two variants named `{name}`"))
+                    .at(place.clone(), "again here")
+                    .at(other.name.place.clone(), "first here")
+                    .help("give each variant a name of its own; it becomes a file name"),
+            );
+            continue;
+        }
+        let settings = TableReader::new(document, &[]).settings(table, "set", &what, out);
+        let name = Placed { value: name.clone(), place: place.clone() };
+        let controls = match table.values.get("controls").map(|given| &given.value) {
+            Some(Value::Words(words)) => Some(words.clone()),
+            _ => None,
+        };
+        document.named_variants.push(NamedVariant { name, settings, controls });
+    }
+    if document.named_variants.len() > MOST_VARIANTS {
+        let message = format!("{} variants are more than one study may have ({MOST_VARIANTS})", tables.len());
+        out.push(
+            Diagnostic::error("list::length", message)
+                .at(document.named_variants[MOST_VARIANTS].name.place.clone(), "one too many")
+                .help("split the study into several files"),
+        );
+        document.named_variants.clear();
+    }
+    document.doubts.variants |= out.len() > before || tables.len() > document.named_variants.len();
+}
+
+pub(super) fn read_variants(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
+    let before = out.len();
+    let Some(node) = root.child("variants", out) else {
+        document.doubts.variants |= out.len() > before;
+        return;
+    };
+    let mut count = document.named_variants.len().max(1);
+    for found in node.table.iter() {
+        check_varied(found, document, out);
+        let name = found.key.as_str();
+        let Some(values) = variant_values(name, &found.entry, out) else { continue };
+        count = count.saturating_mul(values.len());
+        let declared = document.parameters.iter().find(|p| p.name == name);
+        let dimension = declared.map_or(values[0].1, |declared| declared.dimension);
+        let wrong = out.len();
+        let values = distinct(name, values, (dimension, declared), out);
+        if declared.is_some() && out.len() == wrong {
+            let parameter = Placed { value: name.to_string(), place: found.place.clone() };
+            document.variants.push(Variants { parameter, values, dimension });
+        }
+    }
+    if count > MOST_VARIANTS {
+        out.push(
+            Diagnostic::error(
+                "list::length",
+                format!("{count} variants are more than one study may have ({MOST_VARIANTS})"),
+            )
+            .at(node.name_place.clone(), "all combinations are run")
+            .help("vary fewer values at a time"),
+        );
+        document.variants.clear();
+    }
+    document.doubts.variants |= out.len() > before;
+}
+
+/// What is varied must be declared, and not be set by a variant with a name too.
+fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnostic>) {
+    let (name, place) = (found.key.as_str(), &found.place);
+    if let Some(other) = document.named_variants.iter().find(|v| v.settings.iter().any(|s| s.name == name)) {
+        let message = format!("`{name}` is varied here and set by the variant `{}`", other.name.value);
+        out.push(
+            Diagnostic::error("name::duplicate", message)
+                .at(place.clone(), "varied here")
+                .at(other.name.place.clone(), "set in this variant")
+                .help("vary it here, or set it in each `[[variant]]`"),
+        );
+    }
+    if document.parameters.iter().any(|p| p.name == name) || document.doubts.has(name) {
+        return;
+    }
+    let names = document.parameters.iter().map(|p| p.name.as_str());
+    let help = match nearest(name, names.clone()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if document.parameters.is_empty() => format!("declare it first: `[parameters]` with `{name} = ...`"),
+        None => format!("there are {}; declare it under `[parameters]`", quoted(names)),
+    };
+    let message = format!("there is no parameter `{}` to vary", shortened(name));
+    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
+}
+
+/// The values of one dimension, each once.
+fn distinct(
+    name: &str,
+    values: Vec<VariantValue>,
+    (dimension, declared): (Dimension, Option<&Parameter>),
+    out: &mut Vec<Diagnostic>,
+) -> Vec<(Exact, String)> {
+    let mut good: Vec<(Exact, String)> = Vec::new();
+    let before = out.len();
+    for (value, found, text, place) in values {
+        if found != dimension {
+            let (wanted, noun) = (dimension.noun(), found.noun());
+            let message = match declared {
+                Some(_) => format!("variants of `{name}`: expected {wanted} as under `[parameters]`, found {noun}"),
+                None => format!("variants of `{name}`: the first is {wanted}, this one {noun}"),
+            };
+            let mut mistake = Diagnostic::error("unit::dimension", message).at(place, noun).help(dimension.hint(&text));
+            if let Some(declared) = declared {
+                mistake = mistake.at(declared.place.clone(), wanted);
+            }
+            // One unit for a whole list is one mistake.
+            if out[before..].iter().all(|d| d.labels[0].place != mistake.labels[0].place) {
+                out.push(mistake);
+            }
+        } else if good.iter().any(|(other, _)| *other == value) {
+            let message = format!("variants of `{name}`: the value {} is listed twice", shortened(&text));
+            out.push(
+                Diagnostic::error("name::duplicate", message).at(place, "listed twice").help("remove one of the two"),
+            );
+        } else {
+            good.push((value, text));
+        }
+    }
+    good
+}
+
+/// The controllers that variants name must be there, and each controller in some variant.
+pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic>) {
+    let variants = &document.named_variants;
+    let used = |name: &String| {
+        variants.iter().any(|v| v.controls.as_ref().is_none_or(|names| names.iter().any(|other| other.value == *name)))
+    };
+    for control in document.controls.iter().filter(|control| !variants.is_empty() && !used(&control.name)) {
+        out.push(
+            Diagnostic::warning("control::unused", format!("no variant uses the controller `{}`", control.name))
+                .at(control.place.clone(), "in no loop, hence not checked")
+                .help("name it in `controls` of a `[[variant]]`, or remove it"),
+        );
+    }
+    for variant in &document.named_variants {
+        for word in variant.controls.iter().flatten() {
+            let names = || document.controls.iter().map(|control| control.name.as_str());
+            if names().any(|name| name == word.value) || document.doubts.references || document.doubts.has(&word.value)
+            {
+                continue;
+            }
+            let help = match nearest(&word.value, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if document.controls.is_empty() => "the model has no `[control.NAME]`".to_string(),
+                None => format!("there are {}", quoted(names())),
+            };
+            let name = &variant.name.value;
+            let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));
+            out.push(
+                Diagnostic::error("name::unknown", message).at(word.place.clone(), "no such controller").help(help),
+            );
+        }
+    }
+}
