@@ -6,7 +6,7 @@ use kardan::project::*;
 use kardan::simulate::Snapshot;
 use kardan::study::{AnalyzeSettings, DesignSettings, Settings, Silent};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shaft = |inertia: &str, damping: &str| Shaft::new().inertia(inertia).damping(damping);
     let bar = SpringDamper::new("rk").shaft_2("cj").stiffness("100 N m/rad").damping("0.02 N m s/rad");
     let rack = NoninteractingChannel::new("rk.phi", "rk_motor", "position", "ref_rk").natural_frequency("20 rad/s");
@@ -40,7 +40,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let structure = project.analyze(&AnalyzeSettings::default(), &Silent).map_err(words)?.structure;
     println!("at least {} motors and {} sensors are needed", structure.min_inputs, structure.min_outputs);
-    let lqr = DesignSettings { law: Some("lqr".into()), ..DesignSettings::default() };
+    let [inputs, outputs] =
+        [["wg_motor", "rk_motor"], ["rk.phi", "fs.phi"]].map(|names| names.map(String::from).to_vec());
+    let lqr = DesignSettings { law: Some("lqr".into()), inputs, outputs, ..DesignSettings::default() };
     println!("{}", project.design(&lqr, &Silent).map_err(words)?.margins.map_or(String::new(), |found| found.verdict));
 
     // By hand: the rack follows a sine that no scenario knows, a millisecond at a time.

@@ -8,6 +8,15 @@ use kardan::project::*;
 use kardan::study::{Settings, Silent};
 use proptest::prelude::*;
 
+/// The example of the front page, which is run as it stands.
+#[path = "../../examples/steering.rs"]
+mod steering;
+
+#[test]
+fn the_steering_system_in_rust_does_all_that_it_says() {
+    steering::main().expect("it runs to its end");
+}
+
 /// The same entries without places in a text, as if a program had written them.
 fn by_a_program(entries: &Entries) -> Entries {
     let mut out = Entries::default();
