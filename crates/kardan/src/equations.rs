@@ -7,6 +7,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::names::Quantity;
 use crate::units::Exact;
 
 /// What a coordinate is. All laws are the same in both domains, only their units differ \[diss. Table 4.3\]: an inertia is
@@ -127,6 +128,17 @@ pub enum Measured {
     ComplianceTorque(String, String),
     /// The net torque on a shaft: its own inertia times its acceleration.
     NetTorque(String),
+}
+
+impl Measured {
+    /// What the last word of a reading's name says.
+    pub fn quantity(&self) -> Quantity {
+        match self {
+            Self::Angle(_) => Quantity::Angle,
+            Self::Speed(_) => Quantity::Speed,
+            _ => Quantity::Torque,
+        }
+    }
 }
 
 /// A sensor: what it measures and how coarsely.

@@ -1,5 +1,6 @@
 use super::images::{Image, Images};
 use super::{LinearSystem, spectrum};
+use crate::names::SignalName;
 use crate::num::modular_polynomial::{divide, gcd, monic, product, square_free};
 use crate::num::{ModularMatrix, Polynomial, PrimeField, Residue, reachable};
 use crate::results::{Construction, ConstructionStep};
@@ -69,7 +70,9 @@ pub fn construction(system: &LinearSystem) -> Option<Construction> {
     let proven = plan.rank() == n;
     let rows = system.states[..n - offset].iter();
     proven.then(|| Construction {
-        rows: rows.map(|name| name.strip_suffix(".phi").filter(|_| offset > 0).unwrap_or(name).to_string()).collect(),
+        rows: rows
+            .map(|name| SignalName::new(name).angle_of().filter(|_| offset > 0).unwrap_or(name).to_string())
+            .collect(),
         input: plan.input.iter().map(|row| row.iter().map(i64::to_string).collect()).collect(),
         steps,
     })

@@ -1,5 +1,6 @@
 //! Motions without inertia: found, and eliminated exactly.
 
+use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, echelon};
 
 use super::LinearSystem;
@@ -128,7 +129,7 @@ pub fn eliminate_massless(
 
     let n = 2 * r;
     let names: Vec<String> =
-        ["phi", "w"].iter().flat_map(|k| coordinates.iter().map(move |q| format!("{q}.{k}"))).collect();
+        [Quantity::Angle, Quantity::Speed].iter().flat_map(|k| coordinates.iter().map(|q| k.of(q))).collect();
     let negative = Rational::ZERO.minus(&Rational::ONE);
     let e = blocks(&Matrix::identity(r), &Matrix::zeros(r, r), &Matrix::zeros(r, r), h);
     let a = blocks(&Matrix::zeros(r, r), &Matrix::identity(r), &s.scale(&negative), &d.scale(&negative));

@@ -1,5 +1,6 @@
 use super::{ConstrainedSystem, LinearSystem};
 use crate::equations::Measured;
+use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, echelon};
 
 /// An output of a linear system: a signal with its name.
@@ -85,7 +86,7 @@ pub fn linear_system(
     }
     let names = coordinates.iter().map(|&shaft| &system.shafts[shaft]);
     LinearSystem {
-        states: names.clone().map(|n| format!("{n}.phi")).chain(names.map(|n| format!("{n}.w"))).collect(),
+        states: names.clone().map(|n| Quantity::Angle.of(n)).chain(names.map(|n| Quantity::Speed.of(n))).collect(),
         inputs: system.inputs.iter().map(|input| input.element.clone()).collect(),
         outputs: outputs.iter().map(|output| output.name.clone()).collect(),
         e,

@@ -10,6 +10,7 @@ use super::{
     Complex, Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness,
     ScenarioStrain, ShapePart, StrainView,
 };
+use crate::names::Quantity;
 
 /// A matrix that is known exactly, with the same numbers as `f64`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
@@ -371,6 +372,11 @@ pub struct ReadSignal {
 }
 
 impl ReadSignal {
+    /// This signal of each element.
+    pub(crate) fn of_each<'a>(quantity: Quantity, elements: impl IntoIterator<Item = &'a String>) -> Vec<Self> {
+        elements.into_iter().map(|element| Self::new(quantity.of(element), quantity.unit())).collect()
+    }
+
     /// A signal with its unit.
     pub fn new(signal: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { signal: signal.into(), unit: unit.into() }

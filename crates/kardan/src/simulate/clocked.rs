@@ -6,9 +6,10 @@ use kardan_rt::Health;
 
 use super::sampler::{Period, Quantity, Sampler, stiffness};
 use super::{FaultKind, Scenario, SensorFault};
+use crate::names::SignalName;
 use crate::num::Keeper;
 use crate::reduce::{Dynamics, Reduced, Work};
-use crate::synthesis::{Block, Clock, Law, Seen};
+use crate::synthesis::{Clock, Law, Running, Seen};
 
 /// Parts of a sample time within which two instants are one.
 const SAME: f64 = 1e-9;
@@ -16,7 +17,7 @@ const SAME: f64 = 1e-9;
 /// The clock of a sampled law, its memory, and what its motors are told.
 pub(super) struct Clocked {
     clock: Clock,
-    block: Box<dyn Block>,
+    running: Running,
     period: Period,
     /// Number of the next sample.
     next: u64,
@@ -111,17 +112,17 @@ impl Tally {
 }
 
 impl Clocked {
-    /// A law with its block at a clock.
+    /// A law at its clock.
     ///
     /// # Panics
     /// If a sensor of the law measures what depends on accelerations (its design refuses that).
-    pub fn new(law: &dyn Law, (clock, block): (Clock, Box<dyn Block>), reduced: &Reduced, scenario: &Scenario) -> Self {
+    pub fn new(law: &dyn Law, clock: Clock, reduced: &Reduced, scenario: &Scenario) -> Self {
         let (faults, seed) = (&scenario.faults, scenario.seed);
         let sensors: Vec<Source> = law
             .sensors()
             .iter()
             .map(|signal| {
-                let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+                let head = SignalName::new(&signal.name).element;
                 let sensor = reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
                 let differentiates = sensor.is_some_and(Sampler::differentiates);
                 let quantity = Quantity::of(&signal.measured, reduced, differentiates);
@@ -137,7 +138,7 @@ impl Clocked {
         Self {
             period: Period::of(clock.period),
             clock,
-            block,
+            running: law.run(),
             next: 0,
             held: vec![0.0; inputs],
             queue: VecDeque::new(),
@@ -169,7 +170,7 @@ impl Clocked {
             keeper.number(last);
         }
         self.tally.keep(keeper);
-        self.block.keep(keeper);
+        self.running.keep(keeper);
     }
 
     /// Sets the law's states at the start of a run.
@@ -219,16 +220,16 @@ impl Clocked {
             states: &states,
         };
         let mut command = self.spare.pop().unwrap_or_else(|| vec![0.0; self.held.len()]);
-        self.block.command(seen, &mut command);
+        self.running.command(seen, &mut command);
         let beyond = |(command, limit): (&f64, &Option<f64>)| limit.is_some_and(|limit| command.abs() > limit);
-        let mut health = self.block.health();
+        let mut health = self.running.health();
         health.commands_bounded += command.iter().zip(limits).filter(|both| beyond(*both)).count();
         self.tally.add(time, health);
         self.queue.push_back((self.period.at(self.next) + self.clock.delay, command));
         self.apply(now);
         self.next += 1;
         self.average(time, limits);
-        self.block.next(seen, &self.average, &mut self.new_states);
+        self.running.next(seen, &self.average, &mut self.new_states);
         (self.readings, self.states) = (readings, states);
         std::mem::swap(&mut self.states, &mut self.new_states);
     }

@@ -5,6 +5,7 @@ use super::sampler::{Compliance, Sampler, stiffness};
 use super::scenario::{Scenario, Source, SourceTarget};
 use crate::assemble::Along;
 use crate::equations::{Domain, InputKind, Measured};
+use crate::names::Quantity;
 use crate::num::{Keeper, dot, rational_to_f64};
 use crate::reduce::{Multipliers, Reduced};
 use crate::results::{Physical, Signal};
@@ -58,13 +59,18 @@ impl Columns<'_> {
         let equations = &self.reduced.equations;
         for (k, shaft) in equations.shafts.iter().enumerate() {
             if equations.domain(k) == Domain::Rotation {
-                self.add(format!("{shaft}.phi"), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
+                self.add(Quantity::Angle.of(shaft), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
                 let description = format!("angular velocity of shaft {shaft}");
-                self.add(format!("{shaft}.w"), Physical::Speed, description, Read::Speed(k));
+                self.add(Quantity::Speed.of(shaft), Physical::Speed, description, Read::Speed(k));
                 continue;
             }
-            self.add(format!("{shaft}.q"), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
-            self.add(format!("{shaft}.i"), Physical::Current, format!("current through {shaft}"), Read::Speed(k));
+            self.add(Quantity::Charge.of(shaft), Physical::Charge, format!("charge through {shaft}"), Read::Angle(k));
+            self.add(
+                Quantity::Current.of(shaft),
+                Physical::Current,
+                format!("current through {shaft}"),
+                Read::Speed(k),
+            );
             // A source shows its own voltage.
             if equations.inputs.iter().all(|input| input.row.iter().all(|(charge, _)| *charge != k)) {
                 let share = |(row, along): (usize, &Along<_>)| {
@@ -73,7 +79,7 @@ impl Columns<'_> {
                 };
                 let shares = equations.constraints.iter().enumerate().filter_map(share).collect();
                 let description = format!("voltage across {shaft}");
-                self.add(format!("{shaft}.v"), Physical::Voltage, description, Read::Potentials(shares));
+                self.add(Quantity::Voltage.of(shaft), Physical::Voltage, description, Read::Potentials(shares));
             }
         }
     }
@@ -84,16 +90,16 @@ impl Columns<'_> {
         for (k, input) in equations.inputs.iter().enumerate() {
             let name = &input.element;
             if equations.domain_of(input) == Domain::Charge {
-                self.add(format!("{name}.v"), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
+                self.add(Quantity::Voltage.of(name), Physical::Voltage, format!("voltage of {name}"), Read::Torque(k));
             } else if let InputKind::Motor(motor) = &input.value {
-                self.torque(format!("{name}.tau"), format!("torque of {name}"), Read::Torque(k));
+                self.torque(Quantity::Torque.of(name), format!("torque of {name}"), Read::Torque(k));
                 if motor.torque_limit.is_some() || motor.rate_limit.is_some() || motor.lag.is_some() {
                     let description = format!("torque asked of {name}, before limits and lag");
-                    self.torque(format!("{name}.command"), description, Read::Command(k));
+                    self.torque(Quantity::Command.of(name), description, Read::Command(k));
                 }
                 if motor.ripple.is_some() {
                     let description = format!("torque that {name} adds to what it reports");
-                    self.torque(format!("{name}.ripple"), description, Read::Ripple(k));
+                    self.torque(Quantity::Ripple.of(name), description, Read::Ripple(k));
                 }
             }
         }
@@ -105,7 +111,7 @@ impl Columns<'_> {
         for (k, element) in self.multipliers.elements.iter().enumerate() {
             if equations.node(k).is_some() {
                 let description = format!("potential of node {element}");
-                self.add(format!("{element}.v"), Physical::Voltage, description, Read::Multiplier(k));
+                self.add(Quantity::Voltage.of(element), Physical::Voltage, description, Read::Multiplier(k));
                 continue;
             }
             // The torques of a transformer are the voltages of its windings, which are there already.
@@ -113,7 +119,7 @@ impl Columns<'_> {
                 continue;
             }
             let description = format!("constraint multiplier of {element}");
-            self.torque(format!("{element}.tau"), description, Read::Multiplier(k));
+            self.torque(Quantity::Torque.of(element), description, Read::Multiplier(k));
             let shafts: Vec<usize> = match equations.constraints.get(k) {
                 Some(constraint) => constraint.row.iter().map(|(shaft, _)| *shaft).collect(),
                 None => {
@@ -135,7 +141,7 @@ impl Columns<'_> {
             let element = &compliance.element;
             let torque = |shaft| Read::Compliance(Compliance::new(reduced, element, shaft).expect("a compliance"));
             let description = format!("torque of {element} in place of a constraint multiplier");
-            self.torque(format!("{element}.tau"), description, torque(None));
+            self.torque(Quantity::Torque.of(element), description, torque(None));
             for (shaft, _) in &compliance.row {
                 let name = &reduced.equations.shafts[*shaft];
                 let description = format!("torque of {element} on shaft {name}");
@@ -159,7 +165,7 @@ impl Columns<'_> {
                 springs: self.springs_of(element),
                 dampers: numbered(element, &equations.dampers),
             };
-            self.torque(format!("{element}.tau"), format!("spring and damper torque of {element}"), read);
+            self.torque(Quantity::Torque.of(element), format!("spring and damper torque of {element}"), read);
         }
     }
 
@@ -185,25 +191,25 @@ impl Columns<'_> {
         let mut samplers = Vec::new();
         for (name, sensor) in &reduced.equations.sensors {
             let measured = &sensor.measured;
-            let (suffix, physical, quantity) = self.quantity(measured);
+            let (physical, quantity) = self.read(measured);
             let quantity = match (measured, Sampler::differentiates(sensor)) {
                 (Measured::Speed(name), true) => Read::Angle(reduced.shaft(name).expect("a sensor names a shaft")),
                 _ => quantity,
             };
             let description = format!("reading of sensor {name}");
-            self.add(format!("{name}.{suffix}"), physical, description, Read::Sensor(samplers.len()));
+            self.add(measured.quantity().of(name), physical, description, Read::Sensor(samplers.len()));
             samplers.push((quantity, Sampler::new(name, sensor, stiffness(reduced, measured), seed)));
         }
         samplers
     }
 
-    /// The end of a sensor's name, and what it measures.
-    fn quantity(&self, measured: &Measured) -> (&'static str, Physical, Read) {
+    /// What a sensor measures.
+    fn read(&self, measured: &Measured) -> (Physical, Read) {
         let reduced = self.reduced;
         let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
         let torque = match measured {
-            Measured::Angle(s) => return ("phi", Physical::Angle, Read::Angle(shaft(s))),
-            Measured::Speed(s) => return ("w", Physical::Speed, Read::Speed(shaft(s))),
+            Measured::Angle(s) => return (Physical::Angle, Read::Angle(shaft(s))),
+            Measured::Speed(s) => return (Physical::Speed, Read::Speed(shaft(s))),
             Measured::SpringTorque(element) => {
                 Read::SpringDamper { springs: self.springs_of(element), dampers: Vec::new() }
             }
@@ -220,7 +226,7 @@ impl Columns<'_> {
                 Read::ConstraintTorque(k, shaft(s))
             }
         };
-        ("tau", Physical::Torque, torque)
+        (Physical::Torque, torque)
     }
 }
 
@@ -255,7 +261,7 @@ impl Outputs {
         columns.add_couplings();
         for (k, friction) in equations.frictions.iter().enumerate() {
             let name = &friction.element;
-            columns.torque(format!("{name}.friction"), format!("friction torque of {name}"), Read::Friction(k));
+            columns.torque(Quantity::Friction.of(name), format!("friction torque of {name}"), Read::Friction(k));
         }
         columns.add_sources(&scenario.sources);
         let samplers = columns.add_sensors(scenario.seed);

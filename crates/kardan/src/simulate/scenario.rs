@@ -1,5 +1,6 @@
 //! What happens during a run: steps and ramps of the signals that come from outside.
 
+use crate::names::SignalName;
 use crate::num::Keeper;
 use crate::results::Physical;
 
@@ -69,8 +70,7 @@ impl SensorFault {
     /// assert!(fault.concerns("wg_encoder.phi") && !fault.concerns("cs_encoder.phi"));
     /// ```
     pub fn concerns(&self, signal: &str) -> bool {
-        let head = signal.rsplit_once('.').map_or(signal, |(head, _)| head);
-        self.sensor == signal || self.sensor == head
+        self.sensor == signal || self.sensor == SignalName::new(signal).element
     }
 
     /// Whether it is there at a time.

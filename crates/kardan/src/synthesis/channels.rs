@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::decoupling::Compensation;
 use super::{Reference, SynthesisError};
 use crate::element::Values;
+use crate::names::{Quantity, SignalName};
 use crate::results::Physical;
 use crate::schema::{Field, Kind, Sign};
 use crate::units::{Dimension, Exact};
@@ -61,9 +62,9 @@ pub(super) fn check_dynamics(channel: &Values, output: &str) -> Result<(), Synth
 /// The reference of a channel. Its unit is told by the end of the output's name; without one it is a torque.
 pub(super) fn reference(channel: &Values) -> Option<Reference> {
     let (output, name) = (channel.word("output")?, channel.word("reference")?);
-    let physical = match output.split_once('.').map(|(_, tail)| tail) {
-        Some("phi") => Physical::Angle,
-        Some("w") => Physical::Speed,
+    let physical = match SignalName::new(output).quantity() {
+        Some(Quantity::Angle) => Physical::Angle,
+        Some(Quantity::Speed) => Physical::Speed,
         _ => Physical::Torque,
     };
     Some(Reference { name: name.into(), physical, description: format!("reference of {output}") })

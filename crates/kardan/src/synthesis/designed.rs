@@ -1,15 +1,12 @@
-//! A designed law, and what of it computes in a loop.
+//! A designed law.
 
-use kardan_rt::Health;
-
-use super::{ExactLoop, LinearLaw};
+use super::{Block, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
-use crate::num::Keeper;
 use crate::results::{Design, Physical};
 
 /// A designed law. Measures angles and speeds of shafts, commands inputs; it holds nothing of any run.
 pub trait Law: Send + Sync {
-    /// Names of the inputs that it commands, in the order of `out` of [`Continuous::command`].
+    /// Names of the inputs that it commands, in the order of `out` of [`Block::command`].
     fn inputs(&self) -> &[String];
     /// The signals that the scenario sets for it.
     fn references(&self) -> &[Reference];
@@ -21,8 +18,16 @@ pub trait Law: Send + Sync {
     fn start(&self, _angles: &[f64], _speeds: &[f64], out: &mut [f64]) {
         out.fill(0.0);
     }
+    /// What of it computes: at every instant, or at the samples of a clock. `None` if a number overflows there, or the law is for
+    /// another sample time.
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>>;
     /// What runs in a loop.
-    fn run(&self) -> Running;
+    fn run(&self) -> Running {
+        let Some(block) = self.block(self.clock()) else {
+            unreachable!("a law is designed for its own clock");
+        };
+        Running::new(block, self.clock(), self.inputs().len())
+    }
     /// Whether it cancels all forces of the full model, which the linear one does not know.
     fn on_full_model(&self) -> bool {
         false
@@ -31,17 +36,23 @@ pub trait Law: Send + Sync {
     fn friction_width(&self) -> Option<f64> {
         None
     }
-    /// The linear part: of a law that bends that at the design point.
+    /// The linear part: of a law that bends that at the design point, of a law with a clock that between its samples.
     fn linear(&self) -> LinearLaw;
+    /// The linear part at a sample time, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within
+    /// the motors' torque limits, on average until the next sample; lag and rate limit are not in it. `None` if a number overflows
+    /// there, or the law is for another sample time.
+    fn linear_sampled(&self, _clock: Clock) -> Option<LinearLaw> {
+        Some(self.linear())
+    }
     /// Whether its linear part is another one at another position.
     fn bends(&self) -> bool {
         false
     }
     /// The linear part at rest at a reduced position (rad), each position reference being where its output is; with a clock that
-    /// of [`Firmware`], in double precision. `None` if a number overflows.
+    /// between samples, in double precision. `None` if a number overflows.
     fn linear_at(&self, _position: &[f64], clock: Option<Clock>) -> Option<LinearLaw> {
         match clock {
-            Some(clock) => Some(self.firmware(clock)?.linear),
+            Some(clock) => self.linear_sampled(clock),
             None => Some(self.linear()),
         }
     }
@@ -49,12 +60,8 @@ pub trait Law: Send + Sync {
     fn sensors(&self) -> &[OutputSignal] {
         &[]
     }
-    /// When it runs; `None`: at every instant. Of a law with a clock [`linear`](Self::linear) is that of [`Firmware`].
+    /// When it runs; `None`: at every instant.
     fn clock(&self) -> Option<Clock> {
-        None
-    }
-    /// What runs at a sample time; `None` if a number overflows there, or the law is for another sample time.
-    fn firmware(&self, _clock: Clock) -> Option<Firmware> {
         None
     }
     /// The designed linear loop, where the design is exact.
@@ -82,25 +89,6 @@ pub struct Reference {
     pub description: String,
 }
 
-/// A designed law in the loop of a run: it has memory, and belongs to that run.
-pub enum Running {
-    /// At every instant.
-    Continuous(Box<dyn Continuous>),
-    /// Once every sample time.
-    Sampled(Clock, Box<dyn Block>),
-}
-
-/// A law that runs at every instant. Where it has no finite answer it gives what is no number: the step of the run shrinks, or the
-/// run ends.
-pub trait Continuous: Send {
-    /// Commands in N m.
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
-    /// Rates of its own states, 1/s, while its inputs apply these torques (N m).
-    fn rates(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
-    /// What it remembers besides its states, such as the last answer.
-    fn keep(&mut self, keeper: &mut Keeper<'_>);
-}
-
 /// When and in which arithmetic a controller runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
@@ -112,42 +100,7 @@ pub struct Clock {
     pub single: bool,
 }
 
-/// The block of a law at a sample time: the code of `kardan-rt` with its memory.
-pub trait Block: Send {
-    /// Commands in N m.
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]);
-    /// Its own states at the next sample, if its inputs apply these torques (N m) in between.
-    fn next(&mut self, _seen: Seen<'_>, _torques: &[f64], _out: &mut [f64]) {}
-    /// What it remembers besides its states, such as the last answer.
-    fn keep(&mut self, keeper: &mut Keeper<'_>);
-    /// What went wrong at the last sample, and was dealt with.
-    fn health(&self) -> Health {
-        Health::default()
-    }
-}
-
-/// A law at a sample time.
-pub struct Firmware {
-    /// What runs.
-    pub block: Box<dyn Block>,
-    /// Its linear part, `ξ⁺ = A ξ + Bφ φ + Bω ω + Bδ δ + Bτ τ`, `u = C ξ + …`, with the torques τ commanded, within the
-    /// motors' torque limits, on average until the next sample; lag and rate limit are not in them.
-    pub linear: LinearLaw,
-}
-
-/// What a law sees at one instant.
-#[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
-    /// Angles of all shafts, sorted by name, rad.
-    pub angles: &'a [f64],
-    /// Their speeds, rad/s.
-    pub speeds: &'a [f64],
-    /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
-    pub disturbances: &'a [f64],
-    /// What the scenario tells it, in the order of [`Law::references`].
-    pub references: &'a [f64],
-    /// What its sensors read, in the order of [`Law::sensors`]; in continuous time nothing, and sensors are ideal.
-    pub readings: &'a [f64],
-    /// Its own states.
-    pub states: &'a [f64],
+/// Whether a clock, if there is one, asks for `f32`.
+pub(super) fn is_single(clock: Option<Clock>) -> bool {
+    clock.is_some_and(|clock| clock.single)
 }

@@ -1,10 +1,9 @@
-use kardan_rt::{Bounds, Health, StateSpace};
+use kardan_rt::{Bounds, StateSpace};
 
-use super::sampled::{entries, keep_health};
-use super::{
-    Block, Clock, Continuous, ExactLoop, Firmware, Law, LinearLaw, Reference, Request, Running, Seen, side_by_side,
-};
-use crate::num::{Float, Keeper, Matrix, discretise, eigenvalues};
+use super::sampled::entries;
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Reference, Request, Seen, is_single, side_by_side};
+use crate::names::Quantity;
+use crate::num::{Float, Matrix, discretise, eigenvalues};
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
 /// The matrices of a linear law `ξ̇ = A ξ + B s`, `u = C ξ + D s` over the signals `s = [q_r; q̇_r; r; d]`: reduced coordinates
@@ -116,7 +115,7 @@ impl Linear {
             }
         }
         let inputs = &self.design.inputs;
-        data.reads.extend(inputs.iter().map(|input| ReadSignal::new(format!("{input}.excess"), "N m")));
+        data.reads.extend(ReadSignal::of_each(Quantity::Excess, inputs));
         let bounds = inputs.iter().zip(limits);
         data.numbers.extend(
             bounds.filter_map(|(input, limit)| Some(DataNumber::new(format!("{input} torque_limit"), (*limit)?))),
@@ -131,8 +130,14 @@ impl Linear {
 }
 
 impl Linear {
-    fn running<T: Float>(&self, block: &LinearBlock) -> RunningLinearLaw<T> {
-        RunningLinearLaw::new(block, &self.coordinates, self.references.len(), &self.limits)
+    /// The linear block at every instant or at a sample time; `None` if a number overflows there.
+    fn block_at(&self, clock: Option<Clock>) -> Option<LinearBlock> {
+        let mut block = self.block.clone();
+        if let Some(clock) = clock.filter(|_| !block.states.is_empty()) {
+            let held = discretise(&block.a, &block.b, clock.period)?;
+            (block.a, block.b) = (held.a, held.b);
+        }
+        Some(block)
     }
 }
 
@@ -175,7 +180,7 @@ fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
 }
 
 /// The block [`StateSpace`] with the memory of one evaluation.
-struct RunningLinearLaw<T> {
+struct StateSpaceBlock<T> {
     a: Vec<T>,
     b: Vec<T>,
     c: Vec<T>,
@@ -187,12 +192,9 @@ struct RunningLinearLaw<T> {
     signals: Vec<T>,
     state: Vec<T>,
     result: Vec<T>,
-    /// The last commands that were numbers.
-    commands: Vec<T>,
-    health: Health,
 }
 
-impl<T: Float> RunningLinearLaw<T> {
+impl<T: Float> StateSpaceBlock<T> {
     fn new(block: &LinearBlock, coordinates: &[usize], references: usize, limits: &[Option<f64>]) -> Self {
         let (states, inputs) = (block.states.len(), block.d.rows());
         Self {
@@ -206,14 +208,11 @@ impl<T: Float> RunningLinearLaw<T> {
             signals: vec![T::ZERO; block.d.columns()],
             state: vec![T::ZERO; states],
             result: vec![T::ZERO; states.max(inputs)],
-            commands: vec![T::ZERO; inputs],
-            health: Health::default(),
         }
     }
 
-    /// Commands, or rates of the states. Returns whether they are numbers; if not, commands are those before, and rates are not
-    /// written.
-    fn run(&mut self, seen: Seen<'_>, rates: bool, out: &mut [f64]) -> bool {
+    /// Commands, or the right side of the state equation. Returns whether they are finite.
+    fn evaluate(&mut self, seen: Seen<'_>, states: bool, out: &mut [f64]) -> bool {
         let r = self.coordinates.len();
         let (position, rest) = self.signals.split_at_mut(r);
         let (speed, rest) = rest.split_at_mut(r);
@@ -231,7 +230,7 @@ impl<T: Float> RunningLinearLaw<T> {
         else {
             unreachable!("the matrices fit each other, as `Linear::new` has checked");
         };
-        if rates && !self.limits.is_empty() {
+        if states && !self.limits.is_empty() {
             let (inputs, first) = (self.limits.len(), self.signals.len() - self.limits.len());
             if !block.outputs(&self.state, &self.signals, &mut self.result[..inputs]) {
                 return false;
@@ -241,68 +240,32 @@ impl<T: Float> RunningLinearLaw<T> {
                 self.signals[first + k] = bounds.nearest(*wish, *wish) - *wish;
             }
         }
-        if !rates {
-            let found = block.outputs(&self.state, &self.signals, &mut self.commands);
-            T::widen(&self.commands, out);
-            return found;
-        }
         let result = &mut self.result[..out.len()];
-        let found = block.rates(&self.state, &self.signals, result);
-        if found {
-            T::widen(result, out);
-        }
+        let found = match states {
+            true => block.rates(&self.state, &self.signals, result),
+            false => block.outputs(&self.state, &self.signals, result),
+        };
+        T::widen(result, out);
         found
     }
 }
 
-impl Continuous for RunningLinearLaw<f64> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        Block::keep(self, keeper);
+impl<T: Float> Block for StateSpaceBlock<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
+        self.evaluate(seen, false, out)
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        if !self.run(seen, false, out) {
-            out.fill(f64::NAN);
-        }
-    }
-
-    fn rates(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        if !self.run(seen, true, out) {
-            out.fill(f64::NAN);
-        }
-    }
-}
-
-impl<T: Float> Block for RunningLinearLaw<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.floats(&mut self.commands);
-        keep_health(&mut self.health, keeper);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        self.health.commands_bounded = if self.run(seen, false, out) { 0 } else { out.len() };
-    }
-
-    fn next(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) {
-        self.health.estimate_kept = !self.run(seen, true, out);
-        if self.health.estimate_kept {
-            out.copy_from_slice(seen.states);
-        }
-    }
-
-    fn health(&self) -> Health {
-        self.health
+    fn states(&mut self, seen: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
+        self.evaluate(seen, true, out)
     }
 }
 
 fn data(request: &Request<'_>, design: &Design, references: &[Reference], block: &LinearBlock) -> ControllerData {
     let names = &request.plant.linear.coordinates;
-    let signal =
-        |tail: &str, unit: &str| names.iter().map(|n| ReadSignal::new(format!("{n}.{tail}"), unit)).collect::<Vec<_>>();
-    let mut reads = [signal("phi", "rad"), signal("w", "rad/s")].concat();
+    let mut reads = [Quantity::Angle, Quantity::Speed].map(|quantity| ReadSignal::of_each(quantity, names)).concat();
     reads.extend(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let shafts = request.plant.shafts();
-    reads.extend(request.disturbances.iter().map(|&k| ReadSignal::new(format!("{}.disturbance", shafts[k]), "N m")));
+    reads.extend(ReadSignal::of_each(Quantity::Disturbance, request.disturbances.iter().map(|&k| &shafts[k])));
     let matrices = [("A", &block.a), ("B", &block.b), ("C", &block.c), ("D", &block.d)];
     ControllerData {
         block: "StateSpace".into(),
@@ -328,24 +291,17 @@ impl Law for Linear {
         self.block.states.clone()
     }
 
-    fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.running::<f64>(&self.block)))
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let block = self.block_at(clock)?;
+        let (coordinates, references) = (&self.coordinates, self.references.len());
+        Some(match is_single(clock) {
+            true => Box::new(StateSpaceBlock::<f32>::new(&block, coordinates, references, &self.limits)),
+            false => Box::new(StateSpaceBlock::<f64>::new(&block, coordinates, references, &self.limits)),
+        })
     }
 
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        let mut block = self.block.clone();
-        if !block.states.is_empty() {
-            let held = discretise(&block.a, &block.b, clock.period)?;
-            (block.a, block.b) = (held.a, held.b);
-        }
-        Some(Firmware {
-            linear: self.linear().held(clock.period)?,
-            block: if clock.single {
-                Box::new(self.running::<f32>(&block))
-            } else {
-                Box::new(self.running::<f64>(&block))
-            },
-        })
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.linear().held(clock.period)
     }
 
     fn linear(&self) -> LinearLaw {

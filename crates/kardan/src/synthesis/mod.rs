@@ -26,6 +26,7 @@ pub mod observer;
 mod outputs;
 mod plant;
 pub mod regulator;
+mod running;
 mod sample_time;
 mod sampled;
 mod stability;
@@ -37,7 +38,8 @@ pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-pub use designed::{Block, Clock, Continuous, Firmware, Law, Reference, Running, Seen};
+use designed::is_single;
+pub use designed::{Clock, Law, Reference};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions};
@@ -48,6 +50,7 @@ use linear_part::side_by_side;
 pub use observed::Observer;
 pub use plant::{Plant, effective_inertia, input_inertia};
 use plant::{angle_output, output_shaft};
+pub use running::{Block, Running, Seen};
 pub use sample_time::{LONGEST_DELAY, LONGEST_SAMPLE_TIME, SHORTEST_SAMPLE_TIME, clock, running};
 pub use sampled::{
     Change, Lifted, Limit, LoopPlant, Reads, SampledLoop, SampledLoopError, SampledPart, SlowSensor, Slowest, Survey,

@@ -1,12 +1,11 @@
 use std::sync::Arc;
 
-use kardan_rt::{ComputedTorque, Health, PositionLoop, Situation, Task};
+use kardan_rt::{ComputedTorque, PositionLoop, Situation, Task};
 
-use super::{
-    Block, Clock, Continuous, ExactLoop, Firmware, Law, LinearLaw, Reference, Request, Running, Seen, SynthesisError,
-};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Reference, Request, Seen, SynthesisError, is_single};
 use crate::equations::Measured;
-use crate::num::{Float, Keeper};
+use crate::names::Quantity;
+use crate::num::Float;
 use crate::reduce::{MechanismData, MechanismError};
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ReadSignal};
 
@@ -17,11 +16,11 @@ pub(super) struct Nonlinear {
     /// Whether the model is its linear one, without forces at zero.
     like_linear: bool,
     /// As it is at the start of a run.
-    running: RunningComputedTorque<f64>,
+    block: ComputedTorqueBlock<f64>,
 }
 
 /// The block [`ComputedTorque`] with the memory of one evaluation.
-struct RunningComputedTorque<T> {
+struct ComputedTorqueBlock<T> {
     data: MechanismData<T>,
     tasks: Vec<Task<T>>,
     /// The reference of each task.
@@ -37,11 +36,9 @@ struct RunningComputedTorque<T> {
     references: Vec<T>,
     disturbances: Vec<T>,
     torques: Vec<T>,
-    /// Whether the torques are those of the sample before, because there was no answer.
-    kept: bool,
 }
 
-impl<T: Float> RunningComputedTorque<T> {
+impl<T: Float> ComputedTorqueBlock<T> {
     fn law(&self) -> ComputedTorque<'_, T> {
         ComputedTorque {
             mechanism: self.data.block(),
@@ -51,7 +48,7 @@ impl<T: Float> RunningComputedTorque<T> {
         }
     }
 
-    fn cast<U: Float>(&self) -> RunningComputedTorque<U> {
+    fn cast<U: Float>(&self) -> ComputedTorqueBlock<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
         let task = |task: &Task<T>| match task {
@@ -65,7 +62,7 @@ impl<T: Float> RunningComputedTorque<T> {
             Task::Torque { shaft } => Task::Torque { shaft: *shaft },
             Task::ConstraintTorque { cut } => Task::ConstraintTorque { cut: *cut },
         };
-        RunningComputedTorque {
+        ComputedTorqueBlock {
             data: self.data.cast(to),
             tasks: self.tasks.iter().map(task).collect(),
             reference_places: self.reference_places.clone(),
@@ -79,31 +76,12 @@ impl<T: Float> RunningComputedTorque<T> {
             references: list(&self.references),
             disturbances: list(&self.disturbances),
             torques: list(&self.torques),
-            kept: false,
         }
     }
 }
 
-impl Continuous for RunningComputedTorque<f64> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        Block::keep(self, keeper);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        Block::command(self, seen, out);
-        if self.kept {
-            out.fill(f64::NAN);
-        }
-    }
-}
-
-impl<T: Float> Block for RunningComputedTorque<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.floats(&mut self.torques);
-        keeper.flag(&mut self.kept);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+impl<T: Float> Block for ComputedTorqueBlock<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         for (k, &shaft) in self.coordinates.iter().enumerate() {
             self.position[k] = T::from_f64(seen.angles[shaft]);
             self.speed[k] = T::from_f64(seen.speeds[shaft]);
@@ -126,13 +104,10 @@ impl<T: Float> Block for RunningComputedTorque<T> {
             disturbances: &self.disturbances,
         };
         // Where the tasks depend on each other there is no answer.
-        self.kept = !self.law().torques(now, &mut memory, &mut torques);
+        let found = self.law().torques(now, &mut memory, &mut torques);
         T::widen(&torques, out);
         (self.memory, self.torques) = (memory, torques);
-    }
-
-    fn health(&self) -> Health {
-        Health { commands_bounded: if self.kept { self.inputs.len() } else { 0 }, ..Health::default() }
+        found
     }
 }
 
@@ -144,7 +119,7 @@ pub(super) enum WantedTask {
 }
 
 impl Nonlinear {
-    /// Tabulates the model of a request. `told` names the reference of each wish among those of the linear law.
+    /// Tabulates the model of a request. `reference_places`: the reference of each task among those of the linear law.
     ///
     /// # Errors
     /// If a transmission has no runtime block.
@@ -183,10 +158,9 @@ impl Nonlinear {
         let inputs: Vec<usize> = at_design_point.inputs().iter().map(number).collect();
         let felt = |shaft: &usize| tasks.iter().any(|task| matches!(task, Task::Torque { shaft: s } if s == shaft));
         let r = reduced.coordinates.len();
-        let mut running = RunningComputedTorque {
+        let mut block = ComputedTorqueBlock {
             reference_places,
             torques: vec![0.0; inputs.len()],
-            kept: false,
             inputs,
             friction_width,
             coordinates: reduced.coordinates.clone(),
@@ -199,27 +173,27 @@ impl Nonlinear {
             tasks,
             data,
         };
-        running.memory = vec![0.0; running.law().memory()];
-        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), running })
+        block.memory = vec![0.0; block.law().memory()];
+        Ok(Self { at_design_point, like_linear: request.plant.is_linear(), block })
     }
 
     /// The tables of the model as the block reads them.
     fn data(&self) -> ControllerData {
-        let names = |tail: &str, unit: &str| {
-            let name = |&shaft: &usize| ReadSignal::new(format!("{}.{tail}", self.running.data.shafts[shaft]), unit);
-            self.running.coordinates.iter().map(name).collect::<Vec<_>>()
-        };
-        let mut reads = [names("phi", "rad"), names("w", "rad/s")].concat();
+        let shafts = &self.block.data.shafts;
+        let coordinates = || self.block.coordinates.iter().map(|&k| &shafts[k]);
+        let mut reads =
+            [Quantity::Angle, Quantity::Speed].map(|quantity| ReadSignal::of_each(quantity, coordinates())).concat();
         let references = self.at_design_point.references();
-        let shafts = self.running.disturbed.iter().flatten();
-        let disturbance = |&k: &usize| ReadSignal::new(format!("{}.disturbance", self.running.data.shafts[k]), "N m");
         reads.extend(
-            self.running
+            self.block
                 .reference_places
                 .iter()
                 .map(|&k| ReadSignal::new(&references[k].name, references[k].physical.unit())),
         );
-        reads.extend(shafts.map(disturbance));
+        reads.extend(ReadSignal::of_each(
+            Quantity::Disturbance,
+            self.block.disturbed.iter().flatten().map(|&k| &shafts[k]),
+        ));
         ControllerData {
             block: "ComputedTorque".into(),
             reads,
@@ -227,7 +201,7 @@ impl Nonlinear {
             sample_time: None,
             single: false,
             matrices: self
-                .running
+                .block
                 .data
                 .tables(|x| x)
                 .into_iter()
@@ -235,11 +209,11 @@ impl Nonlinear {
                 .map(|(name, rows)| DataMatrix::new(name, rows))
                 .collect(),
             numbers: [
-                DataNumber::new("shafts", self.running.data.shafts.len() as f64),
-                DataNumber::new("held", self.running.data.held() as f64),
+                DataNumber::new("shafts", self.block.data.shafts.len() as f64),
+                DataNumber::new("held", self.block.data.held() as f64),
             ]
             .into_iter()
-            .chain(self.running.friction_width.map(|width| DataNumber::new("friction_width", width)))
+            .chain(self.block.friction_width.map(|width| DataNumber::new("friction_width", width)))
             .collect(),
         }
     }
@@ -258,7 +232,7 @@ impl Nonlinear {
             row.push(*input as f64);
             row
         };
-        self.running.tasks.iter().zip(&self.running.inputs).map(row).collect()
+        self.block.tasks.iter().zip(&self.block.inputs).map(row).collect()
     }
 }
 
@@ -278,19 +252,8 @@ impl Law for Nonlinear {
         self.at_design_point.references()
     }
 
-    fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.running.cast::<f64>()))
-    }
-
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        Some(Firmware {
-            linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.running.cast::<f32>())
-            } else {
-                Box::new(self.running.cast::<f64>())
-            },
-        })
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
     }
 
     fn on_full_model(&self) -> bool {
@@ -298,11 +261,11 @@ impl Law for Nonlinear {
     }
 
     fn friction_width(&self) -> Option<f64> {
-        self.running.friction_width
+        self.block.friction_width
     }
 
     fn bends(&self) -> bool {
-        self.running.friction_width.is_some() || !self.like_linear
+        self.block.friction_width.is_some() || !self.like_linear
     }
 
     fn linear_at(&self, position: &[f64], _: Option<Clock>) -> Option<LinearLaw> {
@@ -310,20 +273,20 @@ impl Law for Nonlinear {
         if !self.bends() {
             return Some(out);
         }
-        let (shafts, m) = (out.on_angles.columns(), self.running.inputs.len());
-        let mut running = self.running.cast::<f64>();
-        let (mut memory, rest) = (vec![0.0; running.data.block().memory()], vec![0.0; position.len()]);
-        let now = running.data.block().evaluate(position, &rest, &mut memory)?;
+        let (shafts, m) = (out.on_angles.columns(), self.block.inputs.len());
+        let mut block = self.block.cast::<f64>();
+        let (mut memory, rest) = (vec![0.0; block.data.block().memory()], vec![0.0; position.len()]);
+        let now = block.data.block().evaluate(position, &rest, &mut memory)?;
         let mut angles: Vec<f64> = now.angles.iter().copied().take(shafts).collect();
         let mut speeds = vec![0.0; shafts];
         let mut disturbances = vec![0.0; out.on_disturbances.columns()];
         let mut references = vec![0.0; self.references().len()];
-        for (task, reference_places) in running.tasks.iter().zip(&running.reference_places) {
+        for (task, reference_places) in block.tasks.iter().zip(&block.reference_places) {
             if let Task::Position { shaft, .. } = task {
                 references[*reference_places] = angles[*shaft];
             }
         }
-        let width = self.running.friction_width.map_or(1.0, |width| width.min(1.0));
+        let width = self.block.friction_width.map_or(1.0, |width| width.min(1.0));
         let mut ends = |seen: [&mut Vec<f64>; 4], which: usize, k: usize, step: f64| -> Option<Vec<f64>> {
             let middle = seen[which][k];
             let mut at = |value: f64| {
@@ -331,10 +294,9 @@ impl Law for Nonlinear {
                 let [angles, speeds, disturbances, references] = seen.each_ref().map(|list| list.as_slice());
                 let mut torques = vec![0.0; m];
                 let now = Seen { angles, speeds, disturbances, references, readings: &[], states: &[] };
-                Block::command(&mut running, now, &mut torques);
-                torques
+                block.command(now, &mut torques).then_some(torques)
             };
-            let (above, below) = (at(middle + step), at(middle - step));
+            let (above, below) = (at(middle + step)?, at(middle - step)?);
             seen[which][k] = middle;
             let slope: Vec<f64> = above.iter().zip(&below).map(|(x, y)| (x - y) / (2.0 * step)).collect();
             slope.iter().all(|x| x.is_finite()).then_some(slope)

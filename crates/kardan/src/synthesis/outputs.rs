@@ -5,6 +5,7 @@ use super::decoupling::Compensation;
 use super::{Reference, Request, SynthesisError};
 use crate::analysis::{LinearSystem, OutputSignal};
 use crate::element::Values;
+use crate::names::SignalName;
 use crate::num::{Matrix, Rational, rational_from_f64};
 use crate::schema::{Field, Kind};
 
@@ -41,9 +42,9 @@ pub(super) fn references(values: &Values) -> Vec<Reference> {
 
 /// A name for the reference of an output: `ref_rk`, and `ref_rk_phi` where `rk` alone would not tell.
 pub(super) fn reference_name(output: &str, outputs: &[String]) -> String {
-    let head = |name: &str| name.split('.').next().unwrap_or_default().to_string();
-    let alone = outputs.iter().filter(|other| head(other) == head(output)).count() == 1;
-    format!("ref_{}", if alone { head(output) } else { output.replace('.', "_") })
+    let element = SignalName::new(output).element;
+    let alone = outputs.iter().filter(|other| SignalName::new(other).element == element).count() == 1;
+    format!("ref_{}", if alone { element.to_string() } else { output.replace('.', "_") })
 }
 
 /// The motors of channels that have one each.

@@ -7,6 +7,7 @@ use super::sampled::Turned;
 use crate::analysis::{ConstrainedSystem, LinearSystem, OutputSignal, linear_system};
 use crate::assemble::Along;
 use crate::equations::{InputKind, Measured};
+use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational};
 use crate::reduce::{Dynamics, Kinematics, LinearModel, Reduced, linearise};
 
@@ -81,7 +82,7 @@ impl Plant {
     /// Names of the states `[q_r; q̇_r]`.
     pub fn states(&self) -> Vec<String> {
         let names = || self.linear.coordinates.iter();
-        names().map(|name| format!("{name}.phi")).chain(names().map(|name| format!("{name}.w"))).collect()
+        names().map(|name| Quantity::Angle.of(name)).chain(names().map(|name| Quantity::Speed.of(name))).collect()
     }
 
     /// The linear model as terms along directions, with these inputs.
@@ -112,21 +113,20 @@ impl Plant {
     /// # Panics
     /// If there is no such output (the model checks this before).
     pub fn output(&self, name: &str) -> Result<OutputSignal, SynthesisError> {
-        let (head, tail) = name.split_once('.').unwrap_or((name, ""));
+        let signal = SignalName::new(name);
+        let head = signal.element;
         let equations = &self.reduced.equations;
         if self.reduced.shaft(head).is_some() {
-            let measured = if tail == "w" { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
+            let measured =
+                if signal.is(Quantity::Speed) { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
             return Ok(OutputSignal { name: name.into(), measured });
         }
         let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
         let measured =
             sensor.map(|(_, sensor)| sensor.measured.clone()).unwrap_or_else(|| panic!("no output `{name}`"));
-        let full = match measured {
-            Measured::Angle(_) => format!("{head}.phi"),
-            Measured::Speed(_) => format!("{head}.w"),
-            _ => format!("{head}.tau"),
-        };
-        if name == full || full.ends_with(".tau") && tail.is_empty() {
+        let quantity = measured.quantity();
+        let full = quantity.of(head);
+        if name == full || quantity == Quantity::Torque && signal.word.is_none() {
             return Ok(OutputSignal { name: full, measured });
         }
         Err(SynthesisError::SensorKind { signal: name.into(), full })
@@ -161,15 +161,15 @@ impl Plant {
 
 /// The angle of a shaft as an output of the linear model.
 pub(super) fn angle_output(signal: &str) -> OutputSignal {
-    OutputSignal { name: signal.into(), measured: Measured::Angle(signal.trim_end_matches(".phi").into()) }
+    OutputSignal { name: signal.into(), measured: Measured::Angle(SignalName::new(signal).element.into()) }
 }
 
 /// The shaft number behind a signal `<shaft>.phi`.
 pub(super) fn output_shaft(signal: &str, shafts: &[String]) -> Result<usize, SynthesisError> {
-    signal.strip_suffix(".phi").and_then(|name| shafts.iter().position(|shaft| shaft == name)).ok_or_else(|| {
+    SignalName::new(signal).angle_of().and_then(|name| shafts.iter().position(|shaft| shaft == name)).ok_or_else(|| {
         SynthesisError::NotAnAngle {
             signal: signal.to_string(),
-            example: format!("{}.phi", shafts.first().map_or("shaft", String::as_str)),
+            example: Quantity::Angle.of(shafts.first().map_or("shaft", String::as_str)),
         }
     })
 }

@@ -16,7 +16,6 @@ use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Prepared, PreparedVariant};
-use kardan::synthesis::{Law, Running, Seen};
 use kardan::units::parse_number;
 
 /// Reads and checks a model; panics with the mistakes if there are any.
@@ -347,28 +346,4 @@ pub fn inverse(a: &Exact) -> Exact {
 /// Every entry as a float.
 pub fn floats(a: &Exact) -> Vec<Vec<f64>> {
     a.iter().map(|row| row.iter().map(|x| x.f64()).collect()).collect()
-}
-
-/// A law as it computes in a loop, whichever kind it is.
-pub struct Computing(Running);
-
-impl Computing {
-    pub fn new(law: &dyn Law) -> Self {
-        Self(law.run())
-    }
-
-    pub fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        match &mut self.0 {
-            Running::Continuous(law) => law.command(seen, out),
-            Running::Sampled(_, law) => law.command(seen, out),
-        }
-    }
-
-    /// Rates of its states; with a clock its states at the next sample.
-    pub fn states(&mut self, seen: Seen<'_>, torques: &[f64], out: &mut [f64]) {
-        match &mut self.0 {
-            Running::Continuous(law) => law.rates(seen, torques, out),
-            Running::Sampled(_, law) => law.next(seen, torques, out),
-        }
-    }
 }

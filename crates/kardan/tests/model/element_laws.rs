@@ -247,7 +247,7 @@ fn every_law_is_what_its_gains_say() {
         let laws = &variant.designed;
         assert_eq!(laws.len(), 1, "the example of `{}` is one law", kind.keyword);
         let law = &*laws[0];
-        let mut computing = Computing::new(law);
+        let mut running = law.run();
         assert_eq!(law.describe().law, kind.keyword);
         let (m, n) = (law.inputs().len(), variant.reduced.equations.shafts.len());
         assert!(m > 0);
@@ -265,7 +265,7 @@ fn every_law_is_what_its_gains_say() {
             readings: &[],
             states: &states,
         };
-        computing.command(nothing, &mut base);
+        running.command(nothing, &mut base);
         assert!(base.iter().all(|u| *u == 0.0), "at rest with nothing asked, nothing is commanded");
         // Linear in the state: one evaluation per column gives the gain but for rounding of its own terms.
         for shaft in 0..n {
@@ -275,7 +275,7 @@ fn every_law_is_what_its_gains_say() {
                 let (angles, speeds) =
                     if on_angle { (unit.clone(), vec![0.0; n]) } else { (vec![0.0; n], unit.clone()) };
                 let mut out = vec![0.0; m];
-                computing.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
+                running.command(Seen { angles: &angles, speeds: &speeds, ..nothing }, &mut out);
                 for input in 0..m {
                     close(out[input], gains[(input, shaft)], 1e-12, &format!("{} gain {input}, {shaft}", kind.keyword));
                 }
@@ -292,8 +292,8 @@ fn every_law_is_what_its_gains_say() {
                 unit[shaft] = 1.0;
                 let (mut command, mut next) = (vec![0.0; m], vec![0.0; states.len()]);
                 let seen = Seen { angles: &unit, ..nothing };
-                computing.command(seen, &mut command);
-                computing.states(seen, &base, &mut next);
+                running.command(seen, &mut command);
+                running.next(seen, &base, &mut next);
                 for (found, expected) in next.iter().zip(states_of(&linear.angles, shaft)) {
                     close(*found, expected, 1e-9, &format!("{} next state after shaft {shaft}", kind.keyword));
                 }

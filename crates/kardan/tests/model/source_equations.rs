@@ -7,7 +7,6 @@
 //!
 //! "Erratum" marks a formula that is wrong in print; the test shows that the printed one does not hold.
 
-use crate::common;
 use crate::common::*;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, LinearModel, Multipliers, Reduced, linearise};
@@ -1368,7 +1367,7 @@ fn eq_6_137() {
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load, u2) = (2.5, 0.75, -1.25);
         let mut torques = [0.0; 2];
-        common::Computing::new(&*law).command(seen(&angles, &speeds, &[reference, load, u2]), &mut torques);
+        law.run().command(seen(&angles, &speeds, &[reference, load, u2]), &mut torques);
         let (omega, xi) = (20.0, 0.7);
         let ([rk, _, cj], [wrk, wfs, wcj]) = POINT;
         let u1 = omega * omega * (reference - rk) - 2.0 * xi * omega * wrk - load / sia.jrk.f64();
@@ -1394,7 +1393,7 @@ fn eq_6_138() {
         let (angles, speeds) = shafts_at(&sia, POINT.0, POINT.1);
         let (reference, load) = (2.5, 0.75);
         let mut torque = [0.0];
-        common::Computing::new(&*law).command(seen(&angles, &speeds, &[reference, load]), &mut torque);
+        law.run().command(seen(&angles, &speeds, &[reference, load]), &mut torque);
         let (omega, xi, inertia) = (20.0, 0.7, sia.jfs_effective().f64());
         let expected =
             omega * omega * inertia * (reference - POINT.0[1]) - 2.0 * xi * omega * inertia * POINT.1[1] - load;

@@ -8,7 +8,6 @@
 
 mod observer;
 
-use crate::common;
 use crate::common::*;
 use kardan::model::builtin;
 use kardan::num::Matrix;
@@ -243,7 +242,7 @@ fn computed_torque_is_the_linear_law_where_that_is_exact() {
     let law = ComputedTorque { mechanism: data.block(), tasks: &tasks, inputs: &inputs, friction_width: None };
     let linear = variant.designed[0].clone();
     assert_eq!(linear.inputs(), ["rk_motor", "wg_motor"]);
-    let mut linear = common::Computing::new(&*linear);
+    let mut linear = linear.run();
     let (dynamics, mut work) = Dynamics::new(reduced);
     let (mut memory, mut numbers) = (vec![0.0; law.memory()], Numbers(11));
     for _ in 0..50 {

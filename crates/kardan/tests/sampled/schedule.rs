@@ -116,12 +116,12 @@ fn between_points_it_stays_close_to_a_design() {
 
 /// One sample of a law: its commands and its next states.
 fn sample(law: &dyn Law, single: bool, states: &[f64], readings: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let mut block = law.firmware(Clock { single, ..law.clock().expect("sampled") }).expect("finite").block;
+    let mut block = law.block(Some(Clock { single, ..law.clock().expect("sampled") })).expect("finite");
     let (mut out, mut next) = (vec![0.0; 2], vec![0.0; states.len()]);
     let references = [0.3, 1.5];
     let seen = Seen { angles: &[], speeds: &[], disturbances: &[], references: &references, readings, states };
-    block.command(seen, &mut out);
-    block.next(seen, &[], &mut next);
+    assert!(block.command(seen, &mut out));
+    assert!(block.states(seen, &[], &mut next));
     (out, next)
 }
 
@@ -186,7 +186,7 @@ fn a_turned_column_alone_asks_for_no_torque() {
         kinematics.update(&[angle, 0.5 * angle, angle], &[0.0; 3]);
         let mut states = vec![0.0; scheduled.states().len()];
         scheduled.start(&kinematics.angles, &kinematics.speeds, &mut states);
-        let mut block = scheduled.firmware(scheduled.clock().expect("sampled")).expect("finite").block;
+        let mut block = scheduled.block(scheduled.clock()).expect("finite");
         for _ in 0..50 {
             let seen = Seen {
                 angles: &kinematics.angles,
@@ -197,8 +197,8 @@ fn a_turned_column_alone_asks_for_no_torque() {
                 states: &states,
             };
             let (mut out, mut next) = ([1.0; 2], states.clone());
-            block.command(seen, &mut out);
-            block.next(seen, &[], &mut next);
+            assert!(block.command(seen, &mut out));
+            assert!(block.states(seen, &[], &mut next));
             assert!(block.health() == kardan_rt::Health::default(), "{:?}", block.health());
             states = next;
             assert!(out.iter().all(|x| x.abs() < 1e-7 * angle.abs().max(1.0)), "{angle}: {out:?}");

@@ -11,11 +11,11 @@ use crate::common::{self, close, first, golden, list, prepared, rows, solve};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::design_json;
 use kardan::model;
-use kardan::num::{Keeper, Matrix, rational_from_f64};
+use kardan::num::{Matrix, rational_from_f64};
 use kardan::results::{Complex, ControllerData, Design, ExactMatrix, Outcome, Physical, Pole};
 use kardan::simulate::{RunResult, Setup, Tolerance, simulate};
 use kardan::study::{self, DesignSettings, PreparedVariant, Silent};
-use kardan::synthesis::{Continuous, Law, LinearLaw, Reference, Running, Seen};
+use kardan::synthesis::{Block, Clock, Law, LinearLaw, Reference, Seen};
 use kardan::units::parse_number;
 use kardan_rt::StateSpace;
 use proptest::prelude::*;
@@ -820,8 +820,8 @@ impl Law for Printed {
         &self.references
     }
 
-    fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.clone()))
+    fn block(&self, _: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(Box::new(self.clone()))
     }
 
     fn linear(&self) -> LinearLaw {
@@ -833,16 +833,15 @@ impl Law for Printed {
     }
 }
 
-impl Continuous for Printed {
-    fn keep(&mut self, _: &mut Keeper<'_>) {}
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+impl Block for Printed {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         let of = |values: &[f64]| self.shafts.map(|shaft| values[shaft]);
         let state = [of(seen.angles), of(seen.speeds)].concat();
         let rack = 400.0 * (seen.references[0] - state[0]) - 28.0 * state[3];
         for (k, torque) in out.iter_mut().enumerate() {
             *torque = common::dot(&self.kx[k], &state) + common::dot(&self.ku[k], &[rack, seen.references[1]]);
         }
+        true
     }
 }
 
@@ -1339,9 +1338,9 @@ fn check_block(text: &str, variant: &str, control: &str) {
             states: &states,
         };
         let (mut commands, mut rates) = (vec![f64::NAN; torques.len()], vec![f64::NAN; states.len()]);
-        let mut computing = common::Computing::new(&*law);
-        computing.command(seen, &mut commands);
-        computing.states(seen, &torques, &mut rates);
+        let mut block = law.block(law.clock()).expect("its own clock");
+        assert!(block.command(seen, &mut commands));
+        assert!(block.states(seen, &torques, &mut rates));
         let own = observer.as_ref().map_or(0, |(_, flat)| flat.states);
         // Measured angles and speeds are read as they are, the others and the disturbances are estimates.
         let read = |name: &str| -> f64 {

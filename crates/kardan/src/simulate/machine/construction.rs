@@ -12,7 +12,7 @@ use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::Profile;
-use crate::synthesis::{Law, Running};
+use crate::synthesis::Law;
 
 /// What drives the inputs; `size` grows by their states.
 fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
@@ -40,13 +40,11 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
     let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
     let first = *size;
-    let computer = match law.run() {
-        Running::Continuous(law_in_time) => {
+    let computer = match law.clock() {
+        Some(clock) => Computer::Clocked(Box::new(Clocked::new(&**law, clock, setup.reduced, scenario))),
+        None => {
             *size += law.states().len();
-            Computer::Continuous(law_in_time)
-        }
-        Running::Sampled(clock, block) => {
-            Computer::Clocked(Box::new(Clocked::new(&**law, (clock, block), setup.reduced, scenario)))
+            Computer::Continuous(law.run())
         }
     };
     Wired {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::reduce::{Kinematics, Reduced};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Scenario;
-use crate::synthesis::{Continuous, Law, Seen};
+use crate::synthesis::{Law, Running, Seen};
 
 /// A law with its wiring.
 pub(super) struct Wired {
@@ -26,7 +26,7 @@ pub(super) struct Wired {
 
 /// What computes a law in a run.
 pub(super) enum Computer {
-    Continuous(Box<dyn Continuous>),
+    Continuous(Running),
     Clocked(Box<Clocked>),
 }
 

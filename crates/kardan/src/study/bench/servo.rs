@@ -9,7 +9,7 @@ use crate::equations::Measured;
 use crate::num::{Cholesky, Keeper, Matrix, dot};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::Design;
-use crate::synthesis::{Block, Clock, Law, LinearLaw, Reference, Running, Seen};
+use crate::synthesis::{Block, Clock, Law, LinearLaw, Reference, Seen};
 
 /// Poles of the filter that finds speeds from encoder readings, in bandwidths of the loop.
 const FILTER: f64 = 10.0;
@@ -134,8 +134,8 @@ impl Law for ServoLaw {
         &[]
     }
 
-    fn run(&self) -> Running {
-        Running::Sampled(self.0.clock(), Box::new(self.0.clone()))
+    fn block(&self, _: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(Box::new(self.0.clone()))
     }
 
     fn linear(&self) -> LinearLaw {
@@ -164,7 +164,7 @@ impl Block for Servo {
         }
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         let r = self.speed.len();
         let readings = self.measured.len();
         for k in 0..readings {
@@ -204,5 +204,6 @@ impl Block for Servo {
                 *torque = torque.clamp(-limit, *limit);
             }
         }
+        true
     }
 }

@@ -1,8 +1,9 @@
 use std::sync::Arc;
 
-use kardan_rt::{Channel, Gain, Health, Measurement, PositionLoop, Task};
+use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
+use crate::names::{Quantity, SignalName};
 use crate::synthesis::channels::once;
 use crate::synthesis::nonlinear_law::{Nonlinear, WantedTask};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
@@ -10,14 +11,14 @@ use crate::synthesis::zeros::check_zeros;
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
-use crate::num::{Float, Keeper, Matrix, Rational, Scalar, echelon, rational_to_f64};
+use crate::num::{Float, Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::reduce::LinearModel;
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, Feedback, Physical, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::sampled::entries;
 use crate::synthesis::{
-    Block, Clock, Continuous, ExactLoop, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, Seen,
-    SynthesisError, angle_output, effective_inertia, named, output_shaft,
+    Block, Clock, ExactLoop, Law, LawKind, LinearLaw, Plant, Reference, Request, Seen, SynthesisError, angle_output,
+    effective_inertia, is_single, named, output_shaft,
 };
 use crate::units::{Dimension, Exact};
 
@@ -212,13 +213,13 @@ struct Designed {
     /// −M, and the shafts of its columns.
     disturbance_gain: Matrix<f64>,
     disturbed: Vec<String>,
-    running: RunningNoninteracting<f64>,
+    block: NoninteractingBlock<f64>,
 }
 
 /// The block [`kardan_rt::Noninteracting`] with the memory of one evaluation.
-struct RunningNoninteracting<T> {
+struct NoninteractingBlock<T> {
     /// Where each channel finds its reference and its load among the references.
-    told: Vec<(usize, Option<usize>)>,
+    reference_places: Vec<(usize, Option<usize>)>,
     coordinate_shafts: Vec<usize>,
     output_shafts: Vec<usize>,
     state_gain: Vec<T>,
@@ -234,13 +235,9 @@ struct RunningNoninteracting<T> {
     accelerations: Vec<T>,
     disturbances: Vec<T>,
     work: Vec<T>,
-    /// The last torques that were numbers.
-    torques: Vec<T>,
-    /// Whether they are those of the sample before.
-    kept: bool,
 }
 
-impl RunningNoninteracting<f64> {
+impl NoninteractingBlock<f64> {
     /// The same as tasks of the full model.
     fn wanted(&self) -> Vec<WantedTask> {
         let wanted = |(channel, &shaft): (&Channel<f64>, &usize)| match channel {
@@ -253,8 +250,8 @@ impl RunningNoninteracting<f64> {
     }
 }
 
-impl<T: Float> RunningNoninteracting<T> {
-    fn cast<U: Float>(&self) -> RunningNoninteracting<U> {
+impl<T: Float> NoninteractingBlock<T> {
+    fn cast<U: Float>(&self) -> NoninteractingBlock<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let list = |values: &[T]| values.iter().map(|x| to(*x)).collect::<Vec<U>>();
         let channel = |channel: &Channel<T>| match channel {
@@ -267,8 +264,8 @@ impl<T: Float> RunningNoninteracting<T> {
             },
             Channel::Torque { inverse_inertia } => Channel::Torque { inverse_inertia: to(*inverse_inertia) },
         };
-        RunningNoninteracting {
-            told: self.told.clone(),
+        NoninteractingBlock {
+            reference_places: self.reference_places.clone(),
             coordinate_shafts: self.coordinate_shafts.clone(),
             output_shafts: self.output_shafts.clone(),
             state_gain: list(&self.state_gain),
@@ -283,32 +280,12 @@ impl<T: Float> RunningNoninteracting<T> {
             accelerations: list(&self.accelerations),
             disturbances: list(&self.disturbances),
             work: list(&self.work),
-            torques: list(&self.torques),
-            kept: false,
         }
     }
 }
 
-impl Continuous for RunningNoninteracting<f64> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        Block::keep(self, keeper);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        Block::command(self, seen, out);
-        if self.kept {
-            out.fill(f64::NAN);
-        }
-    }
-}
-
-impl<T: Float> Block for RunningNoninteracting<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.floats(&mut self.torques);
-        keeper.flag(&mut self.kept);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+impl<T: Float> Block for NoninteractingBlock<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         let Seen { angles, speeds, references, .. } = seen;
         let r = self.coordinate_shafts.len();
         for (k, &shaft) in self.coordinate_shafts.iter().enumerate() {
@@ -318,8 +295,8 @@ impl<T: Float> Block for RunningNoninteracting<T> {
         for (k, &shaft) in self.output_shafts.iter().enumerate() {
             self.positions[k] = T::from_f64(angles[shaft]);
             self.speeds[k] = T::from_f64(speeds[shaft]);
-            self.references[k] = T::from_f64(references[self.told[k].0]);
-            self.loads[k] = self.told[k].1.map_or(T::ZERO, |load| T::from_f64(references[load]));
+            self.references[k] = T::from_f64(references[self.reference_places[k].0]);
+            self.loads[k] = self.reference_places[k].1.map_or(T::ZERO, |load| T::from_f64(references[load]));
         }
         let (Some(state_gain), Some(acceleration_gain)) =
             (Gain::new(&self.state_gain, 2 * r), Gain::new(&self.acceleration_gain, self.channels.len()))
@@ -339,15 +316,8 @@ impl<T: Float> Block for RunningNoninteracting<T> {
             T::narrow(seen.disturbances, &mut self.disturbances);
             found = found && cancel.add_to(&self.disturbances, &mut self.work);
         }
-        self.kept = !found;
-        if found {
-            self.torques.copy_from_slice(&self.work);
-        }
-        T::widen(&self.torques, out);
-    }
-
-    fn health(&self) -> Health {
-        Health { commands_bounded: if self.kept { self.torques.len() } else { 0 }, ..Health::default() }
+        T::widen(&self.work, out);
+        found
     }
 }
 
@@ -396,7 +366,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let model = &request.plant.linear;
     let (designs, inputs, outputs) = chosen_channels(request)?;
     let names = |channel: &ChannelDesign| {
-        (format!("{}.phi", request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
+        (Quantity::Angle.of(&request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
     once((NONINTERACTING.references)(request.values).iter().map(|r| r.name.as_str()), "reference")?;
@@ -404,12 +374,12 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     check_zeros(&request.plant.system(&inputs, &signals), &outputs)?;
     let references = references(request.values);
     let find = |name: Option<&str>| name.and_then(|name| references.iter().position(|r| r.name == name));
-    let mut told = Vec::new();
+    let mut reference_places = Vec::new();
     let mut blocks = Vec::new();
     let mut specs = Vec::new();
     for (channel, inertia) in channels(request.values).zip(&design.effective_inertia) {
         let inverse_inertia = 1.0 / rational_to_f64(inertia);
-        told.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
+        reference_places.push((find(channel.word("reference")).unwrap_or(0), find(channel.word("load"))));
         let (block, spec) = channel_block(channel, inverse_inertia);
         blocks.push(block);
         specs.push(spec);
@@ -422,11 +392,11 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         |name: &String| request.plant.shafts().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
     let m = designs.len();
     let disturbance_gain = disturbance_gain(request, &design, &designs, &specs);
-    let told_references: Vec<usize> = told.iter().map(|(reference, _)| *reference).collect();
-    let loads: Vec<Option<usize>> = told.iter().map(|(_, load)| *load).collect();
+    let references_of_channels: Vec<usize> = reference_places.iter().map(|(reference, _)| *reference).collect();
+    let loads: Vec<Option<usize>> = reference_places.iter().map(|(_, load)| *load).collect();
     let disturbance_gain = disturbance_gain.scale(&Rational::NEG_ONE).to_f64();
-    let running = RunningNoninteracting {
-        told,
+    let block = NoninteractingBlock {
+        reference_places,
         coordinate_shafts: model.coordinates.iter().map(shaft).collect(),
         output_shafts: designs.iter().map(|channel| channel.shaft).collect(),
         state_gain: entries(&design.state_gain.to_f64()),
@@ -441,8 +411,6 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         accelerations: vec![0.0; m],
         disturbances: vec![0.0; request.disturbances.len()],
         work: vec![0.0; m],
-        torques: vec![0.0; m],
-        kept: false,
     };
     let designed = Designed {
         name: request.name.to_string(),
@@ -457,7 +425,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         disturbed: (0..request.disturbances.len())
             .map(|k| request.plant.shafts()[request.disturbances[k]].clone())
             .collect(),
-        running,
+        block,
     };
     if !nonlinear {
         return Ok(Arc::new(designed));
@@ -465,9 +433,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if loads.iter().any(Option::is_some) {
         return Err(SynthesisError::NeedsLinear { key: "load" });
     }
-    let wanted = designed.running.wanted();
+    let wanted = designed.block.wanted();
     let friction_width = request.values.number("friction_width");
-    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wanted, told_references, friction_width)?))
+    Ok(Arc::new(Nonlinear::new(request, Arc::new(designed), wanted, references_of_channels, friction_width)?))
 }
 
 /// M of `u = … − M d`: what the channels do not feel of torques on shafts, `Ku C H⁻¹ Kᵀ d`. A torque on the shaft of a torque
@@ -496,21 +464,21 @@ fn disturbance_gain(
 impl Designed {
     /// What the block [`kardan_rt::Noninteracting`] runs with; a torque channel has no frequency.
     fn data(&self, state: &[String]) -> ControllerData {
-        let unit = |name: &String| if name.ends_with(".w") { "rad/s" } else { "rad" }.to_string();
-        let mut reads: Vec<ReadSignal> = state.iter().map(|name| ReadSignal::new(name, unit(name))).collect();
+        let read = |name: &String| ReadSignal::new(name, SignalName::new(name).unit());
+        let mut reads: Vec<ReadSignal> = state.iter().map(read).collect();
         for output in &self.outputs {
-            let speed = output.trim_end_matches("phi").to_string() + "w";
-            reads.extend([ReadSignal::new(output, unit(output)), ReadSignal::new(&speed, unit(&speed))]);
+            let speed = Quantity::Speed.of(SignalName::new(output).element);
+            reads.extend([output, &speed].map(read));
         }
-        for (reference, load) in &self.running.told {
+        for (reference, load) in &self.block.reference_places {
             for number in std::iter::once(reference).chain(load) {
-                let told = &self.references[*number];
-                reads.push(ReadSignal::new(&told.name, told.physical.unit()));
+                let reference = &self.references[*number];
+                reads.push(ReadSignal::new(&reference.name, reference.physical.unit()));
             }
         }
-        reads.extend(self.disturbed.iter().map(|shaft| ReadSignal::new(format!("{shaft}.disturbance"), "N m")));
+        reads.extend(ReadSignal::of_each(Quantity::Disturbance, &self.disturbed));
         let mut numbers = Vec::new();
-        for (output, channel) in self.outputs.iter().zip(&self.running.channels) {
+        for (output, channel) in self.outputs.iter().zip(&self.block.channels) {
             let mut add = |what: &str, value: f64| numbers.push(DataNumber::new(format!("{output} {what}"), value));
             match channel {
                 Channel::Position { position_loop, inverse_inertia } => {
@@ -547,29 +515,20 @@ impl Law for Designed {
         &self.references
     }
 
-    fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.running.cast::<f64>()))
-    }
-
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        Some(Firmware {
-            linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.running.cast::<f32>())
-            } else {
-                Box::new(self.running.cast::<f64>())
-            },
-        })
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
     }
 
     fn linear(&self) -> LinearLaw {
-        let (m, r) = (self.inputs.len(), self.running.coordinate_shafts.len());
+        let (m, r) = (self.inputs.len(), self.block.coordinate_shafts.len());
         let mut on_angles = Matrix::zeros(m, self.shafts);
         let mut on_speeds = Matrix::zeros(m, self.shafts);
         let mut on_references = Matrix::zeros(m, self.references.len());
         for i in 0..m {
-            for (k, (channel, (reference, load))) in self.running.channels.iter().zip(&self.running.told).enumerate() {
-                let gain = self.running.acceleration_gain[i * m + k];
+            for (k, (channel, (reference, load))) in
+                self.block.channels.iter().zip(&self.block.reference_places).enumerate()
+            {
+                let gain = self.block.acceleration_gain[i * m + k];
                 let (per_reference, per_load) = match channel {
                     Channel::Position { position_loop, inverse_inertia } => {
                         (position_loop.natural_frequency.powi(2), *inverse_inertia)
@@ -581,13 +540,13 @@ impl Law for Designed {
                     on_references[(i, *load)] -= gain * per_load;
                 }
             }
-            for (k, &shaft) in self.running.coordinate_shafts.iter().enumerate() {
-                on_angles[(i, shaft)] += self.running.state_gain[i * 2 * r + k];
-                on_speeds[(i, shaft)] += self.running.state_gain[i * 2 * r + r + k];
+            for (k, &shaft) in self.block.coordinate_shafts.iter().enumerate() {
+                on_angles[(i, shaft)] += self.block.state_gain[i * 2 * r + k];
+                on_speeds[(i, shaft)] += self.block.state_gain[i * 2 * r + r + k];
             }
-            for (k, &shaft) in self.running.output_shafts.iter().enumerate() {
-                if let Channel::Position { position_loop, .. } = &self.running.channels[k] {
-                    let gain = self.running.acceleration_gain[i * m + k];
+            for (k, &shaft) in self.block.output_shafts.iter().enumerate() {
+                if let Channel::Position { position_loop, .. } = &self.block.channels[k] {
+                    let gain = self.block.acceleration_gain[i * m + k];
                     let omega = position_loop.natural_frequency;
                     on_angles[(i, shaft)] -= gain * omega * omega;
                     on_speeds[(i, shaft)] -= gain * 2.0 * position_loop.damping_ratio * omega;
@@ -614,7 +573,7 @@ impl Law for Designed {
                 ChannelSpec::Position { natural_frequency, damping_ratio } => {
                     let stiffness = natural_frequency.times(natural_frequency);
                     let damping = Rational::from(2).times(damping_ratio).times(natural_frequency);
-                    let direction = self.plant.linear.direction(self.running.output_shafts[k]);
+                    let direction = self.plant.linear.direction(self.block.output_shafts[k]);
                     for (j, x) in direction.row(0).iter().enumerate() {
                         feedback[(k, j)] = stiffness.times(x);
                         feedback[(k, states / 2 + j)] = damping.times(x);
@@ -626,7 +585,7 @@ impl Law for Designed {
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
         let told: Vec<&Reference> =
-            self.running.told.iter().map(|(reference, _)| &self.references[*reference]).collect();
+            self.block.reference_places.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =

@@ -1,14 +1,13 @@
 use std::sync::Arc;
 
-use kardan_rt::Health;
-
 use crate::element::Values;
-use crate::num::{Float, Keeper, Matrix, rational_to_f64};
+use crate::names::{Quantity, SignalName};
+use crate::num::{Float, Matrix, rational_to_f64};
 use crate::results::{ControllerData, DataNumber, Design, Physical, ReadSignal};
 use crate::schema::{Keys, LawKeys, Sign};
 use crate::synthesis::{
-    Block, Clock, Continuous, Firmware, Law, LawKind, LinearLaw, Reference, Request, Running, Seen, SynthesisError,
-    input_inertia, output_shaft,
+    Block, Clock, Law, LawKind, LinearLaw, Reference, Request, Seen, SynthesisError, input_inertia, is_single,
+    output_shaft,
 };
 use crate::units::Dimension;
 
@@ -74,70 +73,40 @@ struct Designed {
     output: String,
     references: Vec<Reference>,
     shafts: usize,
-    running: RunningPositionLoop<f64>,
+    block: PositionLoopBlock<f64>,
 }
 
 /// The block [`kardan_rt::PositionLoop`], its acceleration times the inertia.
-struct RunningPositionLoop<T> {
+struct PositionLoopBlock<T> {
     shaft: usize,
     inertia: T,
     position_loop: kardan_rt::PositionLoop<T>,
-    /// The last torque that was a number.
-    torque: T,
-    /// Whether it is that of the sample before.
-    kept: bool,
 }
 
-impl<T: Float> RunningPositionLoop<T> {
-    fn cast<U: Float>(&self) -> RunningPositionLoop<U> {
+impl<T: Float> PositionLoopBlock<T> {
+    fn cast<U: Float>(&self) -> PositionLoopBlock<U> {
         let to = |x: T| U::from_f64(x.to_f64());
         let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.position_loop;
-        RunningPositionLoop {
+        PositionLoopBlock {
             shaft: self.shaft,
             inertia: to(self.inertia),
             position_loop: kardan_rt::PositionLoop {
                 natural_frequency: to(natural_frequency),
                 damping_ratio: to(damping_ratio),
             },
-            torque: U::ZERO,
-            kept: false,
         }
     }
 }
 
-impl Continuous for RunningPositionLoop<f64> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        Block::keep(self, keeper);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
-        Block::command(self, seen, out);
-        if self.kept {
-            out.fill(f64::NAN);
-        }
-    }
-}
-
-impl<T: Float> Block for RunningPositionLoop<T> {
-    fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        keeper.floats(std::slice::from_mut(&mut self.torque));
-        keeper.flag(&mut self.kept);
-    }
-
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+impl<T: Float> Block for PositionLoopBlock<T> {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         let Seen { angles, speeds, references, .. } = seen;
         let [load, reference, angle, speed] =
             [references.get(1).copied().unwrap_or(0.0), references[0], angles[self.shaft], speeds[self.shaft]]
                 .map(T::from_f64);
         let acceleration = self.position_loop.acceleration(reference, angle, speed, load / self.inertia);
-        let torque = acceleration.map(|acceleration| self.inertia * acceleration).filter(|torque| torque.is_finite());
-        self.kept = torque.is_none();
-        self.torque = torque.unwrap_or(self.torque);
-        out[0] = self.torque.to_f64();
-    }
-
-    fn health(&self) -> Health {
-        Health { commands_bounded: usize::from(self.kept), ..Health::default() }
+        out[0] = acceleration.map_or(f64::NAN, |acceleration| (self.inertia * acceleration).to_f64());
+        out[0].is_finite()
     }
 }
 
@@ -160,15 +129,13 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         output,
         references: references(values),
         shafts: request.plant.shafts().len(),
-        running: RunningPositionLoop {
+        block: PositionLoopBlock {
             shaft,
             inertia,
             position_loop: kardan_rt::PositionLoop {
                 natural_frequency: values.number_or_default("natural_frequency"),
                 damping_ratio: values.number_or_default("damping_ratio"),
             },
-            torque: 0.0,
-            kept: false,
         },
     }))
 }
@@ -176,7 +143,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
 impl Designed {
     /// What the block [`kardan_rt::PositionLoop`] runs with: its acceleration times the inertia is the torque.
     fn data(&self) -> ControllerData {
-        let speed = self.output.trim_end_matches("phi").to_string() + "w";
+        let speed = Quantity::Speed.of(SignalName::new(&self.output).element);
         let mut reads = vec![ReadSignal::new(&self.output, "rad"), ReadSignal::new(speed, "rad/s")];
         reads.extend(self.references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
         ControllerData {
@@ -187,9 +154,9 @@ impl Designed {
             single: false,
             matrices: Vec::new(),
             numbers: vec![
-                DataNumber::new("natural_frequency", self.running.position_loop.natural_frequency),
-                DataNumber::new("damping_ratio", self.running.position_loop.damping_ratio),
-                DataNumber::new("inertia", self.running.inertia),
+                DataNumber::new("natural_frequency", self.block.position_loop.natural_frequency),
+                DataNumber::new("damping_ratio", self.block.position_loop.damping_ratio),
+                DataNumber::new("inertia", self.block.inertia),
             ],
         }
     }
@@ -204,36 +171,25 @@ impl Law for Designed {
         &self.references
     }
 
-    fn run(&self) -> Running {
-        Running::Continuous(Box::new(self.running.cast::<f64>()))
-    }
-
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        Some(Firmware {
-            linear: self.linear(),
-            block: if clock.single {
-                Box::new(self.running.cast::<f32>())
-            } else {
-                Box::new(self.running.cast::<f64>())
-            },
-        })
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        Some(if is_single(clock) { Box::new(self.block.cast::<f32>()) } else { Box::new(self.block.cast::<f64>()) })
     }
 
     fn linear(&self) -> LinearLaw {
-        let omega = self.running.position_loop.natural_frequency;
-        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.running.shaft { gain } else { 0.0 });
+        let omega = self.block.position_loop.natural_frequency;
+        let row = |gain: f64| Matrix::from_fn(1, self.shafts, |_, j| if j == self.block.shaft { gain } else { 0.0 });
         // The reference, and the load if there is one.
-        let stiffness = self.running.inertia * omega * omega;
-        let told = Matrix::from_fn(1, self.references.len(), |_, j| if j == 0 { stiffness } else { -1.0 });
+        let stiffness = self.block.inertia * omega * omega;
+        let on_references = Matrix::from_fn(1, self.references.len(), |_, j| if j == 0 { stiffness } else { -1.0 });
         LinearLaw::gains(
-            row(-self.running.inertia * omega * omega),
-            row(-self.running.inertia * 2.0 * self.running.position_loop.damping_ratio * omega),
-            told,
+            row(-self.block.inertia * omega * omega),
+            row(-self.block.inertia * 2.0 * self.block.position_loop.damping_ratio * omega),
+            on_references,
         )
     }
 
     fn describe(&self) -> Design {
-        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.running.position_loop;
+        let kardan_rt::PositionLoop { natural_frequency, damping_ratio } = self.block.position_loop;
         Design {
             controller: self.name.clone(),
             law: POSITION_LOOP.keyword.into(),
@@ -243,7 +199,7 @@ impl Law for Designed {
             notes: vec![format!(
                 "{} follows its reference with natural frequency {natural_frequency} rad/s and damping ratio \
                  {damping_ratio}, for an inertia of {:.9} kg m^2.",
-                self.output, self.running.inertia
+                self.output, self.block.inertia
             )],
             ..Design::default()
         }

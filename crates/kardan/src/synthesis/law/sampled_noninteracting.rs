@@ -5,6 +5,7 @@ use kardan_rt::Bounds;
 use crate::analysis::OutputSignal;
 use crate::element::Values;
 use crate::equations::{InputKind, Measured, Motor};
+use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, rational_to_f64};
 use crate::reduce::{Kinematics, MechanismData};
 use crate::results::{
@@ -18,12 +19,12 @@ use crate::synthesis::observed::{Reading, distinguishable_torques, reading, rows
 use crate::synthesis::observer::{Noise, extend, kalman};
 use crate::synthesis::outputs::{channels, paired_channels, paired_inputs};
 use crate::synthesis::sampled::{
-    GovernorData, PERIOD, Problem, RegulatorData, RunningRegulator, ScheduleData, Solution, Target, filter, hold_plant,
+    GovernorData, PERIOD, Problem, RegulatorBlock, RegulatorData, ScheduleData, Solution, Target, filter, hold_plant,
     on_their_way, turning,
 };
 use crate::synthesis::{
-    Block, Clock, Firmware, Law, LawKind, LinearLaw, Plant, Reference, Request, Running, SynthesisError, clock,
-    effective_inertia, reading_variance, rounded,
+    Block, Clock, Law, LawKind, LinearLaw, Plant, Reference, Request, SynthesisError, clock, effective_inertia,
+    reading_variance, rounded,
 };
 use crate::units::Dimension;
 
@@ -521,9 +522,9 @@ struct Observer {
 /// What the keys of an observer say of the noise of states and sensors.
 fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
     let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
-    let intensity = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
-        Some("phi") => 0.0,
-        Some("w") => number("speed_noise", 10.0),
+    let intensity = |name: &String| match SignalName::new(name).quantity() {
+        Some(Quantity::Angle) => 0.0,
+        Some(Quantity::Speed) => number("speed_noise", 10.0),
         _ => number("disturbance_rate", 10.0),
     };
     Noise { process: states.iter().map(intensity).collect(), measurement: vec![number("sensor_noise", 1e-5); sensors] }
@@ -566,7 +567,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
         result: None,
     };
     let Some(keys) = keys else { return Ok(out) };
-    let names: Vec<String> = out.disturbances.iter().map(|name| format!("{name}.disturbance")).collect();
+    let names: Vec<String> = out.disturbances.iter().map(|name| Quantity::Disturbance.of(name)).collect();
     let extended = extend(&system, &torques, &names);
     // What the sensors show at all is decided exactly, straight ahead; elsewhere the Riccati equation of the filter must do.
     let noise = noise(keys, &extended.states, out.sensors.len());
@@ -591,7 +592,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
     if !straight {
         return Ok(out);
     }
-    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| format!("{input}.tau"));
+    let lagged = inputs.iter().zip(lags).filter(|(_, lag)| **lag > 0.0).map(|(input, _)| Quantity::Torque.of(input));
     let all: Vec<String> = out.states.iter().cloned().chain(lagged).chain(names).collect();
     let mut sentences = distinguishable_torques(plant, &system)?;
     sentences
@@ -758,7 +759,8 @@ fn controller_data(
 ) -> ControllerData {
     let Designed { problem, observed, data, .. } = straight;
     let clock = problem.clock;
-    let sensors = observed.sensors.iter().map(|sensor| ReadSignal::new(&sensor.name, unit(&sensor.name)));
+    let sensors =
+        observed.sensors.iter().map(|sensor| ReadSignal::new(&sensor.name, SignalName::new(&sensor.name).unit()));
     let reads = sensors.chain(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
     let named = |(name, matrix): (&str, &Matrix<f64>)| (name.to_string(), matrix.to_rows());
     let models = [("model", &data.model), ("model_input", &data.model_input)];
@@ -864,8 +866,8 @@ fn describe(
         .flat_map(|k| inputs.iter().map(move |input| format!("{input} {k} before")))
         .collect();
     let lagged: Vec<String> =
-        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| format!("{i}.tau")).collect();
-    let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| format!("{shaft}.disturbance")).collect();
+        inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| Quantity::Torque.of(i)).collect();
+    let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| Quantity::Disturbance.of(shaft)).collect();
     let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let models: Vec<String> =
         told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
@@ -917,23 +919,7 @@ fn describe(
     }
 }
 
-fn unit(signal: &str) -> &'static str {
-    match signal.rsplit_once('.').map(|(_, tail)| tail) {
-        Some("phi") => "rad",
-        Some("w") => "rad/s",
-        _ => "N m",
-    }
-}
-
 impl Sampled {
-    fn block(&self, single: bool) -> Box<dyn Block> {
-        if single {
-            Box::new(RunningRegulator::<f32>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
-        } else {
-            Box::new(RunningRegulator::<f64>::new(&self.data, self.schedule.as_ref(), &self.readings, &self.offsets))
-        }
-    }
-
     /// x̂, ξ, last readings, governed references, commands: where each begins.
     fn places(&self) -> [usize; 5] {
         let [n, k, r, p, _] = self.data.sizes();
@@ -1041,13 +1027,17 @@ impl Law for Sampled {
         }
     }
 
-    fn run(&self) -> Running {
-        Running::Sampled(self.clock, self.block(self.clock.single))
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let clock = clock.filter(|clock| clock.period == self.clock.period)?;
+        let (data, schedule) = (&self.data, self.schedule.as_ref());
+        Some(match clock.single {
+            true => Box::new(RegulatorBlock::<f32>::new(data, schedule, &self.readings, &self.offsets)),
+            false => Box::new(RegulatorBlock::<f64>::new(data, schedule, &self.readings, &self.offsets)),
+        })
     }
 
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        let same = clock.period == self.clock.period;
-        same.then(|| Firmware { linear: self.linear(), block: self.block(clock.single) })
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        (clock.period == self.clock.period).then(|| self.linear())
     }
 
     fn linear(&self) -> LinearLaw {

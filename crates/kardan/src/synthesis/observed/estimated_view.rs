@@ -46,6 +46,11 @@ impl EstimatedView {
         }
     }
 
+    /// States of the observer: coordinates, speeds, disturbances.
+    pub fn states(&self) -> usize {
+        2 * self.coordinates.len() + self.disturbances.len()
+    }
+
     /// What a snapshot keeps of it.
     pub fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.numbers(&mut self.values);
@@ -68,7 +73,7 @@ impl EstimatedView {
     pub fn estimate<'a>(&'a mut self, seen: &Seen<'a>) -> Seen<'a> {
         self.held = self.read(seen);
         let r = self.coordinates.len();
-        let own = 2 * r + self.disturbances.len();
+        let own = self.states();
         self.position.copy_from_slice(&seen.states[..r]);
         self.speed.copy_from_slice(&seen.states[r..2 * r]);
         for (reading, value) in self.readings.iter().zip(&self.values) {

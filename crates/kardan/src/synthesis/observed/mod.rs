@@ -1,11 +1,11 @@
 //! Laws behind observers.
 
+mod block;
 mod estimated_view;
 mod gain;
 mod keys;
 mod model;
 mod reading;
-mod running;
 
 pub(super) use gain::distinguishable_torques;
 pub use keys::Observer;
@@ -15,15 +15,16 @@ pub(super) use reading::{Reading, reading, rows, sensor_table, sensors};
 use std::sync::Arc;
 
 use super::observer::extend;
-use super::{Block, Clock, ExactLoop, Firmware, Law, LinearLaw, Plant, Reference, Running, SynthesisError};
+use super::{Block, Clock, ExactLoop, Law, LinearLaw, Plant, Reference, SynthesisError};
 use crate::analysis::OutputSignal;
 use crate::element::Values;
+use crate::names::{Quantity, SignalName};
 use crate::num::{Float, Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, DataNumber, Design, ObserverResult, ReadSignal};
+use block::ObserverBlock;
 use estimated_view::EstimatedView;
 use gain::gain;
 use model::{FullModel, LinearModelBlock, Model};
-use running::{RunningContinuously, RunningSampled};
 
 /// A law that sees the plant through an observer: angles and speeds that are not measured, and disturbances, are estimates.
 ///
@@ -76,7 +77,7 @@ impl Observed {
         let system = plant.system(&inputs, &sensors);
         let (torques, _) = plant.torques(disturbed, &[]);
         let names: Vec<String> = disturbed.iter().map(|&k| plant.shafts()[k].clone()).collect();
-        let states: Vec<String> = names.iter().map(|name| format!("{name}.disturbance")).collect();
+        let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
         let extended = extend(&system, &torques, &states);
         let (gain, poles, notes) = gain(values, &extended)?;
         let floating = Matrix::from_fn(gain.values.len(), sensors.len(), |i, j| gain.values[i][j]);
@@ -122,13 +123,8 @@ impl Observed {
     }
 
     fn observer_data(&self, inputs: &[String]) -> ControllerData {
-        let unit = |name: &String| match name.rsplit_once('.').map(|(_, tail)| tail) {
-            Some("phi") => "rad",
-            Some("w") => "rad/s",
-            _ => "N m",
-        };
-        let torques = inputs.iter().map(|input| ReadSignal::new(format!("{input}.tau"), "N m"));
-        let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, unit(name)));
+        let torques = ReadSignal::of_each(Quantity::Torque, inputs);
+        let sensors = self.result.sensors.iter().map(|name| ReadSignal::new(name, SignalName::new(name).unit()));
         let (n, signals) = (self.a.rows(), self.b.columns());
         let matrices = [
             ("A", self.a.clone()),
@@ -141,7 +137,7 @@ impl Observed {
             let width = full.friction_width.map(|width| DataNumber::new("friction_width", width));
             return ControllerData {
                 block: "ModelObserver".into(),
-                reads: torques.chain(sensors).collect(),
+                reads: torques.into_iter().chain(sensors).collect(),
                 writes: self.result.states.clone(),
                 sample_time: None,
                 single: false,
@@ -162,7 +158,7 @@ impl Observed {
         }
         ControllerData {
             block: "StateSpace".into(),
-            reads: torques.chain(sensors).collect(),
+            reads: torques.into_iter().chain(sensors).collect(),
             writes: self.result.states.clone(),
             sample_time: None,
             single: false,
@@ -272,20 +268,17 @@ impl Observed {
     }
 }
 
-/// A sampled law behind the linear model.
-fn linear_block<T: Float>(
-    law: Box<dyn Block>,
-    view: EstimatedView,
-    a: &Matrix<f64>,
-    b: &Matrix<f64>,
-) -> Box<dyn Block> {
-    let model = Model::Linear(LinearModelBlock::<T>::new(a, b));
-    Box::new(RunningSampled::new(law, view, a.rows(), model))
-}
-
-/// A sampled law behind the full model.
-fn full_block<T: Float>(law: Box<dyn Block>, view: EstimatedView, own: usize, full: FullModel<T>) -> Box<dyn Block> {
-    Box::new(RunningSampled::new(law, view, own, Model::Nonlinear(Box::new(full))))
+impl Observed {
+    /// The model at a sample time; `None` if a number overflows there.
+    fn model_at<T: Float>(&self, clock: Clock) -> Option<Model<T>> {
+        Some(match &self.model {
+            Model::Linear(_) => {
+                let held = discretise(&self.a, &self.b, clock.period)?;
+                Model::Linear(LinearModelBlock::new(&held.a, &held.b))
+            }
+            Model::Nonlinear(full) => Model::Nonlinear(Box::new(full.cast(&self.held(clock)?))),
+        })
+    }
 }
 
 impl Law for Observed {
@@ -310,35 +303,22 @@ impl Law for Observed {
         self.law.start(angles, speeds, rest);
     }
 
-    fn run(&self) -> Running {
-        match self.law.run() {
-            Running::Continuous(law) => Running::Continuous(Box::new(RunningContinuously {
-                law,
-                view: self.view.clone(),
-                model: self.model.clone(),
-            })),
-            // A law with a clock of its own brings its own observer.
-            sampled @ Running::Sampled(..) => sampled,
-        }
-    }
-
     fn sensors(&self) -> &[OutputSignal] {
         &self.sensors
     }
 
-    fn firmware(&self, clock: Clock) -> Option<Firmware> {
-        let law = self.law.firmware(clock)?;
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        let (law, view) = (self.law.block(clock)?, self.view.clone());
+        Some(match clock {
+            None => Box::new(ObserverBlock { law, view, model: self.model.clone() }),
+            Some(clock) if clock.single => Box::new(ObserverBlock { law, view, model: self.model_at::<f32>(clock)? }),
+            Some(clock) => Box::new(ObserverBlock { law, view, model: self.model_at::<f64>(clock)? }),
+        })
+    }
+
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
         let held = discretise(&self.a, &self.b, clock.period)?;
-        let (view, own) = (self.view.clone(), self.own());
-        let linear = self.around(&held.a, &held.b, &law.linear, &self.basis);
-        let law = law.block;
-        let block: Box<dyn Block> = match (&self.model, clock.single) {
-            (Model::Linear(_), true) => linear_block::<f32>(law, view, &held.a, &held.b),
-            (Model::Linear(_), false) => linear_block::<f64>(law, view, &held.a, &held.b),
-            (Model::Nonlinear(full), true) => full_block(law, view, own, full.cast::<f32>(&self.held(clock)?)),
-            (Model::Nonlinear(full), false) => full_block(law, view, own, full.cast::<f64>(&self.held(clock)?)),
-        };
-        Some(Firmware { linear, block })
+        Some(self.around(&held.a, &held.b, &self.law.linear_sampled(clock)?, &self.basis))
     }
 
     fn linear(&self) -> LinearLaw {

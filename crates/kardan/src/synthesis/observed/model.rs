@@ -18,20 +18,12 @@ pub(super) enum Model<T> {
 }
 
 impl<T: Float> Model<T> {
-    /// Returns whether there is a finite answer; if not, nothing is written.
-    pub fn rates(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
+    /// The right side of the observer's equation: rates, or the state at the next sample, of matrices or tables for that. Returns
+    /// whether it is finite.
+    pub fn states(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         match self {
-            Self::Linear(linear) => linear.rates(states, torques, view, out),
-            Self::Nonlinear(full) => full.rates(states, torques, &view.values, out),
-        }
-    }
-
-    /// The state at the next sample, of matrices or tables for that. Returns whether there is a finite one; if not, nothing is
-    /// written.
-    pub fn next(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
-        match self {
-            Self::Linear(linear) => linear.rates(states, torques, view, out),
-            Self::Nonlinear(full) => full.next(states, torques, &view.values, out),
+            Self::Linear(linear) => linear.states(states, torques, view, out),
+            Self::Nonlinear(full) => full.states(states, torques, &view.values, out),
         }
     }
 }
@@ -98,7 +90,7 @@ impl FullModel<f64> {
         at.extend_from_slice(readings);
         let mut rates = |at: &[f64]| {
             let mut out = vec![0.0; n];
-            full.rates(&at[..n], &at[n..n + m], &at[n + m..], &mut out);
+            full.states(&at[..n], &at[n..n + m], &at[n + m..], &mut out);
             out
         };
         let mut slopes = Matrix::zeros(n, at.len());
@@ -182,25 +174,17 @@ impl<T: Float> FullModel<T> {
         std::mem::take(&mut self.memory)
     }
 
-    pub fn rates(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
+    fn states(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
         let mut memory = self.take(states, torques, readings);
-        let mut result = std::mem::take(&mut self.result);
-        let found = self.block().rates(&self.state, &self.torques, &self.readings, &mut memory, &mut result);
-        if found {
-            T::widen(&result, out);
-        }
-        (self.memory, self.result) = (memory, result);
-        found
-    }
-
-    pub fn next(&mut self, states: &[f64], torques: &[f64], readings: &[f64], out: &mut [f64]) -> bool {
-        let mut memory = self.take(states, torques, readings);
-        let mut state = std::mem::take(&mut self.state);
-        let found = self.block().step(&mut state, &self.torques, &self.readings, &mut memory);
-        if found {
-            T::widen(&state, out);
-        }
-        (self.memory, self.state) = (memory, state);
+        let (state, mut result) = (std::mem::take(&mut self.state), std::mem::take(&mut self.result));
+        let found = if self.held.is_empty() {
+            self.block().rates(&state, &self.torques, &self.readings, &mut memory, &mut result)
+        } else {
+            result.copy_from_slice(&state);
+            self.block().step(&mut result, &self.torques, &self.readings, &mut memory)
+        };
+        T::widen(&result, out);
+        (self.memory, self.state, self.result) = (memory, state, result);
         found
     }
 }
@@ -229,7 +213,7 @@ impl<T: Float> LinearModelBlock<T> {
 
     /// `A x̂ + B [u; y]`; the readings are those that the view has taken. Returns whether these are numbers; if not, nothing is
     /// written.
-    pub fn rates(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
+    fn states(&mut self, states: &[f64], torques: &[f64], view: &EstimatedView, out: &mut [f64]) -> bool {
         let (inputs, readings) = self.signals.split_at_mut(torques.len());
         T::narrow(torques, inputs);
         for ((signal, value), offset) in readings.iter_mut().zip(&view.values).zip(&view.offsets) {
@@ -240,9 +224,7 @@ impl<T: Float> LinearModelBlock<T> {
             unreachable!("the matrices fit each other by construction");
         };
         let found = block.rates(&self.state, &self.signals, &mut self.result);
-        if found {
-            T::widen(&self.result, out);
-        }
+        T::widen(&self.result, out);
         found
     }
 }

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use crate::analysis::OutputSignal;
 use crate::results::Design;
-use crate::synthesis::{Clock, ExactLoop, Firmware, Law, LinearLaw, Reference, Running};
+use crate::synthesis::{Block, Clock, ExactLoop, Law, LinearLaw, Reference};
 
 /// A law as it runs at a sample time; `None` if its numbers overflow there, or if it is for another sample time.
 ///
 /// The states of a law in continuous time are integrated exactly for signals held over the sample time.
 pub fn sampled(law: Arc<dyn Law>, clock: Clock) -> Option<Arc<dyn Law>> {
-    let Firmware { linear, .. } = law.firmware(clock)?;
+    let linear = law.linear_sampled(clock)?;
+    law.block(Some(clock))?;
     Some(Arc::new(Sampled { law, linear, clock }))
 }
 
@@ -45,15 +46,16 @@ impl Law for Sampled {
         self.law.start(angles, speeds, out);
     }
 
-    fn run(&self) -> Running {
-        let Some(firmware) = self.law.firmware(self.clock) else {
-            unreachable!("`sampled` has made it for this clock before");
-        };
-        Running::Sampled(self.clock, firmware.block)
+    fn block(&self, clock: Option<Clock>) -> Option<Box<dyn Block>> {
+        self.law.block(clock)
     }
 
     fn linear(&self) -> LinearLaw {
         self.linear.clone()
+    }
+
+    fn linear_sampled(&self, clock: Clock) -> Option<LinearLaw> {
+        self.law.linear_sampled(clock)
     }
 
     fn bends(&self) -> bool {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::places::Places;
 use super::{Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
+use crate::names::Quantity;
 use crate::num::{Matrix, at_zero};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
@@ -179,12 +180,12 @@ impl Survey<'_> {
             };
             (linear.errors, linear.on_errors) =
                 (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
-            let tail = |speed: bool| if speed { "w" } else { "phi" };
+            let quantity = |speed: bool| if speed { Quantity::Speed } else { Quantity::Angle };
             let row = |(speed, k): &(bool, usize)| {
                 let own = |j: usize| if *speed { j >= r } else { j < r };
                 (0..2 * r).map(|j| if own(j) { plant.basis[(*k, j % r)] } else { 0.0 }).collect()
             };
-            all.iter().map(|one| (format!("{}.{}", shafts[one.1], tail(one.0)), row(one))).unzip()
+            all.iter().map(|one| (quantity(one.0).of(&shafts[one.1]), row(one))).unzip()
         };
         let errors = names.len();
         let (n, first, map) = if let Some(period) = period {

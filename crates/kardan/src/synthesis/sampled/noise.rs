@@ -1,5 +1,6 @@
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
+use crate::names::SignalName;
 use crate::synthesis::Plant;
 
 /// Variance of a reading of an ideal sensor times the sample time: 3 µrad (or µN m) at 1 ms.
@@ -8,7 +9,7 @@ const IDEAL: f64 = 1e-14;
 /// Variance of a reading at a sample time in s (that of the sensor, if it has one): of the noise given (unit of the sensor times √s), else that of the sensor's own noise and of
 /// rounding to its resolution, a twelfth of its square, else that of a nearly ideal sensor.
 pub fn reading_variance(plant: &Plant, noise: Option<f64>, signal: &OutputSignal, period: f64) -> f64 {
-    let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+    let head = SignalName::new(&signal.name).element;
     let sensor = plant.reduced.equations.sensors.iter().find(|(name, _)| name == head).map(|(_, sensor)| sensor);
     let period = sensor.and_then(|sensor| sensor.sample_time.as_ref()).map_or(period, |time| time.to_f64());
     if let Some(noise) = noise {

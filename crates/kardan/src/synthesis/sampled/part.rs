@@ -1,4 +1,5 @@
 use super::{LoopPlant, SlowSensor};
+use crate::names::SignalName;
 use crate::synthesis::{Clock, Law, LinearLaw};
 
 /// A wire on which the commands of a sampled law to one of its motors are late.
@@ -13,7 +14,7 @@ pub struct Wire {
 /// A law in a sampled loop.
 #[derive(Debug, Clone)]
 pub struct SampledPart {
-    /// Its linear part: of [`Firmware`](crate::synthesis::Firmware) if it has a clock.
+    /// Its linear part: between samples if it has a clock.
     pub linear: LinearLaw,
     /// When it runs; `None`: in continuous time.
     pub clock: Option<Clock>,
@@ -50,7 +51,7 @@ impl SampledPart {
     /// As [`Self::of`].
     pub fn at(law: &dyn Law, plant: &LoopPlant, clock: Option<Clock>) -> Option<Self> {
         Some(match clock {
-            Some(clock) => Self::with(law, plant, Some(clock), law.firmware(clock)?.linear),
+            Some(clock) => Self::with(law, plant, Some(clock), law.linear_sampled(clock)?),
             None => Self::with(law, plant, None, law.linear()),
         })
     }
@@ -59,7 +60,7 @@ impl SampledPart {
         let number =
             |name: &String| plant.inputs.iter().position(|input| input == name).expect("a law commands inputs");
         let slow = law.sensors().iter().enumerate().filter_map(|(k, signal)| {
-            let head = signal.name.rsplit_once('.').map_or(signal.name.as_str(), |(head, _)| head);
+            let head = SignalName::new(&signal.name).element;
             Some((k, plant.slow_sensors.iter().find(|sensor| sensor.name == head)?.clone()))
         });
         // In continuous time sensors are ideal.

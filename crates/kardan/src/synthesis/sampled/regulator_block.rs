@@ -8,7 +8,7 @@ use crate::synthesis::{Block, Seen};
 /// The block [`Regulator`] or [`kardan_rt::ScheduledRegulator`] with its memory. Of a law's states it is estimate, reference
 /// model, last good readings, governed references and commands, one after the other.
 #[derive(Debug, Clone)]
-pub(in crate::synthesis) struct RunningRegulator<T> {
+pub(in crate::synthesis) struct RegulatorBlock<T> {
     sizes: [usize; 5],
     numbers: Numbers<T>,
     model: Vec<T>,
@@ -39,7 +39,7 @@ enum Numbers<T> {
     Scheduled(Box<Scheduled<T>>),
 }
 
-impl<T: Float> RunningRegulator<T> {
+impl<T: Float> RegulatorBlock<T> {
     pub fn new(data: &RegulatorData, schedule: Option<&ScheduleData>, readings: &[Reading], offsets: &[f64]) -> Self {
         let sizes = data.sizes();
         let [n, k, r, p, m] = sizes;
@@ -78,13 +78,13 @@ impl<T: Float> RunningRegulator<T> {
     }
 }
 
-impl<T: Float> Block for RunningRegulator<T> {
+impl<T: Float> Block for RegulatorBlock<T> {
     fn keep(&mut self, keeper: &mut Keeper<'_>) {
         keeper.floats(&mut self.memory);
         keep_health(&mut self.health, keeper);
     }
 
-    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) {
+    fn command(&mut self, seen: Seen<'_>, out: &mut [f64]) -> bool {
         let [n, k, r, p, m] = self.sizes;
         for (number, reading) in self.readings.iter().enumerate() {
             let value = match seen.readings.get(number) {
@@ -136,10 +136,12 @@ impl<T: Float> Block for RunningRegulator<T> {
         let Some(health) = found else { unreachable!("matrices are made of whole rows by the design") };
         self.health = health;
         T::widen(&self.memory[n + k + p + r..], out);
+        true
     }
 
-    fn next(&mut self, _: Seen<'_>, _: &[f64], out: &mut [f64]) {
+    fn states(&mut self, _: Seen<'_>, _: &[f64], out: &mut [f64]) -> bool {
         T::widen(&self.memory, out);
+        true
     }
 
     fn health(&self) -> Health {

@@ -1,5 +1,9 @@
 //! Names in sentences, and what to say of those that nobody knows.
 
+mod signal;
+
+pub use signal::{Quantity, SignalName};
+
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
 ///
 /// Letters are compared without regard to case; a single letter has no other letter near it. Among equally near

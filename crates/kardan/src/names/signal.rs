@@ -1,0 +1,143 @@
+//! The names of signals: the one place where they are put together and taken apart.
+
+use std::fmt;
+
+/// What the last word of a signal's name says: `phi` in `rk.phi`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// `phi`: angle, rad.
+    Angle,
+    /// `w`: angular velocity, rad/s.
+    Speed,
+    /// `tau`: torque, N m.
+    Torque,
+    /// `command`: torque asked of a motor, N m.
+    Command,
+    /// `ripple`: torque that a motor adds to what it reports, N m.
+    Ripple,
+    /// `friction`: friction torque, N m.
+    Friction,
+    /// `disturbance`: torque on a shaft that nothing reports, N m.
+    Disturbance,
+    /// `excess`: what a torque limit leaves of a command, less the command, N m.
+    Excess,
+    /// `q`: charge, C.
+    Charge,
+    /// `i`: current, A.
+    Current,
+    /// `v`: voltage, or potential against ground, V.
+    Voltage,
+}
+
+const WORDS: [(Quantity, &str); 11] = [
+    (Quantity::Angle, "phi"),
+    (Quantity::Speed, "w"),
+    (Quantity::Torque, "tau"),
+    (Quantity::Command, "command"),
+    (Quantity::Ripple, "ripple"),
+    (Quantity::Friction, "friction"),
+    (Quantity::Disturbance, "disturbance"),
+    (Quantity::Excess, "excess"),
+    (Quantity::Charge, "q"),
+    (Quantity::Current, "i"),
+    (Quantity::Voltage, "v"),
+];
+
+impl Quantity {
+    /// The word in a name: `phi`.
+    pub fn word(self) -> &'static str {
+        WORDS.iter().find(|(quantity, _)| *quantity == self).map_or("", |(_, word)| word)
+    }
+
+    /// The name of this signal of an element: `rk.phi`.
+    pub fn of(self, element: &str) -> String {
+        format!("{element}.{}", self.word())
+    }
+
+    /// The SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Angle => "rad",
+            Self::Speed => "rad/s",
+            Self::Charge => "C",
+            Self::Current => "A",
+            Self::Voltage => "V",
+            _ => "N m",
+        }
+    }
+}
+
+/// The name of a signal in its parts. A name without a dot is that of a reference or an input.
+///
+/// ```
+/// use kardan::names::{Quantity, SignalName};
+/// let torque = SignalName::new("gear.rack.tau");
+/// assert_eq!((torque.element, torque.on, torque.quantity()), ("gear", Some("rack"), Some(Quantity::Torque)));
+/// assert_eq!(SignalName::new("rk.phi").angle_of(), Some("rk"));
+/// assert_eq!(SignalName::new("ref_rk").quantity(), None);
+/// assert_eq!(Quantity::Speed.of("rk"), "rk.w");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SignalName<'a> {
+    /// The shaft, element, sensor or reference.
+    pub element: &'a str,
+    /// The shaft that an element acts on, if it has several.
+    pub on: Option<&'a str>,
+    /// The last word, whatever it is.
+    pub word: Option<&'a str>,
+}
+
+impl<'a> SignalName<'a> {
+    /// Takes a name apart.
+    pub fn new(name: &'a str) -> Self {
+        let (element, rest) = name.split_once('.').map_or((name, None), |(element, rest)| (element, Some(rest)));
+        match rest.and_then(|rest| rest.rsplit_once('.')) {
+            Some((on, word)) => Self { element, on: Some(on), word: Some(word) },
+            None => Self { element, on: None, word: rest },
+        }
+    }
+
+    /// What its last word says, if that is known.
+    pub fn quantity(self) -> Option<Quantity> {
+        let word = self.word?;
+        WORDS.iter().find(|(_, other)| *other == word).map(|(quantity, _)| *quantity)
+    }
+
+    /// Whether it is this quantity.
+    pub fn is(self, quantity: Quantity) -> bool {
+        self.quantity() == Some(quantity)
+    }
+
+    /// The SI unit of its quantity; N m where that is not known, as of references without a dot.
+    pub fn unit(self) -> &'static str {
+        self.quantity().map_or("N m", Quantity::unit)
+    }
+
+    /// The shaft whose angle it is.
+    pub fn angle_of(self) -> Option<&'a str> {
+        (self.on.is_none() && self.is(Quantity::Angle)).then_some(self.element)
+    }
+}
+
+impl fmt::Display for SignalName<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts = [Some(self.element), self.on, self.word];
+        f.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join("."))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_make_the_name_again() {
+        for name in ["rk.phi", "gear.rack.tau", "ref", "a.b.c.tau", "", ".", "x.", ".phi", "rk.speed"] {
+            assert_eq!(SignalName::new(name).to_string(), name);
+        }
+        for (quantity, word) in WORDS {
+            let name = quantity.of("rk");
+            assert_eq!((SignalName::new(&name).quantity(), quantity.word()), (Some(quantity), word));
+        }
+    }
+}
