@@ -10,9 +10,9 @@ pub struct Bounds<T> {
 }
 
 impl<T: Real> Bounds<T> {
-    /// The torque within the bounds that is nearest to the one wished; the one before where that is no finite number (the wish
-    /// is NaN, or infinite without a bound). From a torque within the bounds follows one within the bounds; that it is not the
-    /// wish tells that something was changed.
+    /// The torque within the bounds that is nearest to the one asked; the one before where that is no finite number (the one
+    /// asked is NaN, or infinite without a bound). From a torque within the bounds follows one within the bounds; that it is not
+    /// the one asked tells that something was changed.
     ///
     /// ```
     /// use kardan_rt::Bounds;
@@ -23,8 +23,8 @@ impl<T: Real> Bounds<T> {
     /// assert_eq!(Bounds { torque: None, change: None }.nearest(f64::INFINITY, 1.0), 1.0);
     /// ```
     #[inline]
-    pub fn nearest(&self, wish: T, before: T) -> T {
-        let mut out = wish;
+    pub fn nearest(&self, asked: T, before: T) -> T {
+        let mut out = asked;
         if let Some(change) = self.change {
             out = within(out, before - change, before + change);
         }

@@ -128,7 +128,7 @@ impl<T: Real> ComputedTorque<'_, T> {
         let y = y.get_mut(..r)?;
         for ((task, reference), equation) in self.tasks.iter().zip(references).zip(equations.chunks_exact_mut(width)) {
             // What the left-hand side must be, and the coordinate of the cut.
-            let (wish, held) = match *task {
+            let (wanted, held) = match *task {
                 Task::Position { shaft, position_loop } => {
                     let inverse_inertia = respond(lower, row(evaluated.basis, shaft, columns), y)?;
                     let channel = Channel::Position { position_loop, inverse_inertia };
@@ -149,7 +149,7 @@ impl<T: Real> ComputedTorque<'_, T> {
             for (coefficient, input) in equation.iter_mut().zip(inputs.chunks_exact(columns)) {
                 *coefficient = answer(input);
             }
-            *equation.get_mut(m)? = wish - answer(force);
+            *equation.get_mut(m)? = wanted - answer(force);
         }
         solve(equations, m)?;
         let found = || equations.chunks_exact(width).map(|equation| at(equation, m));

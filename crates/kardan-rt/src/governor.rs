@@ -18,7 +18,7 @@ pub struct Governor<'a, T> {
 }
 
 impl<T: Real> Governor<'_, T> {
-    /// Moves `references` towards `wish`. Returns whether one was held back; a wish that is not finite, or a prediction that is
+    /// Moves `references` towards those asked. Returns whether one was held back; one that is not finite, or a prediction that is
     /// not, holds it where it is.
     ///
     /// ```
@@ -32,10 +32,10 @@ impl<T: Real> Governor<'_, T> {
     /// assert!(governor.govern(&[], &[], &[3.0], &mut reference));
     /// assert_eq!(reference, [0.5]);
     /// ```
-    pub fn govern(&self, state: &[T], model: &[T], wish: &[T], references: &mut [T]) -> bool {
+    pub fn govern(&self, state: &[T], model: &[T], asked: &[T], references: &mut [T]) -> bool {
         let mut governed = false;
-        for k in 0..references.len().min(wish.len()) {
-            let (Some(from), Some(to)) = (references.get(k).copied(), wish.get(k).copied()) else { continue };
+        for k in 0..references.len().min(asked.len()) {
+            let (Some(from), Some(to)) = (references.get(k).copied(), asked.get(k).copied()) else { continue };
             let change = to - from;
             if !change.is_finite() {
                 governed = true;

@@ -35,10 +35,10 @@ impl<T: Real> Noninteracting<'_, T> {
     #[inline]
     #[must_use = "false tells that the torques are those of the last step"]
     pub fn torques(&self, measured: Measurement<'_, T>, accelerations: &mut [T], torques: &mut [T]) -> bool {
-        let told = measured.references.iter().zip(measured.loads);
+        let orders = measured.references.iter().zip(measured.loads);
         let seen = measured.positions.iter().zip(measured.speeds);
         for (((channel, v), (reference, load)), (position, speed)) in
-            self.channels.iter().zip(accelerations.iter_mut()).zip(told).zip(seen)
+            self.channels.iter().zip(accelerations.iter_mut()).zip(orders).zip(seen)
         {
             let Some(asked) = channel.acceleration(*reference, *position, *speed, *load) else { return false };
             *v = asked;

@@ -103,11 +103,11 @@ impl Tally {
             (self.bounded, "a command was changed by the limits of its motor"),
             (self.kept, "the estimate overflowed and was kept as it was"),
         ];
-        let told = |(found, what): (Option<(usize, f64)>, &str)| {
+        let sentence = |(found, what): (Option<(usize, f64)>, &str)| {
             let (count, first) = found?;
             Some(format!("Control {control}: in {count} of {} samples {what} (first at {first:.6} s).", self.samples))
         };
-        all.into_iter().filter_map(told).collect()
+        all.into_iter().filter_map(sentence).collect()
     }
 }
 

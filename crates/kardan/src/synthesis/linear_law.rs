@@ -235,9 +235,9 @@ impl<T: Float> StateSpaceBlock<T> {
             if !block.outputs(&self.state, &self.signals, &mut self.result[..inputs]) {
                 return false;
             }
-            for ((k, limit), wish) in self.limits.iter().enumerate().zip(&self.result) {
+            for ((k, limit), asked) in self.limits.iter().enumerate().zip(&self.result) {
                 let bounds = Bounds { torque: *limit, change: None };
-                self.signals[first + k] = bounds.nearest(*wish, *wish) - *wish;
+                self.signals[first + k] = bounds.nearest(*asked, *asked) - *asked;
             }
         }
         let result = &mut self.result[..out.len()];

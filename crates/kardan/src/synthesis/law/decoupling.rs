@@ -340,13 +340,13 @@ fn block(found: &Gains, projection: &Matrix<Rational>) -> LinearBlock {
         out
     };
     let (states, inputs) = ((shown, all), (0, feedback.rows()));
-    let (told, load) = (system.b.multiply(l), system.b.multiply(m).scale(&minus));
+    let (on_references, load) = (system.b.multiply(l), system.b.multiply(m).scale(&minus));
     LinearBlock {
         states: system.states[shown..].to_vec(),
         a: pick(&closed, states, states).to_f64(),
         b: beside([
             pick(&closed, states, (0, shown)).multiply(projection),
-            pick(&told, states, (0, l.columns())),
+            pick(&on_references, states, (0, l.columns())),
             pick(&load, states, (0, m.columns())),
         ]),
         c: pick(&feedback, inputs, states).to_f64(),

@@ -164,12 +164,12 @@ fn block(plan: &LinearSystem, k: &Matrix<f64>, n: usize, disturbances: usize) ->
         Matrix::from_fn(m, of.columns(), |i, j| of[(n + i, j)] + (0..n).map(|l| k[(i, l)] * of[(l, j)]).sum::<f64>())
     };
     let (on_states, on_references) = (with_feedback(&c), with_feedback(&d));
-    let told = plan.b.to_f64();
+    let b = plan.b.to_f64();
     let place = |j: usize| (n..n + references).contains(&j).then(|| j - n);
     LinearBlock {
         states: plan.states.iter().map(|state| format!("planned {state}")).collect(),
         a: plan.a.to_f64(),
-        b: Matrix::from_fn(own, n + references + disturbances, |i, j| place(j).map_or(0.0, |j| told[(i, j)])),
+        b: Matrix::from_fn(own, n + references + disturbances, |i, j| place(j).map_or(0.0, |j| b[(i, j)])),
         c: on_states,
         d: Matrix::from_fn(m, n + references + disturbances, |i, j| match place(j) {
             Some(reference) => on_references[(i, reference)],

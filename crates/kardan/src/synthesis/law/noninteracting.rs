@@ -584,12 +584,12 @@ impl Law for Designed {
             }
         }
         let NoninteractingDesign { state_gain, acceleration_gain, .. } = &self.design;
-        let told: Vec<&Reference> =
+        let references: Vec<&Reference> =
             self.block.reference_places.iter().map(|(reference, _)| &self.references[*reference]).collect();
         let k = acceleration_gain.multiply(&feedback).plus(&state_gain.scale(&Rational::NEG_ONE));
         let l = acceleration_gain.multiply(&reference);
         let units: Vec<(String, String)> =
-            told.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
+            references.iter().map(|r| (r.name.clone(), r.physical.unit().to_string())).collect();
         Some(ExactLoop::feedback(system.clone(), system, [&k, &l], &units))
     }
 

@@ -163,9 +163,9 @@ fn references(values: &Values) -> Vec<Reference> {
         Some(Reference { name: name.into(), physical: Physical::Torque, description })
     };
     let one = |channel: &Values| {
-        let told = reference(channel)?;
-        let along = told.physical == Physical::Torque || channel.word("kind") == Some("torque");
-        if along { torque(channel) } else { Some(told) }
+        let asked = reference(channel)?;
+        let along = asked.physical == Physical::Torque || channel.word("kind") == Some("torque");
+        if along { torque(channel) } else { Some(asked) }
     };
     channels(values).filter_map(one).collect()
 }
@@ -335,17 +335,17 @@ enum Follows {
 }
 
 fn follows(request: &Request<'_>) -> Result<Follows, SynthesisError> {
-    let told = request.values.number("schedule");
-    if let Some(points) = told.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
+    let asked = request.values.number("schedule");
+    if let Some(points) = asked.filter(|points| points.fract() != 0.0 || !(1.0..=MOST_POINTS).contains(points)) {
         return Err(SynthesisError::SchedulePoints { points });
     }
-    let count = told.unwrap_or(POINTS);
+    let count = asked.unwrap_or(POINTS);
     if count == 1.0 || request.plant.is_constant() {
         return Ok(Follows::Nothing);
     }
     match turning(&request.plant.reduced) {
         Ok(coordinate) => Ok(Follows::Turns { coordinate, count: count as usize }),
-        Err(reason) if told.is_some() => Err(SynthesisError::NoSchedule { reason }),
+        Err(reason) if asked.is_some() => Err(SynthesisError::NoSchedule { reason }),
         Err(reason) => Ok(Follows::Cannot(reason)),
     }
 }
@@ -395,8 +395,8 @@ fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<De
     // What the channels do not see of the plant (the angle of a free wheel) is left out of the design.
     let shown = plant.system(inputs, outputs);
     let quotient = observable_quotient(&shown, &plant.twists());
-    let told: &[usize] = if forces { &plant.reduced.coordinates } else { &[] };
-    let disturbed = [request.disturbances, told].concat();
+    let external: &[usize] = if forces { &plant.reduced.coordinates } else { &[] };
+    let disturbed = [request.disturbances, external].concat();
     let (torques, direct) = plant.torques(&disturbed, outputs);
     let (a, b, w) = (quotient.system.a.to_f64(), quotient.system.b.to_f64(), quotient.project(&torques).to_f64());
     let (c, d, f) = (quotient.system.c.to_f64(), quotient.system.d.to_f64(), direct.to_f64());
@@ -437,7 +437,7 @@ fn designed(request: &Request<'_>, asked: &Asked<'_>, forces: bool) -> Result<De
     let lift = quotient.projection.to_f64();
     let observed = observer(request, inputs, lags, clock)?;
     let compensation = values.table("observer").and_then(|observer| observer.number("compensation")).unwrap_or(1.0);
-    let force_input = pushed(request, told, inputs, lags, clock)?;
+    let force_input = pushed(request, external, inputs, lags, clock)?;
     let mut data = assemble(&problem, &solution, &lift, &observed, compensation, &force_input, asked.bounds)
         .ok_or(SynthesisError::TooLarge)?;
     if values.word("governor") != Some("off") {
@@ -868,17 +868,18 @@ fn describe(
     let lagged: Vec<String> =
         inputs.iter().zip(&problem.lags).filter(|(_, lag)| **lag > 0.0).map(|(i, _)| Quantity::Torque.of(i)).collect();
     let disturbed: Vec<String> = observed.disturbances.iter().map(|shaft| Quantity::Disturbance.of(shaft)).collect();
-    let told: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
+    let reference_names: Vec<String> = references.iter().map(|r| r.name.clone()).collect();
     let models: Vec<String> =
-        told.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
-    let columns: Vec<String> = [observed.states.clone(), lagged, disturbed, past, models, told.clone()].concat();
+        reference_names.iter().flat_map(|name| [format!("{name} model"), format!("{name} model rate")]).collect();
+    let columns: Vec<String> =
+        [observed.states.clone(), lagged, disturbed, past, models, reference_names.clone()].concat();
     let controller_data = controller_data(straight, schedule, inputs, references);
     let notes = notes(request, straight, schedule, outputs);
     let channel = |(k, (output, target)): (usize, (&String, &Target))| {
         let w = target.bandwidth;
         ChannelResult {
             output: output.clone(),
-            reference: told[k].clone(),
+            reference: reference_names[k].clone(),
             kind: match references[k].physical {
                 Physical::Angle => "position",
                 Physical::Speed => "speed",

@@ -196,7 +196,7 @@ fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
     let size = |p: &Pole| p.re.hypot(p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);
     let distances = take_nearest(&mut achieved.to_vec(), wishes);
-    let relative = |(d, wish): (f64, &Pole)| if d > 0.0 { d / size(wish).max(1e-3 * largest) } else { 0.0 };
+    let relative = |(d, wanted): (f64, &Pole)| if d > 0.0 { d / size(wanted).max(1e-3 * largest) } else { 0.0 };
     distances.into_iter().zip(wishes).map(relative).fold(0.0, f64::max)
 }
 
