@@ -1,6 +1,6 @@
 //! A designed law.
 
-use super::{Block, ExactLoop, LinearLaw, Running};
+use super::{Block, Clock, ExactLoop, LinearLaw, Running};
 use crate::analysis::OutputSignal;
 use crate::results::{Design, Physical};
 
@@ -87,20 +87,4 @@ pub struct Reference {
     pub physical: Physical,
     /// One sentence.
     pub description: String,
-}
-
-/// When and in which arithmetic a controller runs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
-    /// Sample time T, s.
-    pub period: f64,
-    /// From the reading of the sensors to the change of the commands, s; held from there on until the next change.
-    pub delay: f64,
-    /// Whether the controller computes in `f32`.
-    pub single: bool,
-}
-
-/// Whether a clock, if there is one, asks for `f32`.
-pub(super) fn is_single(clock: Option<Clock>) -> bool {
-    clock.is_some_and(|clock| clock.single)
 }

@@ -7,6 +7,7 @@
 mod keys;
 
 mod channels;
+mod clock;
 mod closed_loop;
 pub mod decoupling;
 mod design;
@@ -34,12 +35,13 @@ mod state_feedback;
 mod words;
 mod zeros;
 
+pub use clock::Clock;
+use clock::is_single;
 pub use closed_loop::{closed_loop_matrix, closed_loop_poles};
 pub use design::design_law;
 #[cfg(test)]
 pub(crate) use design::designs_of;
-use designed::is_single;
-pub use designed::{Clock, Law, Reference};
+pub use designed::{Law, Reference};
 pub use error::{Advice, SynthesisError};
 pub use exact::{ExactLaw, ExactLoop, named, rounded};
 pub use exact_motions::{ExactMotions, exact_motions};
