@@ -14,7 +14,6 @@ const LONG: &[(&str, &str, &str)] = &[
         "descend",
         "one Newton step: every part of it reads the pencil, the vector and the decomposition of the same point",
     ),
-    ("kardan/model/resolve.rs", "model_with", "to be parted with the door"),
     ("kardan/study/analyze.rs", "analyze_variant", "to be parted with the door"),
     ("kardan/study/analyze.rs", "placement", "to be parted with the door"),
     ("kardan/study/asked.rs", "requirements", "to be parted with the door"),
