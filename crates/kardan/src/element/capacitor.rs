@@ -1,4 +1,5 @@
-use super::{Element, FROM, TO, Values, branch, check_branch};
+use super::branch::{FROM, TO, branch, check_branch};
+use super::{Element, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;

@@ -1,4 +1,4 @@
-use super::{Element, Mistake, Values, ratio};
+use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
@@ -51,7 +51,7 @@ pub(super) fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = ratio(values);
+    let ratio = values.ratio();
     let along = Direction {
         entries: vec![
             (values.word_or_default("shaft_1").into(), Exact::one()),

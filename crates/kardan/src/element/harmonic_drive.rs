@@ -1,4 +1,4 @@
-use super::{Element, Mistake, Values, ratio};
+use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
@@ -72,7 +72,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let ratio = ratio(values);
+    let ratio = values.ratio();
     let circular = Exact { rational: -(ratio.to_rational() + Rational::ONE), pi: 0 };
     let along = Direction {
         entries: vec![

@@ -1,4 +1,5 @@
-use super::{BREAKAWAY, Element, STRIBECK_SPEED, Values, check_losses, losses};
+use super::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
+use super::{Element, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;

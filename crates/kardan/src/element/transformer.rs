@@ -1,4 +1,5 @@
-use super::{Element, Mistake, Values, branch, check_ends, ratio};
+use super::branch::{branch, check_ends};
+use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Exact;
@@ -51,7 +52,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 
 fn terms(name: &str, values: &Values) -> Vec<Term> {
     let [first, second] = [format!("{name}.1"), format!("{name}.2")];
-    let ratio = ratio(values);
+    let ratio = values.ratio();
     let mut out = branch(&first, values, ["from_1", "to_1"]);
     out.extend(branch(&second, values, ["from_2", "to_2"]));
     let along = Direction { entries: vec![(first, ratio), (second, Exact::one())] };

@@ -1,4 +1,5 @@
-use super::{Element, FROM, Values, branch, check_branch};
+use super::branch::{FROM, branch, check_branch};
+use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};
 use crate::schema::{ElementKeys, Keys, keys};
 

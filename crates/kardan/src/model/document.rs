@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::resolve::Setting;
 use crate::element::Element;
 use crate::entries::Place;
 use crate::schema::{Placed, Table};
@@ -46,6 +45,29 @@ pub struct NamedVariant {
     pub settings: Vec<Setting>,
     /// The controllers in the loop; `None`: all.
     pub controls: Option<Vec<Placed<String>>>,
+}
+
+/// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
+/// that is written with a tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Parameter.
+    pub name: String,
+    /// SI value.
+    pub value: Exact,
+    /// As written.
+    pub text: String,
+}
+
+/// What makes a variant.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct VariantSettings {
+    /// Its name; empty if the file has no variants.
+    pub name: String,
+    /// Parameter values.
+    pub settings: Vec<Setting>,
+    /// The controllers in the loop; `None`: all.
+    pub controls: Option<Vec<String>>,
 }
 
 /// An element's table.
@@ -144,5 +166,15 @@ impl Document {
     pub fn runs(&self) -> usize {
         let named = self.named_variants.len().max(1);
         self.variants.iter().fold(named, |runs, variants| runs.saturating_mul(variants.values.len()))
+    }
+
+    /// The entries of `[parameters]` and the implicit parameters.
+    pub(super) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
+        self.parameters.iter().chain(&self.implicit)
+    }
+
+    /// The charges that the elements introduce as coordinates.
+    pub fn charges(&self) -> Vec<String> {
+        self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
     }
 }

@@ -10,17 +10,19 @@ pub mod parse;
 mod reading;
 mod resolve;
 mod state_space;
+mod table_reader;
 pub mod tables;
 mod tolerance;
 mod variants;
 mod write;
 
 pub use builder::Builder;
-pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Variants};
+pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Setting, VariantSettings, Variants};
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use reading::{open, read, read_entries};
-pub use resolve::{ControlSpec, Model, Setting, TableReader, VariantSettings, words};
+pub use resolve::{ControlSpec, Model};
 pub use state_space::read_state_space;
+pub use table_reader::{TableReader, words};
 pub use tolerance::Tolerance;
 pub use write::{NewValue, written};
 

@@ -1,41 +1,19 @@
-//! A document and parameter values to a model: names looked up, parameters put in, terms made.
+//! A document and parameter values to a model: parameters put in, terms made.
 
-use std::cell::OnceCell;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
-use super::document::{Control, Document, Instance, NamedVariant, Parameter};
+use super::document::{Control, Document, Instance, Setting};
+use super::table_reader::{TableReader, words};
+use super::tables::Header;
 use super::tolerance::Tolerance;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::element::{Resolved, Values};
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::{Measured, NamedTerm, Term};
 use crate::results::{ElementSummary, ParameterValue};
-use crate::schema::{Field, Keys, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::schema::{Field, Keys, Kind};
 use crate::synthesis::LawKind;
-use crate::units::{Dimension, Exact};
-
-/// A parameter value that replaces the file's. The parameter may be an implicit one: `wg.inertia` for a key of an element
-/// that is written with a tolerance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
-    /// Parameter.
-    pub name: String,
-    /// SI value.
-    pub value: Exact,
-    /// As written.
-    pub text: String,
-}
-
-/// What makes a variant.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct VariantSettings {
-    /// Its name; empty if the file has no variants.
-    pub name: String,
-    /// Parameter values.
-    pub settings: Vec<Setting>,
-    /// The controllers in the loop; `None`: all.
-    pub controls: Option<Vec<String>>,
-}
+use crate::units::Dimension;
 
 /// A controller with its keys.
 #[derive(Debug, Clone)]
@@ -79,373 +57,6 @@ pub struct Model {
     pub doubtful: BTreeSet<String>,
 }
 
-/// Looks up names and parameters of tables.
-pub struct TableReader<'a> {
-    document: &'a Document,
-    settings: &'a [Setting],
-    /// Keywords of the elements of each name (two of one name are reported elsewhere).
-    elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
-    parameters: OnceCell<HashMap<&'a str, &'a Parameter>>,
-}
-
-/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
-const GUESSES: usize = 500;
-
-/// What may have been meant by a name, unless there are very many mistakes already.
-fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic]) -> Option<&'a str> {
-    if out.len() < GUESSES { nearest(name, names) } else { None }
-}
-
-impl<'a> TableReader<'a> {
-    /// Over a document, with settings that replace parameters.
-    pub fn new(document: &'a Document, settings: &'a [Setting]) -> Self {
-        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new() }
-    }
-
-    /// The keywords of the elements of a name.
-    fn kinds(&self, name: &str) -> &[&'static str] {
-        let all = self.elements.get_or_init(|| {
-            let mut all: HashMap<&str, Vec<&'static str>> = HashMap::new();
-            for element in &self.document.elements {
-                all.entry(&element.name).or_default().push(element.kind.keyword);
-            }
-            all
-        });
-        all.get(name).map_or(&[], Vec::as_slice)
-    }
-
-    fn parameter(&self, name: &str) -> Option<(&Exact, Dimension)> {
-        let all = self.parameters.get_or_init(|| {
-            let mut all = HashMap::new();
-            for parameter in self.document.all_parameters() {
-                all.entry(parameter.name.as_str()).or_insert(parameter);
-            }
-            all
-        });
-        let declared = all.get(name)?;
-        let value = self.settings.iter().find(|s| s.name == name).map_or(&declared.value, |s| &s.value);
-        Some((value, declared.dimension))
-    }
-
-    /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
-    pub fn scalar(
-        &self,
-        scalar: &Placed<Scalar>,
-        expected: Option<(Dimension, Sign)>,
-        what: &str,
-        out: &mut Vec<Diagnostic>,
-    ) -> Option<(Exact, Dimension)> {
-        match &scalar.value {
-            Scalar::Literal(value, dimension) => Some((value.clone(), *dimension)),
-            Scalar::Tolerated(read) => Some((read.value.clone(), read.dimension)),
-            Scalar::Parameter(name) => {
-                let Some((value, dimension)) = self.parameter(name) else {
-                    if self.document.doubts.has(name) {
-                        return None;
-                    }
-                    let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                    let help = match guess(name, names, out) {
-                        Some(near) => format!("did you mean the parameter `{near}`?"),
-                        None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
-                    };
-                    let message = format!("{what}: there is no parameter `{}`", shortened(name));
-                    out.push(
-                        Diagnostic::error("name::unknown", message).at(scalar.place.clone(), "not declared").help(help),
-                    );
-                    return None;
-                };
-                if let Some((wanted, sign)) = expected {
-                    if wanted != dimension {
-                        let message =
-                            format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
-                        out.push(
-                            Diagnostic::error("unit::dimension", message)
-                                .at(scalar.place.clone(), dimension.noun())
-                                .help(format!("give `{name}` a unit such as {}", wanted.example())),
-                        );
-                        return None;
-                    }
-                    let fits = match sign {
-                        Sign::Any => true,
-                        Sign::NonNegative => value.signum() >= 0,
-                        Sign::Positive => value.signum() > 0,
-                        Sign::NonZero => value.signum() != 0,
-                    };
-                    if !fits {
-                        let wanted = match sign {
-                            Sign::NonNegative => "zero or more",
-                            Sign::NonZero => "anything but zero",
-                            _ => "more than zero",
-                        };
-                        let text = self.settings.iter().find(|s| s.name == *name).map_or_else(
-                            || self.document.all_parameters().find(|p| p.name == *name).map(|p| p.text.clone()),
-                            |set| Some(set.text.clone()),
-                        );
-                        let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
-                        out.push(
-                            Diagnostic::error("number::sign", message)
-                                .at(scalar.place.clone(), "through this parameter")
-                                .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
-                        );
-                        return None;
-                    }
-                }
-                Some((value.clone(), dimension))
-            }
-        }
-    }
-
-    /// The place of a key's value; of the header if the key is absent.
-    pub fn place(table: &Table, key: &str) -> Place {
-        table.values.get(key).map_or_else(|| table.place.clone(), |value| value.place.clone())
-    }
-
-    /// All values of a table, with names of shafts and elements checked and parameters put in.
-    pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
-        let mut values = Values::default();
-        for field in fields {
-            let word = || field.default_word().map(|word| Resolved::Word(word.into()));
-            if let Some(default) = field.default_number().map(Resolved::Exact).or_else(word) {
-                values.insert_default(field.name, default);
-            }
-            let Some(spanned) = table.values.get(field.name) else { continue };
-            let label = format!("`{}` of {what}", field.name);
-            let resolved = match (&field.kind, &spanned.value) {
-                (Kind::Shaft, Value::Word(name)) => {
-                    self.check_shaft(name, &spanned.place, &label, &[], out);
-                    Resolved::Word(name.clone())
-                }
-                (Kind::Element(kinds), Value::Word(name)) => {
-                    self.check_element(name, kinds, &spanned.place, &label, out);
-                    Resolved::Word(name.clone())
-                }
-                (_, Value::Word(word)) => Resolved::Word(word.clone()),
-                (kind, Value::Words(words)) => {
-                    for word in words {
-                        match kind {
-                            // A list of shafts names coordinates; those of a circuit are charges.
-                            Kind::Shafts(_) => {
-                                self.check_shaft(&word.value, &word.place, &label, &self.document.charges(), out);
-                            }
-                            Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.place, &label, out),
-                            _ => {}
-                        }
-                    }
-                    Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
-                }
-                (kind, Value::Scalar(scalar)) => {
-                    let expected = match kind {
-                        Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
-                        Kind::Number(sign) => Some((Dimension::NONE, *sign)),
-                        _ => None,
-                    };
-                    let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
-                    match self.scalar(&scalar, expected, &label, out) {
-                        Some((value, _)) => Resolved::Exact(value),
-                        None => continue, // Reported, or in doubt.
-                    }
-                }
-                (kind, Value::Map(entries)) => {
-                    let mut map = Vec::new();
-                    for (name, scalar) in entries {
-                        let expected = if *kind == Kind::Coefficients {
-                            self.check_shaft(&name.value, &name.place, &label, &[], out);
-                            Some((Dimension::NONE, Sign::Any))
-                        } else {
-                            None
-                        };
-                        if let Some((value, _)) = self.scalar(scalar, expected, &label, out) {
-                            map.push((name.value.clone(), value));
-                        }
-                    }
-                    Resolved::Map(map)
-                }
-                (Kind::Table(inner), Value::Tables(tables)) => {
-                    Resolved::Tables(tables.iter().map(|table| self.values(inner, table, &label, out)).collect())
-                }
-                (_, Value::Poles(poles)) => Resolved::Poles(poles.clone()),
-                (Kind::Tables(inner), Value::Tables(tables)) => {
-                    let entry = |(i, table)| self.values(inner, table, &format!("entry {} of {label}", i + 1), out);
-                    Resolved::Tables(tables.iter().enumerate().map(entry).collect())
-                }
-                (_, Value::Tables(_)) => continue,
-            };
-            values.insert(field.name, resolved);
-        }
-        values
-    }
-
-    /// Parameter settings written as a table, checked against `[parameters]`.
-    pub fn settings(&self, table: &Table, key: &str, what: &str, out: &mut Vec<Diagnostic>) -> Vec<Setting> {
-        let Some(Value::Map(entries)) = table.values.get(key).map(|spanned| &spanned.value) else { return Vec::new() };
-        let mut settings = Vec::new();
-        for (name, scalar) in entries {
-            let label = format!("`{key}` of {what}");
-            let Some((_, dimension)) = self.parameter(&name.value) else {
-                let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                let help = match guess(&name.value, names, out) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => "only names under `[parameters]` can be set here".to_string(),
-                };
-                if self.document.doubts.has(&name.value) {
-                    continue;
-                }
-                let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
-                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
-                continue;
-            };
-            if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
-                if found != dimension {
-                    let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
-                    out.push(
-                        Diagnostic::error("unit::dimension", message)
-                            .at(scalar.place.clone(), found.noun())
-                            .help(format!("write a unit such as {}", dimension.example())),
-                    );
-                    continue;
-                }
-                let text = format!("{} {}", value.to_f64(), dimension.si());
-                settings.push(Setting { name: name.value.clone(), value, text });
-            }
-        }
-        settings
-    }
-
-    /// The outputs that a law controls must be shaft angles.
-    fn check_outputs(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
-        for field in fields {
-            match (field.kind, table.values.get(field.name)) {
-                (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
-                    let label = format!("`{}` of {what}", field.name);
-                    let name = signal.split('.').next().unwrap_or_default();
-                    let angle = signal.strip_suffix(".phi");
-                    if angle.is_some_and(|shaft| self.shafts().any(|s| s == shaft)) || self.document.doubts.has(name) {
-                        continue;
-                    }
-                    let angles: Vec<String> = self.shafts().map(|shaft| format!("{shaft}.phi")).collect();
-                    let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
-                    let near = if angles.contains(&format!("{name}.phi")) {
-                        Some(format!("{name}.phi"))
-                    } else {
-                        nearest(signal, angles.iter().map(String::as_str)).map(str::to_string)
-                    };
-                    let help = match near {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
-                    };
-                    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
-                }
-                (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
-                    self.check_output(signal, place, &format!("`{}` of {what}", field.name), out);
-                }
-                (Kind::Outputs, Some(Placed { value: Value::Words(signals), .. })) => {
-                    for Placed { value, place } in signals {
-                        self.check_output(value, place, &format!("`{}` of {what}", field.name), out);
-                    }
-                }
-                (Kind::Table(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
-                    for table in tables {
-                        self.check_outputs(inner, table, &format!("`{}` of {what}", field.name), out);
-                    }
-                }
-                (Kind::Tables(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
-                    for (i, table) in tables.iter().enumerate() {
-                        self.check_outputs(
-                            inner,
-                            table,
-                            &format!("entry {} of `{}` of {what}", i + 1, field.name),
-                            out,
-                        );
-                    }
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// An output must be an angle or a speed of a shaft, or a sensor.
-    fn check_output(&self, signal: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
-        let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
-        let of_shaft = matches!(tail, "phi" | "w") && self.shafts().any(|shaft| shaft == head);
-        let of_sensor = matches!(tail, "" | "phi" | "w" | "tau") && sensors().any(|sensor| sensor == head);
-        if of_shaft || of_sensor || self.document.doubts.has(head) {
-            return;
-        }
-        let all: Vec<String> = self
-            .shafts()
-            .flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")])
-            .chain(sensors().map(str::to_string))
-            .collect();
-        let names = || all.iter().map(String::as_str);
-        let help = match nearest(signal, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if tail == "tau" => format!(
-                "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
-                shortened(head)
-            ),
-            None => format!("there are {}", quoted(names())),
-        };
-        let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
-    }
-
-    fn shafts(&self) -> impl Iterator<Item = &str> {
-        self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
-    }
-
-    /// `charges` are those that may be named as well.
-    fn check_shaft(&self, name: &str, place: &Place, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
-        let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
-        let known = self.kinds(name).contains(&"shaft") || charges.iter().any(|charge| charge == name);
-        if known || self.document.doubts.has(name) {
-            return;
-        }
-        let help = match (guess(name, fitting(), out), fitting().next()) {
-            (Some(near), _) => format!("did you mean `{near}`?"),
-            (None, Some(_)) if out.len() >= GUESSES => format!("declare it: `[shaft.{}]`", shortened(name)),
-            (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
-            (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
-            (None, Some(_)) => {
-                format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
-            }
-        };
-        let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
-        let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {kinds}")).help(help));
-    }
-
-    fn check_element(&self, name: &str, kinds: &[&str], place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        let named = self.kinds(name).first();
-        let fits = self.kinds(name).iter().any(|keyword| kinds.contains(keyword));
-        if fits || named.is_none() && self.document.doubts.has(name) {
-            return;
-        }
-        let fitting =
-            self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
-        let help = match guess(name, fitting.clone(), out) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let names = if out.len() < GUESSES { quoted(fitting) } else { String::new() };
-                if names.is_empty() {
-                    format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
-                } else {
-                    format!("there are {names}")
-                }
-            }
-        };
-        let wanted = match kinds.split_last() {
-            Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-            _ => kinds.join(" or "),
-        };
-        let message = match named {
-            Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {wanted}"),
-            None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
-        };
-        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
-    }
-}
-
 impl Document {
     /// The model for the file's parameters with some replaced. Reports what does not fit; the model is complete only
     /// if there is no error among the diagnostics.
@@ -457,64 +68,63 @@ impl Document {
     pub fn model_with(&self, settings: &[Setting], active: Option<&[String]>) -> (Model, Vec<Diagnostic>) {
         let mut out = Vec::new();
         let reader = TableReader::new(self, settings);
-        let header = reader.values(super::tables::Header::FIELDS, &self.model, "`[model]`", &mut out);
-        let mut doubtful = BTreeSet::new();
-        let mut terms = Vec::new();
-        let mut elements = Vec::new();
+        let header = reader.values(Header::FIELDS, &self.model, "`[model]`", &mut out);
+        let (mut terms, mut elements, mut doubtful) = (Vec::new(), Vec::new(), BTreeSet::new());
         for instance in &self.elements {
-            let what = format!("{} `{}`", instance.kind.keyword, instance.name);
-            let before = out.len();
-            let values = reader.values(instance.kind.fields, &instance.table, &what, &mut out);
-            // A check over several keys means little if one of them could not be read.
-            let complete = instance.table.values.keys().all(|key| values.has(key)) && instance.table.unread.is_empty();
-            if complete && out.len() == before {
-                for mistake in (instance.kind.check)(&values) {
-                    let place = instance
-                        .table
-                        .values
-                        .get(mistake.key)
-                        .map_or_else(|| instance.place.clone(), |value| value.place.clone());
-                    out.push(
-                        Diagnostic::error("element::check", format!("{what}: {}", mistake.message))
-                            .at(place, "")
-                            .help(mistake.help),
-                    );
-                }
-            }
-            if !complete || out.len() > before {
+            let (values, sound) = element_values(instance, &reader, &mut out);
+            if !sound {
                 doubtful.insert(instance.name.clone());
             }
-            for term in (instance.kind.terms)(&instance.name, &values) {
-                terms.push(NamedTerm { element: instance.name.clone(), term });
-            }
+            let own = (instance.kind.terms)(&instance.name, &values);
+            terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
             elements.push(ElementSummary {
                 kind: instance.kind.keyword.to_string(),
                 name: instance.name.clone(),
                 values: describe(instance, &values),
             });
         }
+        elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
-        let mut controls: Vec<ControlSpec> = Vec::new();
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
-        // What is wrong with an idle controller is told where it is active.
-        let idle = idle.into_iter().map(|control| ControlSpec {
-            name: control.name.clone(),
-            place: control.place.clone(),
-            law: control.law,
-            values: reader.values(&keys_of(control.law), &control.table, "", &mut Vec::new()),
-            design: Vec::new(),
-        });
-        let idle = idle.collect();
+        let mut shafts: Vec<String> =
+            self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
+        shafts.extend(self.charges());
+        shafts.sort();
+        shafts.dedup();
+        let model = Model {
+            name: header.word_or_default("name").to_string(),
+            description: header.word("description").unwrap_or_default().to_string(),
+            shafts,
+            terms,
+            elements,
+            coordinates: header.words("coordinates").map(<[String]>::to_vec),
+            controls: self.active_controls(&active, &reader, &mut out),
+            // What is wrong with an idle controller is told where it is active.
+            idle: idle.into_iter().map(|control| ControlSpec::read(control, &reader, &mut Vec::new())).collect(),
+            parameters: self.parameter_values(settings),
+            tolerances: self.tolerances(settings),
+            doubtful,
+        };
+        (model, out)
+    }
+
+    /// The controllers in the loop, by name.
+    fn active_controls(
+        &self,
+        active: &[&Control],
+        reader: &TableReader<'_>,
+        out: &mut Vec<Diagnostic>,
+    ) -> Vec<ControlSpec> {
+        let mut controls: Vec<ControlSpec> = Vec::new();
         for control in active {
             let what = format!("control `{}`", control.name);
-            let fields = keys_of(control.law);
-            let values = reader.values(&fields, &control.table, &what, &mut out);
-            reader.check_outputs(&fields, &control.table, &what, &mut out);
-            let design = reader.settings(&control.table, "design", &what, &mut out);
-            for input in (control.law.inputs)(&values) {
-                let taken = controls.iter().find(|other| (other.law.inputs)(&other.values).contains(&input));
-                if let Some(other) = taken {
+            let mut spec = ControlSpec::read(control, reader, out);
+            reader.check_outputs(&keys_of(control.law), &control.table, &what, out);
+            spec.design = reader.settings(&control.table, "design", &what, out);
+            for input in (control.law.inputs)(&spec.values) {
+                let commands = |other: &&ControlSpec| (other.law.inputs)(&other.values).contains(&input);
+                if let Some(other) = controls.iter().find(commands) {
                     let message = format!("{what} and control `{}` both command the motor `{input}`", other.name);
                     let place = |name: &str| {
                         let control = self.controls.iter().find(|c| c.name == name)?;
@@ -528,40 +138,10 @@ impl Document {
                     );
                 }
             }
-            controls.push(ControlSpec {
-                name: control.name.clone(),
-                place: control.place.clone(),
-                law: control.law,
-                values,
-                design,
-            });
+            controls.push(spec);
         }
-        let mut shafts: Vec<String> =
-            self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
-        shafts.extend(self.charges());
-        shafts.sort();
-        shafts.dedup();
         controls.sort_by(|a, b| a.name.cmp(&b.name));
-        elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
-        let model = Model {
-            name: header.word_or_default("name").to_string(),
-            description: header.word("description").unwrap_or_default().to_string(),
-            shafts,
-            terms,
-            elements,
-            coordinates: header.words("coordinates").map(<[String]>::to_vec),
-            controls,
-            idle,
-            parameters: self.parameter_values(settings),
-            tolerances: self.tolerances(settings),
-            doubtful,
-        };
-        (model, out)
-    }
-
-    /// The charges that the elements introduce as coordinates.
-    pub fn charges(&self) -> Vec<String> {
-        self.elements.iter().flat_map(|e| e.kind.charges(&e.name)).collect()
+        controls
     }
 
     /// Torque sensors: whether the element named has such a torque.
@@ -642,72 +222,46 @@ impl Document {
             })
             .collect()
     }
+}
 
-    /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last
-    /// parameter fastest.
-    pub fn variant_settings(&self) -> Vec<VariantSettings> {
-        let named = |v: &NamedVariant| VariantSettings {
-            name: v.name.value.clone(),
-            settings: v.settings.clone(),
-            controls: v.controls.as_ref().map(|names| names.iter().map(|name| name.value.clone()).collect()),
-        };
-        let mut out: Vec<VariantSettings> = self.named_variants.iter().map(named).collect();
-        if out.is_empty() {
-            out.push(VariantSettings::default());
+impl ControlSpec {
+    /// A controller with its keys, without the parameter values of its design model.
+    fn read(control: &Control, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> Self {
+        let what = format!("control `{}`", control.name);
+        Self {
+            name: control.name.clone(),
+            place: control.place.clone(),
+            law: control.law,
+            values: reader.values(&keys_of(control.law), &control.table, &what, out),
+            design: Vec::new(),
         }
-        for variants in &self.variants {
-            let name = &variants.parameter.value;
-            out = out
-                .into_iter()
-                .flat_map(|one| {
-                    variants.values.iter().map(move |(value, text)| {
-                        let part = format!("{name}-{}", file_name(text));
-                        let setting = Setting { name: name.clone(), value: value.clone(), text: text.clone() };
-                        VariantSettings {
-                            name: if one.name.is_empty() { part } else { format!("{}_{part}", one.name) },
-                            settings: [one.settings.clone(), vec![setting]].concat(),
-                            controls: one.controls.clone(),
-                        }
-                    })
-                })
-                .collect();
-        }
-        out
     }
 }
 
-/// The places of a word in a table and the tables within.
-pub fn words(table: &Table, word: &str) -> Vec<Place> {
-    let mut places = Vec::new();
-    for value in table.values.values() {
-        match &value.value {
-            Value::Word(found) if found == word => places.push(value.place.clone()),
-            Value::Words(list) => {
-                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.place.clone()));
-            }
-            Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
-            _ => {}
+/// The values of an element, checked; and whether nothing is wrong with them.
+fn element_values(instance: &Instance, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> (Values, bool) {
+    let Instance { kind, name, place, table } = instance;
+    let what = format!("{} `{name}`", kind.keyword);
+    let before = out.len();
+    let values = reader.values(kind.fields, table, &what, out);
+    // A check over several keys means little if one of them could not be read.
+    let complete = table.values.keys().all(|key| values.has(key)) && table.unread.is_empty();
+    if complete && out.len() == before {
+        for mistake in (kind.check)(&values) {
+            let place = table.values.get(mistake.key).map_or(place, |value| &value.place);
+            out.push(
+                Diagnostic::error("element::check", format!("{what}: {}", mistake.message))
+                    .at(place.clone(), "")
+                    .help(mistake.help),
+            );
         }
     }
-    places.sort_by_key(Place::start);
-    places
+    (values, complete && out.len() == before)
 }
 
 /// The keys of a law, without the values of its design model, which [`TableReader::settings`] reads.
 fn keys_of(law: &LawKind) -> Vec<Field> {
     law.fields.iter().filter(|field| field.name != "design").copied().collect()
-}
-
-/// A quantity as part of a file name: `10 deg` becomes `10deg`.
-fn file_name(text: &str) -> String {
-    text.chars()
-        .filter(|c| !c.is_whitespace())
-        .map(|c| match c {
-            c if c.is_alphanumeric() || matches!(c, '.' | '-' | '+') => c,
-            '/' => 'p',
-            _ => '_',
-        })
-        .collect()
 }
 
 fn describe(instance: &Instance, values: &Values) -> String {

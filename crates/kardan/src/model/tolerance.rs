@@ -1,7 +1,7 @@
 //! How far parameters may be from their values, and whether the model still has a meaning there.
 
-use super::document::{Document, Parameter};
-use super::resolve::{Setting, TableReader};
+use super::document::{Document, Setting};
+use super::table_reader::TableReader;
 use crate::diagnostics::Diagnostic;
 use crate::entries::Place;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
@@ -27,11 +27,6 @@ pub struct Tolerance {
 }
 
 impl Document {
-    /// The entries of `[parameters]` and the implicit parameters.
-    pub(super) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
-        self.parameters.iter().chain(&self.implicit)
-    }
-
     /// All tolerances, by name. Around a value that a setting replaces, `± …` moves along; an interval stays where it is.
     pub fn tolerances(&self, settings: &[Setting]) -> Vec<Tolerance> {
         let mut out: Vec<Tolerance> = self

@@ -1,8 +1,8 @@
 //! `[variants]` and `[[variant]]`.
 
-use super::document::{Document, NamedVariant, Parameter, Variants};
+use super::document::{Document, NamedVariant, Parameter, Setting, VariantSettings, Variants};
 use super::parse::Node;
-use super::resolve::TableReader;
+use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entry, KeyedEntry, Place, Written};
 use crate::schema::{Placed, Table, Value};
@@ -252,4 +252,50 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
             );
         }
     }
+}
+
+impl Document {
+    /// One list of settings per variant with its name: those of `[[variant]]`, each with all combinations of `[variants]`, the last
+    /// parameter fastest.
+    pub fn variant_settings(&self) -> Vec<VariantSettings> {
+        let named = |v: &NamedVariant| VariantSettings {
+            name: v.name.value.clone(),
+            settings: v.settings.clone(),
+            controls: v.controls.as_ref().map(|names| names.iter().map(|name| name.value.clone()).collect()),
+        };
+        let mut out: Vec<VariantSettings> = self.named_variants.iter().map(named).collect();
+        if out.is_empty() {
+            out.push(VariantSettings::default());
+        }
+        for variants in &self.variants {
+            let name = &variants.parameter.value;
+            out = out
+                .into_iter()
+                .flat_map(|one| {
+                    variants.values.iter().map(move |(value, text)| {
+                        let part = format!("{name}-{}", file_name(text));
+                        let setting = Setting { name: name.clone(), value: value.clone(), text: text.clone() };
+                        VariantSettings {
+                            name: if one.name.is_empty() { part } else { format!("{}_{part}", one.name) },
+                            settings: [one.settings.clone(), vec![setting]].concat(),
+                            controls: one.controls.clone(),
+                        }
+                    })
+                })
+                .collect();
+        }
+        out
+    }
+}
+
+/// A quantity as part of a file name: `10 deg` becomes `10deg`.
+fn file_name(text: &str) -> String {
+    text.chars()
+        .filter(|c| !c.is_whitespace())
+        .map(|c| match c {
+            c if c.is_alphanumeric() || matches!(c, '.' | '-' | '+') => c,
+            '/' => 'p',
+            _ => '_',
+        })
+        .collect()
 }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::LogFile;
+use super::clocks::{Clock, clocks};
+use super::recordings::table_of;
+use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Measured, Term};
 use crate::model::{Document, Model, TableReader};
@@ -10,7 +12,7 @@ use crate::names::unknown_name;
 use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
-use kardan_tables::read::{CsvOptions, Group, Log, LogError, open};
+use kardan_tables::read::{Bytes, CsvOptions, Group, Log, LogError, open};
 
 /// A measured quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,15 +65,6 @@ pub(super) struct Wired {
     pub noise: Option<f64>,
 }
 
-/// How the time of a group is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Clock {
-    /// A channel, by a factor to s.
-    Channel(usize, f64),
-    /// Time between rows, s.
-    Step(f64),
-}
-
 /// A log with what is read of it.
 pub(super) struct OpenLog {
     pub name: String,
@@ -81,7 +74,7 @@ pub(super) struct OpenLog {
     pub clocks: Vec<Option<Clock>>,
     pub offset: f64,
     pub options: CsvOptions,
-    pub file: Arc<dyn kardan_tables::read::Bytes>,
+    pub file: Arc<dyn Bytes>,
 }
 
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
@@ -109,7 +102,7 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
 }
 
 /// All signals that a channel may be.
-pub(super) fn signals(model: &Model) -> Vec<String> {
+fn signals(model: &Model) -> Vec<String> {
     let shafts = model.shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]);
     let inputs = model.terms.iter().filter_map(|named| match named.term {
         Term::Input { .. } => Some(format!("{}.tau", named.element)),
@@ -118,81 +111,9 @@ pub(super) fn signals(model: &Model) -> Vec<String> {
     shafts.chain(inputs).collect()
 }
 
-/// Whether a file name fits a pattern with `*` and `?`.
-pub(super) fn fits(pattern: &str, name: &str) -> bool {
-    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
-    // reach[k]: the pattern so far fits the first k characters.
-    let mut reach = vec![false; name.len() + 1];
-    reach[0] = true;
-    for &p in &pattern {
-        if p == '*' {
-            for k in 1..reach.len() {
-                reach[k] |= reach[k - 1];
-            }
-        } else {
-            for k in (1..reach.len()).rev() {
-                reach[k] = reach[k - 1] && (p == '?' || p == name[k - 1]);
-            }
-            reach[0] = false;
-        }
-    }
-    reach[name.len()]
-}
-
-fn base(name: &str) -> &str {
-    name.rsplit(['/', '\\']).next().unwrap_or(name)
-}
-
-/// The table that describes a file: the first that fits.
-fn table_of<'a>(document: &'a Document, name: &str) -> Option<(usize, &'a Table)> {
-    document.logs.iter().enumerate().map(|(k, (_, table))| (k, table)).find(|(_, table)| {
-        read_word(table, "file").is_none_or(|pattern| fits(pattern, base(name)) || fits(pattern, name))
-    })
-}
-
 /// What went wrong with a log, as a diagnostic.
 pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
     Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
-}
-
-/// The files in groups that were recorded together: one of each `[log.NAME]` table, in the order given.
-pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec<Vec<LogFile>>, Vec<Diagnostic>> {
-    let tables = document.logs.len();
-    if tables < 2 {
-        return Ok(files.into_iter().map(|file| vec![file]).collect());
-    }
-    let mut of_table: Vec<Vec<LogFile>> = (0..tables).map(|_| Vec::new()).collect();
-    let mut out = Vec::new();
-    for file in files {
-        match table_of(document, &file.name) {
-            Some((k, _)) => of_table[k].push(file),
-            None => {
-                let patterns = document.logs.iter().filter_map(|(_, table)| read_word(table, "file"));
-                out.push(
-                    Diagnostic::error("log::no-table", format!("no `[log.NAME]` describes `{}`", file.name))
-                        .help(format!("their files are {}", quoted(patterns))),
-                );
-            }
-        }
-    }
-    let used: Vec<usize> = (0..tables).filter(|&k| !of_table[k].is_empty()).collect();
-    let count = used.first().map_or(0, |&k| of_table[k].len());
-    if used.iter().any(|&k| of_table[k].len() != count) {
-        let each: Vec<String> =
-            used.iter().map(|&k| format!("{} of `{}`", of_table[k].len(), document.logs[k].0)).collect();
-        let message = format!("files of several `[log.NAME]` are joined by time, but there are {}", each.join(", "));
-        out.push(Diagnostic::error("log::unpaired", message).help("give as many of each, in the same order"));
-    }
-    if !out.is_empty() {
-        return Err(out);
-    }
-    let mut rows: Vec<Vec<LogFile>> = (0..count).map(|_| Vec::new()).collect();
-    for list in of_table {
-        for (row, file) in rows.iter_mut().zip(list) {
-            row.push(file);
-        }
-    }
-    Ok(rows)
 }
 
 fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> Option<f64> {
@@ -206,23 +127,10 @@ pub(super) fn open_log(
     file: &LogFile,
     out: &mut Vec<Diagnostic>,
 ) -> Option<OpenLog> {
-    let found = table_of(document, &file.name);
-    let empty = Table::default();
-    let table = found.map_or(&empty, |(_, table)| table);
+    let (described, empty) = (table_of(document, &file.name), Table::default());
+    let table = described.map_or(&empty, |(_, table)| table);
     let reader = TableReader::new(document, &[]);
-    let row = |key: &str, out: &mut Vec<Diagnostic>| number(table, key, &reader, out).map(|x| x as usize);
-    let delimiter = read_word(table, "delimiter").map(|text| match text {
-        "tab" | "\\t" => b'\t',
-        "space" => b' ',
-        text => text.bytes().next().unwrap_or(b','),
-    });
-    let options = CsvOptions {
-        delimiter,
-        decimal_comma: read_word(table, "decimal").map(|word| word == "comma"),
-        names_row: row("names_row", out),
-        units_row: row("units_row", out),
-        first_row: row("first_row", out),
-    };
+    let options = csv_options(table, &reader, out);
     let log = match open(Arc::clone(&file.bytes), &options) {
         Ok(log) => log,
         Err(error) => {
@@ -233,46 +141,25 @@ pub(super) fn open_log(
     let before = out.len();
     let groups = log.groups().to_vec();
     let mut wired = Vec::new();
-    if let Some(Value::Tables(channels)) = table.values.get("channel").map(|given| &given.value) {
-        for (k, channel) in channels.iter().enumerate() {
-            let what = format!("channel {} of log `{}`", k + 1, document.logs[found.map_or(0, |(k, _)| k)].0);
-            wired.extend(wire(document, model, &groups, &file.name, channel, &what, out));
+    if let (Some((number, _)), Some(Value::Tables(channels))) =
+        (described, table.values.get("channel").map(|given| &given.value))
+    {
+        for (k, table) in channels.iter().enumerate() {
+            let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
+            let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
+            wired.extend(channel.wire(model, out));
         }
     }
-    // Columns that are called like a signal.
-    for (group, own) in groups.iter().enumerate() {
-        for (channel, named) in own.channels.iter().enumerate() {
-            // In MAT files names cannot have points: wg_motor_tau.
-            let pointed = named.name.rsplit_once('_').map(|(head, tail)| format!("{head}.{tail}"));
-            let known = quantity_of(&named.name, model).or_else(|| quantity_of(&pointed?, model));
-            let Some((quantity, _)) = known else { continue };
-            if wired.iter().any(|other: &Wired| other.quantity == quantity) {
-                continue;
-            }
-            match unit_factor(&named.unit, &quantity) {
-                Ok(factor) => {
-                    wired.push(Wired { group, channel, quantity, factor, zero_samples: 0, noise: None });
-                }
-                Err(why) => out.push(
-                    Diagnostic::error(
-                        "unit::dimension",
-                        format!("`{}`, channel `{}`: {why}", file.name, shortened(&named.name)),
-                    )
-                    .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
-                ),
-            }
-        }
-    }
+    wire_by_name(model, &file.name, &groups, &mut wired, out);
     let clocks = clocks(table, &groups, &wired, &file.name, &reader, out);
     let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
     if wired.is_empty() && out.len() == before {
         let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
-        let names: Vec<&str> = names.take(24).collect();
         let message = format!("no channel of `{}` is known to the model", file.name);
         let notes = log.notes();
         out.push(Diagnostic::error("log::no-channel", message).help(format!(
             "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
-            quoted(names.into_iter()),
+            quoted(names.take(24)),
             quoted(signals(model).iter().map(String::as_str)),
             if notes.is_empty() { "" } else { "; and see what the log says: " },
             notes.join("; ")
@@ -287,6 +174,47 @@ pub(super) fn open_log(
         options,
         file: Arc::clone(&file.bytes),
     })
+}
+
+/// How a text is read as a table.
+fn csv_options(table: &Table, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> CsvOptions {
+    let mut row = |key: &str| number(table, key, reader, out).map(|x| x as usize);
+    CsvOptions {
+        delimiter: read_word(table, "delimiter").map(|text| match text {
+            "tab" | "\\t" => b'\t',
+            "space" => b' ',
+            text => text.bytes().next().unwrap_or(b','),
+        }),
+        decimal_comma: read_word(table, "decimal").map(|word| word == "comma"),
+        names_row: row("names_row"),
+        units_row: row("units_row"),
+        first_row: row("first_row"),
+    }
+}
+
+/// Wires columns that are called like a signal.
+fn wire_by_name(model: &Model, file: &str, groups: &[Group], wired: &mut Vec<Wired>, out: &mut Vec<Diagnostic>) {
+    for (group, own) in groups.iter().enumerate() {
+        for (channel, named) in own.channels.iter().enumerate() {
+            // In MAT files names cannot have points: wg_motor_tau.
+            let pointed = named.name.rsplit_once('_').map(|(head, tail)| format!("{head}.{tail}"));
+            let known = quantity_of(&named.name, model).or_else(|| quantity_of(&pointed?, model));
+            let Some((quantity, _)) = known else { continue };
+            if wired.iter().any(|other| other.quantity == quantity) {
+                continue;
+            }
+            match unit_factor(&named.unit, &quantity) {
+                Ok(factor) => wired.push(Wired { group, channel, quantity, factor, zero_samples: 0, noise: None }),
+                Err(why) => out.push(
+                    Diagnostic::error(
+                        "unit::dimension",
+                        format!("`{file}`, channel `{}`: {why}", shortened(&named.name)),
+                    )
+                    .help("say what it is in `[[log.NAME.channel]]` with `signal`, `column` and `unit`"),
+                ),
+            }
+        }
+    }
 }
 
 /// Of a reading in a unit to SI.
@@ -308,7 +236,7 @@ fn unit_factor(unit: &str, quantity: &Quantity) -> Result<f64, String> {
 }
 
 /// The channel of a file that a name or number means.
-fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(usize, usize)> {
+pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(usize, usize)> {
     if let Some(number) = number {
         let mut before = 0;
         for (group, own) in groups.iter().enumerate() {
@@ -329,182 +257,106 @@ fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) -> Option<(
     known.or_else(|| place(&|other| other.trim().eq_ignore_ascii_case(name.trim())))
 }
 
-fn wire(
-    document: &Document,
-    model: &Model,
-    groups: &[Group],
-    file: &str,
-    table: &Table,
-    what: &str,
-    out: &mut Vec<Diagnostic>,
-) -> Option<Wired> {
-    let reader = TableReader::new(document, &[]);
-    let place = |key: &str| TableReader::place(table, key);
-    let signal = read_word(table, "signal")?;
-    let Some((quantity, _)) = quantity_of(signal, model) else {
-        let all = signals(model);
-        let help = unknown_name(signal, all.iter().map(String::as_str));
-        let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
-        out.push(Diagnostic::error("name::unknown", message).at(place("signal"), "no such signal").help(help));
-        return None;
-    };
-    let name = read_word(table, "column");
-    let number = number(table, "number", &reader, out).map(|x| x as usize);
-    if name.is_none() && number.is_none() {
-        let message = format!("{what} says neither `column` nor `number`");
-        out.push(
-            Diagnostic::error("key::missing", message)
-                .at(table.place.clone(), "which column?")
-                .help("add `column = \"...\"` with its name in the file, or `number = 2`"),
-        );
-        return None;
-    }
-    let Some((group, channel)) = find(groups, name, number) else {
-        let all: Vec<&str> =
-            groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect();
-        let help = match name.and_then(|name| nearest(name, all.iter().copied())) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24))),
+/// A table `[[log.NAME.channel]]`, for a file.
+struct Channel<'a, 'd> {
+    table: &'a Table,
+    /// For the messages.
+    what: &'a str,
+    file: &'a str,
+    groups: &'a [Group],
+    reader: &'a TableReader<'d>,
+}
+
+impl Channel<'_, '_> {
+    /// The channel of the file that is meant, with what it measures.
+    fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<Wired> {
+        let signal = read_word(self.table, "signal")?;
+        let Some((quantity, _)) = quantity_of(signal, model) else {
+            let all = signals(model);
+            let help = unknown_name(signal, all.iter().map(String::as_str));
+            let what = self.what;
+            let message = format!("{what}: `{}` is no measured angle, speed or torque of an input", shortened(signal));
+            let place = TableReader::place(self.table, "signal");
+            out.push(Diagnostic::error("name::unknown", message).at(place, "no such signal").help(help));
+            return None;
         };
-        let asked = name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
-        let key = if name.is_some() { "column" } else { "number" };
-        let message = format!("{what}: `{file}` has no column {asked}");
-        out.push(Diagnostic::error("log::no-column", message).at(place(key), "not in the file").help(help));
-        return None;
-    };
-    let in_file = groups[group].channels[channel].unit.clone();
-    let quantity_in = |key: &str, out: &mut Vec<Diagnostic>| -> Option<f64> {
-        let scalar = read_scalar(table, key)?;
-        let (value, dimension) = reader.scalar(&scalar, None, &format!("`{key}` of {what}"), out)?;
-        if dimension != quantity.dimension() {
-            let message =
-                format!("`{key}` of {what}: expected {}, found {}", quantity.dimension().noun(), dimension.noun());
+        let (group, channel) = self.column(out)?;
+        let scale = self.of_quantity("scale", &quantity, out);
+        let noise = self.of_quantity("noise", &quantity, out);
+        let by_unit = match scale {
+            Some(scale) => scale,
+            None => self.unit_factor(&self.groups[group].channels[channel].unit, &quantity, out)?,
+        };
+        let factor = number(self.table, "factor", self.reader, out).unwrap_or(1.0) * by_unit;
+        let zero_samples = number(self.table, "zero_samples", self.reader, out).unwrap_or(0.0) as usize;
+        Some(Wired { group, channel, quantity, factor, zero_samples, noise })
+    }
+
+    /// Group and channel that `column` or `number` means.
+    fn column(&self, out: &mut Vec<Diagnostic>) -> Option<(usize, usize)> {
+        let Self { table, what, file, groups, .. } = *self;
+        let name = read_word(table, "column");
+        let number = number(table, "number", self.reader, out).map(|x| x as usize);
+        if name.is_none() && number.is_none() {
+            let message = format!("{what} says neither `column` nor `number`");
+            out.push(
+                Diagnostic::error("key::missing", message)
+                    .at(table.place.clone(), "which column?")
+                    .help("add `column = \"...\"` with its name in the file, or `number = 2`"),
+            );
+            return None;
+        }
+        let place = find(groups, name, number);
+        if place.is_none() {
+            let all: Vec<&str> =
+                groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect();
+            let help = match name.and_then(|name| nearest(name, all.iter().copied())) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24))),
+            };
+            let asked = name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
+            let key = if name.is_some() { "column" } else { "number" };
+            out.push(
+                Diagnostic::error("log::no-column", format!("{what}: `{file}` has no column {asked}"))
+                    .at(TableReader::place(table, key), "not in the file")
+                    .help(help),
+            );
+        }
+        place
+    }
+
+    /// A value in the unit of what is measured, SI.
+    fn of_quantity(&self, key: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
+        let scalar = read_scalar(self.table, key)?;
+        let label = format!("`{key}` of {}", self.what);
+        let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
+        let expected = quantity.dimension();
+        if dimension != expected {
+            let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
             out.push(
                 Diagnostic::error("unit::dimension", message)
-                    .at(place(key), dimension.noun())
-                    .help(format!("write a unit such as {}", quantity.dimension().example())),
+                    .at(TableReader::place(self.table, key), dimension.noun())
+                    .help(format!("write a unit such as {}", expected.example())),
             );
             return None;
         }
         Some(value.to_f64())
-    };
-    let scale = quantity_in("scale", out);
-    let noise = quantity_in("noise", out);
-    let unit = read_word(table, "unit").map(str::to_string);
-    let by_unit = match (&scale, &unit) {
-        (Some(scale), _) => *scale,
-        (None, unit) => match unit_factor(unit.as_deref().unwrap_or(&in_file), &quantity) {
-            Ok(factor) => factor,
-            Err(why) => {
+    }
+
+    /// Of a reading to SI by its unit: that of the table, or that of the file.
+    fn unit_factor(&self, in_file: &str, quantity: &Quantity, out: &mut Vec<Diagnostic>) -> Option<f64> {
+        let unit = read_word(self.table, "unit");
+        unit_factor(unit.unwrap_or(in_file), quantity)
+            .map_err(|why| {
                 let key = if unit.is_some() { "unit" } else { "signal" };
                 out.push(
-                    Diagnostic::error("unit::dimension", format!("{what}: {why}")).at(place(key), "this unit").help(
-                        "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
-                    ),
+                    Diagnostic::error("unit::dimension", format!("{}: {why}", self.what))
+                        .at(TableReader::place(self.table, key), "this unit")
+                        .help(
+                            "say it with `unit = \"...\"`, or what one unit of a reading is with `scale = \"200 N m\"`",
+                        ),
                 );
-                return None;
-            }
-        },
-    };
-    let factor = self::number(table, "factor", &reader, out).unwrap_or(1.0) * by_unit;
-    let zero_samples = self::number(table, "zero_samples", &reader, out).unwrap_or(0.0) as usize;
-    Some(Wired { group, channel, quantity, factor, zero_samples, noise })
-}
-
-/// How the time of each group that is read is known.
-fn clocks(
-    table: &Table,
-    groups: &[Group],
-    wired: &[Wired],
-    file: &str,
-    reader: &TableReader<'_>,
-    out: &mut Vec<Diagnostic>,
-) -> Vec<Option<Clock>> {
-    let step = quantity(reader, table, "sample_time", (Dimension::TIME, Sign::Positive), "a log", out);
-    let step = step.map(|x| Clock::Step(x.to_f64()));
-    let named = read_word(table, "time");
-    if let Some(name) = named.filter(|name| find(groups, Some(name), None).is_none()) {
-        let all: Vec<&str> = groups.iter().flat_map(|g| g.channels.iter().map(|c| c.name.as_str())).collect();
-        let help = match nearest(name, all.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("the file has {}", quoted(all.into_iter().take(24))),
-        };
-        out.push(
-            Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
-                .at(TableReader::place(table, "time"), "not in the file")
-                .help(help),
-        );
-        return Vec::new();
-    }
-    let mut wrong = Vec::new();
-    let clocks = groups
-        .iter()
-        .enumerate()
-        .map(|(number, group)| {
-            if !wired.iter().any(|one| one.group == number) {
-                return None;
-            }
-            let usual = |channel: &kardan_tables::read::Channel| {
-                matches!(
-                    channel.name.trim().to_lowercase().as_str(),
-                    "time" | "t" | "timestamp" | "time [s]" | "time (s)"
-                )
-            };
-            let own = named.and_then(|name| find(std::slice::from_ref(group), Some(name), None)).map(|found| found.1);
-            let found = own.or(group.time);
-            let found = found.or_else(|| group.channels.iter().position(usual));
-            let Some(channel) = found else {
-                if step.is_none() {
-                    wrong.push(number);
-                }
-                return step;
-            };
-            let written = group.channels[channel].unit.trim();
-            let unit = match (written, kardan_tables::read::unit_in_name(&group.channels[channel].name)) {
-                ("", Some(unit)) => unit,
-                (unit, _) => unit,
-            };
-            let unit = read_word(table, "time_unit").unwrap_or(unit).trim().to_string();
-            let factor = match unit.as_str() {
-                "" | "-" | "1" => Some(1.0),
-                unit => match parse_quantity(&format!("1 {unit}")) {
-                    Ok((factor, Dimension::TIME)) => Some(factor.to_f64()),
-                    _ => None,
-                },
-            };
-            if factor.is_none() {
-                let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(&unit));
-                let place = TableReader::place(table, "time_unit");
-                out.push(
-                    Diagnostic::error("unit::dimension", message)
-                        .at(place, "this log")
-                        .help("say it in `[log.NAME]` with `time_unit = \"ms\"`"),
-                );
-            }
-            Some(Clock::Channel(channel, factor.unwrap_or(1.0)))
-        })
-        .collect();
-    for number in wrong {
-        let group = &groups[number];
-        let names = group.channels.iter().map(|channel| channel.name.as_str()).take(24);
-        out.push(Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time")).help(
-            format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", quoted(names)),
-        ));
-    }
-    clocks
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fits;
-
-    #[test]
-    fn patterns_of_files() {
-        for (pattern, name) in [("*.csv", "a.csv"), ("*", ""), ("a?c*", "abcd"), ("*MR.csv", "a3MR.csv"), ("", "")] {
-            assert!(fits(pattern, name), "{pattern} {name}");
-        }
-        for (pattern, name) in [("*.csv", "a.csv2"), ("?", ""), ("a", "b"), ("*a", "ab")] {
-            assert!(!fits(pattern, name), "{pattern} {name}");
-        }
+            })
+            .ok()
     }
 }

@@ -1,12 +1,14 @@
 //! Models compared by cross-validation.
 
-use super::asked::{Asked, CandidateSpec, Wanted};
+use super::asked::{Asked, CandidateSpec, Method, asked};
+use super::fitting::{Chosen, fit_options, unseen};
 use super::plant::{Plant, columns, plant_without};
-use super::rows::{Built, Material, rows, settled};
-use super::{IdentifySettings, Method, fit_options, folds};
+use super::rows::{Material, rows, settled};
+use super::settings::IdentifySettings;
+use super::wanted::Wanted;
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::Diagnostic;
-use crate::identify::{Samples, Where, cross_validate};
+use crate::identify::{Samples, Where};
 use crate::model::{Document, Setting};
 use crate::results::{Candidate, PredictionError};
 use crate::study::Progress;
@@ -17,8 +19,7 @@ pub(super) struct Whole<'a> {
     pub settings: &'a [Setting],
     pub asked: &'a Asked,
     pub plant: &'a Plant,
-    pub built: &'a Built,
-    pub method: Method,
+    pub chosen: &'a Chosen,
 }
 
 /// Compares models by what they predict of segments that they have not seen.
@@ -27,42 +28,10 @@ pub(super) fn compare(
     material: &Material<'_>,
     progress: &dyn Progress,
 ) -> Result<Vec<Candidate>, Vec<Diagnostic>> {
-    let Whole { document, settings: set, asked, plant, built, method } = *whole;
-    let names = |kinds: &[Kind]| -> Vec<String> {
-        asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone()).collect()
+    let specs = match whole.asked.candidates.as_slice() {
+        [] => usual_candidates(whole.asked),
+        given => given.to_vec(),
     };
-    let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).collect();
-    let mut specs = asked.candidates.clone();
-    if specs.is_empty() {
-        let spec = |name: &str, parameters: Vec<String>, extras: Vec<String>| CandidateSpec {
-            name: name.into(),
-            parameters,
-            extras,
-        };
-        specs.push(spec(
-            "without Coulomb friction",
-            names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]),
-            Vec::new(),
-        ));
-        specs.push(spec("without damping", names(&[Kind::Inertia, Kind::Friction, Kind::Stiffness]), Vec::new()));
-        specs.push(spec("as asked, no extra terms", all.clone(), Vec::new()));
-        for extra in &asked.declared {
-            specs.push(spec(&format!("with {}", extra.name), all.clone(), vec![extra.name.clone()]));
-        }
-        if asked.declared.len() > 1 {
-            let every = asked.declared.iter().map(|extra| extra.name.clone()).collect();
-            specs.push(spec("with all extra terms", all.clone(), every));
-        }
-        specs.retain(|spec| !spec.parameters.is_empty());
-        let mut seen: Vec<(Vec<String>, Vec<String>)> = Vec::new();
-        specs.retain(|spec| {
-            let own = (spec.parameters.clone(), spec.extras.clone());
-            let new = !seen.contains(&own);
-            seen.push(own);
-            new
-        });
-    }
-    // The windows and their covariances are those of the whole model, so that all predict the same on one scale.
     let mut out = Vec::new();
     let count = specs.len();
     for (k, spec) in specs.into_iter().enumerate() {
@@ -71,62 +40,94 @@ pub(super) fn compare(
             // Of some of them none is the best.
             return Ok(out);
         }
-        let mut mistakes = Vec::new();
-        let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
-        let mut own = super::asked::asked(document, &plant.model, set, &given, &mut mistakes);
-        for name in &spec.extras {
-            if !own.declared.iter().any(|extra| extra.name == *name) {
-                mistakes.push(
-                    Diagnostic::error(
-                        "name::unknown",
-                        format!("candidate `{}`: there is no extra term `{name}`", spec.name),
-                    )
-                    .help("declare it as `[[identification.extra]]`"),
-                );
-            }
-        }
-        if !mistakes.is_empty() {
-            return Err(mistakes);
-        }
-        own.extras = own.declared.iter().filter(|extra| spec.extras.contains(&extra.name)).cloned().collect();
-        own.loss = asked.loss;
-        own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
-        // What is not among its parameters is left out of the model, not taken from the file.
-        let silent: Vec<&Wanted> = asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
-        let trial = plant_without(plant, &silent);
-        let columns = columns(&trial, &own, method);
-        let mut rows = rows(&trial, &own, &columns, material);
-        keep_places(&mut rows.samples, &built.samples);
-        let samples = match method {
-            Method::Steady => settled(&rows, &own, material.window),
-            Method::Dynamic => rows.samples,
-        };
-        let chosen: Vec<usize> = (0..samples.len()).collect();
-        let folds = folds(&samples, method);
-        let predicted = cross_validate(&samples, &chosen, &folds, &fit_options(&own, &columns, method));
-        let found = predicted.map(|predicted| fold_errors(&samples, &folds, &predicted));
-        let mut candidate = Candidate {
-            name: spec.name,
-            parameters: spec.parameters.into_iter().chain(spec.extras).collect(),
-            ..Candidate::default()
-        };
-        match found {
-            Some((mean, spread)) => candidate.error = Some(PredictionError { mean, spread }),
-            None => candidate.failure = "too few samples".into(),
-        }
-        out.push(candidate);
+        out.push(judged(spec, whole, material)?);
     }
     progress.advance(1, "candidates", 1.0);
-    let errors = out.iter().filter_map(|one| one.error).filter(|error| error.mean.is_finite());
-    let best = errors.min_by(|a, b| a.mean.total_cmp(&b.mean));
-    if let Some(limit) = best.map(|best| best.mean + best.spread) {
-        let within = |one: &Candidate| one.error.is_some_and(|error| error.mean <= limit);
-        let simplest = (0..out.len()).filter(|&k| within(&out[k])).min_by_key(|&k| out[k].parameters.len());
-        if let Some(simplest) = simplest {
-            out[simplest].chosen = true;
+    choose_simplest(&mut out);
+    Ok(out)
+}
+
+/// Without friction, without damping, and with each of the extra terms: models that differ.
+fn usual_candidates(asked: &Asked) -> Vec<CandidateSpec> {
+    let names = |kinds: &[Kind]| -> Vec<String> {
+        asked.wanted.iter().filter(|one| kinds.contains(&one.keys[0].1)).map(|one| one.name.clone()).collect()
+    };
+    let all: Vec<String> = asked.wanted.iter().map(|one| one.name.clone()).collect();
+    let extras: Vec<String> = asked.declared.iter().map(|extra| extra.name.clone()).collect();
+    let spec = |name: String, parameters: Vec<String>, extras: Vec<String>| CandidateSpec { name, parameters, extras };
+    let mut specs = vec![
+        spec("without Coulomb friction".into(), names(&[Kind::Inertia, Kind::Damping, Kind::Stiffness]), Vec::new()),
+        spec("without damping".into(), names(&[Kind::Inertia, Kind::Friction, Kind::Stiffness]), Vec::new()),
+        spec("as asked, no extra terms".into(), all.clone(), Vec::new()),
+    ];
+    specs.extend(extras.iter().map(|extra| spec(format!("with {extra}"), all.clone(), vec![extra.clone()])));
+    if extras.len() > 1 {
+        specs.push(spec("with all extra terms".into(), all, extras));
+    }
+    let mut seen = Vec::new();
+    specs.retain(|spec| {
+        let own = (spec.parameters.clone(), spec.extras.clone());
+        let new = !seen.contains(&own);
+        seen.push(own);
+        new && !spec.parameters.is_empty()
+    });
+    specs
+}
+
+/// What is asked for by a candidate.
+fn asked_by(spec: &CandidateSpec, whole: &Whole<'_>) -> Result<Asked, Vec<Diagnostic>> {
+    let mut mistakes = Vec::new();
+    let given = IdentifySettings { parameters: spec.parameters.clone(), ..IdentifySettings::default() };
+    let mut own = asked(whole.document, &whole.plant.model, whole.settings, &given, &mut mistakes);
+    for name in &spec.extras {
+        if !own.declared.iter().any(|extra| extra.name == *name) {
+            let message = format!("candidate `{}`: there is no extra term `{name}`", spec.name);
+            mistakes.push(Diagnostic::error("name::unknown", message).help("declare it as `[[identification.extra]]`"));
         }
     }
-    Ok(out)
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
+    own.extras = own.declared.iter().filter(|extra| spec.extras.contains(&extra.name)).cloned().collect();
+    own.loss = whole.asked.loss;
+    own.nonnegative.retain(|name| spec.parameters.contains(name) || spec.extras.contains(name));
+    Ok(own)
+}
+
+/// A candidate with its error. The windows and their covariances are those of the whole model, so that all predict the same on one scale.
+fn judged(spec: CandidateSpec, whole: &Whole<'_>, material: &Material<'_>) -> Result<Candidate, Vec<Diagnostic>> {
+    let (own, method) = (asked_by(&spec, whole)?, whole.chosen.method);
+    // What is not among its parameters is left out of the model, not taken from the file.
+    let silent: Vec<&Wanted> = whole.asked.wanted.iter().filter(|one| !spec.parameters.contains(&one.name)).collect();
+    let trial = plant_without(whole.plant, &silent);
+    let columns = columns(&trial, &own, method);
+    let mut rows = rows(&trial, &own, &columns, material);
+    keep_places(&mut rows.samples, &whole.chosen.built.samples);
+    let samples = match method {
+        Method::Steady => settled(&rows, &own, material.window),
+        Method::Dynamic => rows.samples,
+    };
+    let (predicted, folds) = unseen(&samples, method, &fit_options(&own, &columns, method));
+    let mut candidate = Candidate {
+        name: spec.name,
+        parameters: spec.parameters.into_iter().chain(spec.extras).collect(),
+        ..Candidate::default()
+    };
+    match predicted {
+        Some(predicted) => candidate.error = Some(fold_errors(&samples, &folds, &predicted)),
+        None => candidate.failure = "too few samples".into(),
+    }
+    Ok(candidate)
+}
+
+/// Chooses of those that are as good as the best, by its spread, the one of the fewest parameters.
+fn choose_simplest(candidates: &mut [Candidate]) {
+    let errors = candidates.iter().filter_map(|one| one.error).filter(|error| error.mean.is_finite());
+    let Some(best) = errors.min_by(|a, b| a.mean.total_cmp(&b.mean)) else { return };
+    let within = |one: &&mut Candidate| one.error.is_some_and(|error| error.mean <= best.mean + best.spread);
+    if let Some(simplest) = candidates.iter_mut().filter(within).min_by_key(|one| one.parameters.len()) {
+        simplest.chosen = true;
+    }
 }
 
 /// Keeps the samples at the places of others, which are in order, with the covariances of those.
@@ -149,7 +150,7 @@ fn keep_places(samples: &mut Samples, others: &Samples) {
 }
 
 /// Root mean square of predictions' errors in standard deviations of the sensors, and its standard error over the folds.
-fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> (f64, f64) {
+fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> PredictionError {
     let count = folds.iter().max().map_or(1, |most| most + 1);
     let mut sums = vec![(0.0, 0.0); count];
     for (sample, fold) in folds.iter().enumerate() {
@@ -164,5 +165,5 @@ fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> (f64, f
     let n = each.len() as f64;
     let mean = each.iter().sum::<f64>() / n;
     let spread = (each.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
-    (mean.sqrt(), if mean > 0.0 { spread / (2.0 * mean.sqrt()) } else { 0.0 })
+    PredictionError { mean: mean.sqrt(), spread: if mean > 0.0 { spread / (2.0 * mean.sqrt()) } else { 0.0 } }
 }

@@ -1,8 +1,9 @@
 //! The plant in coordinates that were measured, and the columns that its logs can tell.
 
-use super::Method;
-use super::asked::{Asked, Wanted, coefficients, extra_columns, with_terms};
-use super::channels::{OpenLog, Quantity, quantity_of};
+use super::asked::{Asked, Method};
+use super::channels::{Quantity, quantity_of};
+use super::extra::{ExtraTerm, extra_columns};
+use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::equations::Term;
@@ -34,42 +35,6 @@ pub(super) struct Columns {
     pub kept: Vec<(usize, Vec<(usize, f64)>)>,
     pub structural: Vec<Vec<Rational>>,
     pub extras: Vec<Extra>,
-}
-
-/// The quantities that the logs hold: the same in all that were recorded apart, or those that all have.
-pub(super) fn slots(experiments: &[Vec<OpenLog>]) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
-    let mut of: Vec<Vec<Quantity>> = Vec::new();
-    for logs in experiments {
-        let mut own: Vec<Quantity> = Vec::new();
-        for one in logs.iter().flat_map(|log| &log.wired) {
-            if own.contains(&one.quantity) {
-                let message = format!("`{}` is in the logs twice", one.quantity.signal());
-                return Err(vec![
-                    Diagnostic::error("log::twice", message)
-                        .help("keep one channel for each signal in the `[log.NAME]` tables"),
-                ]);
-            }
-            own.push(one.quantity.clone());
-        }
-        of.push(own);
-    }
-    let first = of.first().cloned().unwrap_or_default();
-    for (k, own) in of.iter().enumerate().skip(1) {
-        let missing: Vec<String> = first.iter().filter(|one| !own.contains(one)).map(Quantity::signal).collect();
-        let more: Vec<String> = own.iter().filter(|one| !first.contains(one)).map(Quantity::signal).collect();
-        if !missing.is_empty() || !more.is_empty() {
-            let name = experiments[k].first().map_or("", |log| log.name.as_str());
-            let message = format!("`{name}` holds other signals than the first log");
-            let help = format!(
-                "it lacks {}, it has {} besides; logs of one identification hold the same. Two files of one recording are joined by their \
-                 time if the model has a `[log.NAME]` with `file` for each",
-                if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
-                if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
-            );
-            return Err(vec![Diagnostic::error("log::differ", message).help(help)]);
-        }
-    }
-    Ok(first)
 }
 
 /// The model with terms for all that is asked for, in coordinates that were measured.
@@ -162,7 +127,7 @@ pub(super) fn plant(
             format!("log the torque of one of {names}"),
         ));
     }
-    let lost = |extra: &&super::asked::ExtraTerm| {
+    let lost = |extra: &&ExtraTerm| {
         extra.torque.as_ref().is_some_and(|name| unmeasured.iter().any(|&k| inputs[k].element == *name))
     };
     if let Some(extra) = asked.extras.iter().find(lost) {

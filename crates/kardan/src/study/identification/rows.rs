@@ -9,7 +9,7 @@ use crate::identify::{
 };
 use crate::num::{dot, rational_to_f64};
 use crate::reduce::linearise;
-use crate::results::WindowCount;
+use crate::results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
 const FLOOR: f64 = 1e-7;
@@ -21,6 +21,29 @@ pub(super) struct Material<'a> {
     pub slots: &'a [Quantity],
     /// s
     pub window: f64,
+}
+
+impl Material<'_> {
+    /// What was remarked about the logs.
+    pub fn remarks(&self) -> Vec<String> {
+        let logs = self.recorded.iter().flat_map(|one| &one.logs);
+        logs.flat_map(|log| log.remarks.iter().map(|remark| format!("`{}`: {remark}", log.name))).collect()
+    }
+
+    /// The logs, with the noise of their channels.
+    pub fn logs(&self) -> Vec<LogRead> {
+        let mut out = Vec::new();
+        for recording in self.recorded {
+            let mut logs = recording.logs.clone();
+            for channel in logs.iter_mut().flat_map(|log| &mut log.channels) {
+                if let Some(slot) = self.slots.iter().position(|slot| slot.signal() == channel.signal) {
+                    (channel.noise, channel.stated) = recording.noise[slot];
+                }
+            }
+            out.extend(logs);
+        }
+        out
+    }
 }
 
 /// Rows of all windows.

@@ -1,0 +1,35 @@
+//! Branches of a circuit, between two nodes.
+
+use super::kind::Mistake;
+use super::values::Values;
+use crate::equations::{Direction, Term};
+use crate::schema::{Field, Kind};
+use crate::units::Exact;
+
+pub(super) const FROM: Field = Field::required("from", Kind::Node, "The node that a positive current leaves.");
+pub(super) const TO: Field =
+    Field::required("to", Kind::Node, "The node that a positive current enters; `ground` is at 0 V.");
+
+/// A branch of a circuit: its charge, and the charge's share in the balances of the nodes at both ends.
+pub(super) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
+    let share = |key: &str, sign: i64| {
+        let along = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
+        values.word(key).map(|node| Term::Balance { node: node.into(), along })
+    };
+    let declared = Term::Charge { name: charge.to_string() };
+    std::iter::once(declared).chain(share(from, 1)).chain(share(to, -1)).collect()
+}
+
+/// The ends of a branch must be two nodes.
+pub(super) fn check_branch(values: &Values) -> Vec<Mistake> {
+    check_ends(values, ["from", "to"])
+}
+
+pub(super) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
+    if values.word(from).is_none() || values.word(from) != values.word(to) {
+        return Vec::new();
+    }
+    let message =
+        format!("both ends are the node `{}`, so it has no part in the circuit", values.word_or_default(from));
+    vec![Mistake::new(to, message, "name two different nodes")]
+}

@@ -1,0 +1,57 @@
+//! What an element is: its keys, its checks and the terms that it stands for.
+
+use super::values::Values;
+use crate::equations::Term;
+use crate::schema::{Field, Kind};
+
+/// The description of a kind of element.
+#[derive(Debug, Clone, Copy)]
+pub struct Element {
+    /// The word in the model file, the name of the file here, and of the manual page.
+    pub keyword: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// Sketch with positive directions.
+    pub sketch: &'static str,
+    /// The sign convention in one sentence.
+    pub signs: &'static str,
+    /// Its keys.
+    pub fields: &'static [Field],
+    /// An example, valid TOML.
+    pub example: &'static str,
+    /// Checks that concern several keys at once: `(key, message, help)` for each mistake.
+    pub check: fn(&Values) -> Vec<Mistake>,
+    /// The terms it stands for.
+    pub terms: fn(name: &str, values: &Values) -> Vec<Term>,
+}
+
+/// A mistake found by an element's own check.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mistake {
+    /// The key to point at; the header if it is absent from the table.
+    pub key: &'static str,
+    /// What is wrong and why.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl Element {
+    /// The charges that an element of that name introduces as coordinates, whatever its values.
+    pub fn charges(&self, name: &str) -> Vec<String> {
+        let terms = (self.terms)(name, &Values::default());
+        let charge = |term| if let Term::Charge { name } = term { Some(name) } else { None };
+        terms.into_iter().filter_map(charge).collect()
+    }
+
+    /// Its keys that name nodes.
+    pub fn node_keys(&self) -> impl Iterator<Item = &'static str> {
+        self.fields.iter().filter(|field| field.kind == Kind::Node).map(|field| field.name)
+    }
+}
+
+impl Mistake {
+    pub(super) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { key, message: message.into(), help: help.into() }
+    }
+}

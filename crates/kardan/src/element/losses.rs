@@ -1,0 +1,67 @@
+//! Damping and friction along a direction.
+
+use super::kind::Mistake;
+use super::values::Values;
+use crate::equations::{Direction, Stribeck, Term};
+use crate::schema::{Field, Kind, Sign};
+use crate::units::Dimension;
+
+/// Damper and friction along a direction, if they are given and not zero.
+pub(super) fn losses(along: &Direction, values: &Values) -> Vec<Term> {
+    let mut out = Vec::new();
+    if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
+        out.push(Term::Damper { along: along.clone(), damping: damping.clone() });
+    }
+    let torque = values.exact_or_default("friction");
+    let stribeck = match (values.exact("breakaway"), values.exact("stribeck_speed")) {
+        (Some(breakaway), Some(speed)) => Some(Stribeck { breakaway: breakaway.clone(), speed: speed.clone() }),
+        _ => None,
+    };
+    if !torque.is_zero() || stribeck.as_ref().is_some_and(|stribeck| !stribeck.breakaway.is_zero()) {
+        out.push(Term::Friction { along: along.clone(), torque, stribeck });
+    }
+    out
+}
+
+pub(super) const BREAKAWAY: Field = Field::optional(
+    "breakaway",
+    Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
+    "Torque at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
+     friction + (breakaway - friction) exp(-(w/stribeck_speed)^2). Only runs know it, designs leave friction out. Left out: \
+     equal to `friction`.",
+);
+pub(super) const STRIBECK_SPEED: Field = Field::optional(
+    "stribeck_speed",
+    Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
+    "Speed with which the friction falls from `breakaway`; needed with it.",
+);
+
+/// What is wrong with the keys of [`losses`].
+pub(super) fn check_losses(values: &Values) -> Vec<Mistake> {
+    let mut out = Vec::new();
+    match (values.exact("breakaway"), values.has("stribeck_speed")) {
+        (None, false) => return out,
+        (Some(_), false) => out.push(Mistake::new(
+            "breakaway",
+            "a breakaway torque needs the speed with which the friction falls from it",
+            "add `stribeck_speed`, such as \"0.1 rad/s\"",
+        )),
+        (None, true) => out.push(Mistake::new(
+            "stribeck_speed",
+            "it says how fast the friction falls from a breakaway torque, and there is none",
+            "add `breakaway`, or remove it",
+        )),
+        (Some(_), true) => {}
+    }
+    let (friction, breakaway) = (values.exact_or_default("friction"), values.exact("breakaway"));
+    if let Some(breakaway) = breakaway.filter(|breakaway| breakaway.to_rational() < friction.to_rational()) {
+        let message =
+            format!("the breakaway torque {} N m is below the friction {} N m", breakaway.to_f64(), friction.to_f64());
+        out.push(Mistake::new(
+            "breakaway",
+            message,
+            "friction holds at rest at least what it does in motion: raise it",
+        ));
+    }
+    out
+}

@@ -1,0 +1,137 @@
+//! The values of an element's keys.
+
+use std::collections::BTreeMap;
+
+use crate::schema::ExactPole;
+use crate::units::Exact;
+
+/// A value of an element's key with parameters put in.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Resolved {
+    /// A name or a choice.
+    Word(String),
+    /// Names.
+    Words(Vec<String>),
+    /// A quantity or number, SI.
+    Exact(Exact),
+    /// Coefficients by shaft, or values by parameter.
+    Map(Vec<(String, Exact)>),
+    /// Tables.
+    Tables(Vec<Values>),
+    /// Poles, 1/s.
+    Poles(Vec<ExactPole>),
+}
+
+/// The values of an element's keys, with parameters put in.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Values {
+    map: BTreeMap<&'static str, Resolved>,
+    /// What holds for keys that are left out.
+    defaults: BTreeMap<&'static str, Resolved>,
+}
+
+impl Values {
+    /// Sets a key.
+    pub fn insert(&mut self, key: &'static str, value: Resolved) {
+        self.map.insert(key, value);
+    }
+
+    /// What holds for a key if it is left out.
+    pub fn insert_default(&mut self, key: &'static str, value: Resolved) {
+        self.defaults.insert(key, value);
+    }
+
+    /// What is given for a key, or its default.
+    fn get(&self, key: &str) -> Option<&Resolved> {
+        self.map.get(key).or_else(|| self.defaults.get(key))
+    }
+
+    /// Takes a key away.
+    pub fn remove(&mut self, key: &str) {
+        self.map.remove(key);
+    }
+
+    /// Whether the key is there, and not its default.
+    pub fn has(&self, key: &str) -> bool {
+        self.map.contains_key(key)
+    }
+
+    /// A word.
+    pub fn word(&self, key: &str) -> Option<&str> {
+        match self.get(key) {
+            Some(Resolved::Word(word)) => Some(word),
+            _ => None,
+        }
+    }
+
+    /// A list of words.
+    pub fn words(&self, key: &str) -> Option<&[String]> {
+        match self.get(key) {
+            Some(Resolved::Words(words)) => Some(words),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    pub fn exact(&self, key: &str) -> Option<&Exact> {
+        match self.get(key) {
+            Some(Resolved::Exact(value)) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// A number, or its default; zero where it has none.
+    pub fn exact_or_default(&self, key: &str) -> Exact {
+        self.exact(key).cloned().unwrap_or_else(Exact::zero)
+    }
+
+    /// A number as `f64`.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        self.exact(key).map(Exact::to_f64)
+    }
+
+    /// The same as `f64`.
+    pub fn number_or_default(&self, key: &str) -> f64 {
+        self.number(key).unwrap_or_default()
+    }
+
+    /// Coefficients by shaft.
+    pub fn map(&self, key: &str) -> Option<&[(String, Exact)]> {
+        match self.get(key) {
+            Some(Resolved::Map(map)) => Some(map),
+            _ => None,
+        }
+    }
+
+    /// A list of tables.
+    pub fn tables(&self, key: &str) -> Option<&[Values]> {
+        match self.get(key) {
+            Some(Resolved::Tables(tables)) => Some(tables),
+            _ => None,
+        }
+    }
+
+    /// A single table.
+    pub fn table(&self, key: &str) -> Option<&Values> {
+        self.tables(key)?.first()
+    }
+
+    /// Poles, 1/s.
+    pub fn poles(&self, key: &str) -> Option<&[ExactPole]> {
+        match self.get(key) {
+            Some(Resolved::Poles(poles)) => Some(poles),
+            _ => None,
+        }
+    }
+
+    /// A word that is required, or has a default.
+    pub fn word_or_default(&self, key: &str) -> &str {
+        self.word(key).unwrap_or_default()
+    }
+
+    /// The ratio of a gear; one where it is missing, which was told: the rest is looked at all the same, and nothing is divided
+    /// by zero.
+    pub(super) fn ratio(&self) -> Exact {
+        self.exact("ratio").cloned().unwrap_or_else(Exact::one)
+    }
+}

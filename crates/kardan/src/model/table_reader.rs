@@ -1,0 +1,395 @@
+//! Tables with names looked up and parameters put in.
+
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
+use super::document::{Document, Parameter, Setting};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::element::{Resolved, Values};
+use crate::entries::Place;
+use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::units::{Dimension, Exact};
+
+/// Looks up names and parameters of tables.
+pub struct TableReader<'a> {
+    document: &'a Document,
+    settings: &'a [Setting],
+    /// Keywords of the elements of each name (two of one name are reported elsewhere).
+    elements: OnceCell<HashMap<&'a str, Vec<&'static str>>>,
+    parameters: OnceCell<HashMap<&'a str, &'a Parameter>>,
+}
+
+/// From so many mistakes on nobody is told what may have been meant: that compares each name with all others.
+const GUESSES: usize = 500;
+
+/// What may have been meant by a name, unless there are very many mistakes already.
+fn guess<'a>(name: &str, names: impl Iterator<Item = &'a str>, out: &[Diagnostic]) -> Option<&'a str> {
+    if out.len() < GUESSES { nearest(name, names) } else { None }
+}
+
+impl<'a> TableReader<'a> {
+    /// Over a document, with settings that replace parameters.
+    pub fn new(document: &'a Document, settings: &'a [Setting]) -> Self {
+        Self { document, settings, elements: OnceCell::new(), parameters: OnceCell::new() }
+    }
+
+    /// The keywords of the elements of a name.
+    fn kinds(&self, name: &str) -> &[&'static str] {
+        let all = self.elements.get_or_init(|| {
+            let mut all: HashMap<&str, Vec<&'static str>> = HashMap::new();
+            for element in &self.document.elements {
+                all.entry(&element.name).or_default().push(element.kind.keyword);
+            }
+            all
+        });
+        all.get(name).map_or(&[], Vec::as_slice)
+    }
+
+    fn parameter(&self, name: &str) -> Option<(&Exact, Dimension)> {
+        let all = self.parameters.get_or_init(|| {
+            let mut all = HashMap::new();
+            for parameter in self.document.all_parameters() {
+                all.entry(parameter.name.as_str()).or_insert(parameter);
+            }
+            all
+        });
+        let declared = all.get(name)?;
+        let value = self.settings.iter().find(|s| s.name == name).map_or(&declared.value, |s| &s.value);
+        Some((value, declared.dimension))
+    }
+
+    /// A scalar with its parameter put in; the dimension and sign are checked where they are known.
+    pub fn scalar(
+        &self,
+        scalar: &Placed<Scalar>,
+        expected: Option<(Dimension, Sign)>,
+        what: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<(Exact, Dimension)> {
+        match &scalar.value {
+            Scalar::Literal(value, dimension) => Some((value.clone(), *dimension)),
+            Scalar::Tolerated(read) => Some((read.value.clone(), read.dimension)),
+            Scalar::Parameter(name) => {
+                let Some((value, dimension)) = self.parameter(name) else {
+                    if self.document.doubts.has(name) {
+                        return None;
+                    }
+                    let names = self.document.parameters.iter().map(|p| p.name.as_str());
+                    let help = match guess(name, names, out) {
+                        Some(near) => format!("did you mean the parameter `{near}`?"),
+                        None => format!("write a number with its unit, or declare `{name}` under `[parameters]`"),
+                    };
+                    let message = format!("{what}: there is no parameter `{}`", shortened(name));
+                    out.push(
+                        Diagnostic::error("name::unknown", message).at(scalar.place.clone(), "not declared").help(help),
+                    );
+                    return None;
+                };
+                if let Some((wanted, sign)) = expected {
+                    if wanted != dimension {
+                        let message =
+                            format!("{what}: expected {}, but `{name}` is {}", wanted.noun(), dimension.noun());
+                        out.push(
+                            Diagnostic::error("unit::dimension", message)
+                                .at(scalar.place.clone(), dimension.noun())
+                                .help(format!("give `{name}` a unit such as {}", wanted.example())),
+                        );
+                        return None;
+                    }
+                    let fits = match sign {
+                        Sign::Any => true,
+                        Sign::NonNegative => value.signum() >= 0,
+                        Sign::Positive => value.signum() > 0,
+                        Sign::NonZero => value.signum() != 0,
+                    };
+                    if !fits {
+                        let wanted = match sign {
+                            Sign::NonNegative => "zero or more",
+                            Sign::NonZero => "anything but zero",
+                            _ => "more than zero",
+                        };
+                        let text = self.settings.iter().find(|s| s.name == *name).map_or_else(
+                            || self.document.all_parameters().find(|p| p.name == *name).map(|p| p.text.clone()),
+                            |set| Some(set.text.clone()),
+                        );
+                        let message = format!("{what} must be {wanted}, but `{name}` is {}", text.unwrap_or_default());
+                        out.push(
+                            Diagnostic::error("number::sign", message)
+                                .at(scalar.place.clone(), "through this parameter")
+                                .help(format!("change `{name}` under `[parameters]` or `[variants]`")),
+                        );
+                        return None;
+                    }
+                }
+                Some((value.clone(), dimension))
+            }
+        }
+    }
+
+    /// The place of a key's value; of the header if the key is absent.
+    pub fn place(table: &Table, key: &str) -> Place {
+        table.values.get(key).map_or_else(|| table.place.clone(), |value| value.place.clone())
+    }
+
+    /// All values of a table, with names of shafts and elements checked and parameters put in.
+    pub fn values(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) -> Values {
+        let mut values = Values::default();
+        for field in fields {
+            let word = || field.default_word().map(|word| Resolved::Word(word.into()));
+            if let Some(default) = field.default_number().map(Resolved::Exact).or_else(word) {
+                values.insert_default(field.name, default);
+            }
+            let Some(spanned) = table.values.get(field.name) else { continue };
+            let label = format!("`{}` of {what}", field.name);
+            let resolved = match (&field.kind, &spanned.value) {
+                (Kind::Shaft, Value::Word(name)) => {
+                    self.check_shaft(name, &spanned.place, &label, &[], out);
+                    Resolved::Word(name.clone())
+                }
+                (Kind::Element(kinds), Value::Word(name)) => {
+                    self.check_element(name, kinds, &spanned.place, &label, out);
+                    Resolved::Word(name.clone())
+                }
+                (_, Value::Word(word)) => Resolved::Word(word.clone()),
+                (kind, Value::Words(words)) => {
+                    for word in words {
+                        match kind {
+                            // A list of shafts names coordinates; those of a circuit are charges.
+                            Kind::Shafts(_) => {
+                                self.check_shaft(&word.value, &word.place, &label, &self.document.charges(), out);
+                            }
+                            Kind::Elements(kinds) => self.check_element(&word.value, kinds, &word.place, &label, out),
+                            _ => {}
+                        }
+                    }
+                    Resolved::Words(words.iter().map(|word| word.value.clone()).collect())
+                }
+                (kind, Value::Scalar(scalar)) => {
+                    let expected = match kind {
+                        Kind::Quantity(dimension, sign) => Some((*dimension, *sign)),
+                        Kind::Number(sign) => Some((Dimension::NONE, *sign)),
+                        _ => None,
+                    };
+                    let scalar = Placed { value: scalar.clone(), place: spanned.place.clone() };
+                    match self.scalar(&scalar, expected, &label, out) {
+                        Some((value, _)) => Resolved::Exact(value),
+                        None => continue, // Reported, or in doubt.
+                    }
+                }
+                (kind, Value::Map(entries)) => {
+                    let mut map = Vec::new();
+                    for (name, scalar) in entries {
+                        let expected = if *kind == Kind::Coefficients {
+                            self.check_shaft(&name.value, &name.place, &label, &[], out);
+                            Some((Dimension::NONE, Sign::Any))
+                        } else {
+                            None
+                        };
+                        if let Some((value, _)) = self.scalar(scalar, expected, &label, out) {
+                            map.push((name.value.clone(), value));
+                        }
+                    }
+                    Resolved::Map(map)
+                }
+                (Kind::Table(inner), Value::Tables(tables)) => {
+                    Resolved::Tables(tables.iter().map(|table| self.values(inner, table, &label, out)).collect())
+                }
+                (_, Value::Poles(poles)) => Resolved::Poles(poles.clone()),
+                (Kind::Tables(inner), Value::Tables(tables)) => {
+                    let entry = |(i, table)| self.values(inner, table, &format!("entry {} of {label}", i + 1), out);
+                    Resolved::Tables(tables.iter().enumerate().map(entry).collect())
+                }
+                (_, Value::Tables(_)) => continue,
+            };
+            values.insert(field.name, resolved);
+        }
+        values
+    }
+
+    /// Parameter settings written as a table, checked against `[parameters]`.
+    pub fn settings(&self, table: &Table, key: &str, what: &str, out: &mut Vec<Diagnostic>) -> Vec<Setting> {
+        let Some(Value::Map(entries)) = table.values.get(key).map(|spanned| &spanned.value) else { return Vec::new() };
+        let mut settings = Vec::new();
+        for (name, scalar) in entries {
+            let label = format!("`{key}` of {what}");
+            let Some((_, dimension)) = self.parameter(&name.value) else {
+                let names = self.document.parameters.iter().map(|p| p.name.as_str());
+                let help = match guess(&name.value, names, out) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => "only names under `[parameters]` can be set here".to_string(),
+                };
+                if self.document.doubts.has(&name.value) {
+                    continue;
+                }
+                let message = format!("{label}: there is no parameter `{}`", shortened(&name.value));
+                out.push(Diagnostic::error("name::unknown", message).at(name.place.clone(), "not declared").help(help));
+                continue;
+            };
+            if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
+                if found != dimension {
+                    let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
+                    out.push(
+                        Diagnostic::error("unit::dimension", message)
+                            .at(scalar.place.clone(), found.noun())
+                            .help(format!("write a unit such as {}", dimension.example())),
+                    );
+                    continue;
+                }
+                let text = format!("{} {}", value.to_f64(), dimension.si());
+                settings.push(Setting { name: name.value.clone(), value, text });
+            }
+        }
+        settings
+    }
+
+    /// The outputs that a law controls must be shaft angles.
+    pub(super) fn check_outputs(&self, fields: &[Field], table: &Table, what: &str, out: &mut Vec<Diagnostic>) {
+        for field in fields {
+            match (field.kind, table.values.get(field.name)) {
+                (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
+                    let label = format!("`{}` of {what}", field.name);
+                    let name = signal.split('.').next().unwrap_or_default();
+                    let angle = signal.strip_suffix(".phi");
+                    if angle.is_some_and(|shaft| self.shafts().any(|s| s == shaft)) || self.document.doubts.has(name) {
+                        continue;
+                    }
+                    let angles: Vec<String> = self.shafts().map(|shaft| format!("{shaft}.phi")).collect();
+                    let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
+                    let near = if angles.contains(&format!("{name}.phi")) {
+                        Some(format!("{name}.phi"))
+                    } else {
+                        nearest(signal, angles.iter().map(String::as_str)).map(str::to_string)
+                    };
+                    let help = match near {
+                        Some(near) => format!("did you mean `{near}`?"),
+                        None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
+                    };
+                    out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
+                }
+                (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
+                    self.check_output(signal, place, &format!("`{}` of {what}", field.name), out);
+                }
+                (Kind::Outputs, Some(Placed { value: Value::Words(signals), .. })) => {
+                    for Placed { value, place } in signals {
+                        self.check_output(value, place, &format!("`{}` of {what}", field.name), out);
+                    }
+                }
+                (Kind::Table(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
+                    for table in tables {
+                        self.check_outputs(inner, table, &format!("`{}` of {what}", field.name), out);
+                    }
+                }
+                (Kind::Tables(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
+                    for (i, table) in tables.iter().enumerate() {
+                        self.check_outputs(
+                            inner,
+                            table,
+                            &format!("entry {} of `{}` of {what}", i + 1, field.name),
+                            out,
+                        );
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// An output must be an angle or a speed of a shaft, or a sensor.
+    fn check_output(&self, signal: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+        let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+        let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
+        let of_shaft = matches!(tail, "phi" | "w") && self.shafts().any(|shaft| shaft == head);
+        let of_sensor = matches!(tail, "" | "phi" | "w" | "tau") && sensors().any(|sensor| sensor == head);
+        if of_shaft || of_sensor || self.document.doubts.has(head) {
+            return;
+        }
+        let all: Vec<String> = self
+            .shafts()
+            .flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")])
+            .chain(sensors().map(str::to_string))
+            .collect();
+        let names = || all.iter().map(String::as_str);
+        let help = match nearest(signal, names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if tail == "tau" => format!(
+                "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
+                shortened(head)
+            ),
+            None => format!("there are {}", quoted(names())),
+        };
+        let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
+    }
+
+    fn shafts(&self) -> impl Iterator<Item = &str> {
+        self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
+    }
+
+    /// `charges` are those that may be named as well.
+    fn check_shaft(&self, name: &str, place: &Place, label: &str, charges: &[String], out: &mut Vec<Diagnostic>) {
+        let fitting = || self.shafts().chain(charges.iter().map(String::as_str));
+        let known = self.kinds(name).contains(&"shaft") || charges.iter().any(|charge| charge == name);
+        if known || self.document.doubts.has(name) {
+            return;
+        }
+        let help = match (guess(name, fitting(), out), fitting().next()) {
+            (Some(near), _) => format!("did you mean `{near}`?"),
+            (None, Some(_)) if out.len() >= GUESSES => format!("declare it: `[shaft.{}]`", shortened(name)),
+            (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
+            (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
+            (None, Some(_)) => {
+                format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
+            }
+        };
+        let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
+        let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {kinds}")).help(help));
+    }
+
+    fn check_element(&self, name: &str, kinds: &[&str], place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
+        let named = self.kinds(name).first();
+        let fits = self.kinds(name).iter().any(|keyword| kinds.contains(keyword));
+        if fits || named.is_none() && self.document.doubts.has(name) {
+            return;
+        }
+        let fitting =
+            self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
+        let help = match guess(name, fitting.clone(), out) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                let names = if out.len() < GUESSES { quoted(fitting) } else { String::new() };
+                if names.is_empty() {
+                    format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
+                } else {
+                    format!("there are {names}")
+                }
+            }
+        };
+        let wanted = match kinds.split_last() {
+            Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+            _ => kinds.join(" or "),
+        };
+        let message = match named {
+            Some(keyword) => format!("{label}: `{name}` is a {keyword}, not a {wanted}"),
+            None => format!("{label}: there is no {wanted} `{}`", shortened(name)),
+        };
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "does not fit").help(help));
+    }
+}
+
+/// The places of a word in a table and the tables within.
+pub fn words(table: &Table, word: &str) -> Vec<Place> {
+    let mut places = Vec::new();
+    for value in table.values.values() {
+        match &value.value {
+            Value::Word(found) if found == word => places.push(value.place.clone()),
+            Value::Words(list) => {
+                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.place.clone()));
+            }
+            Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
+            _ => {}
+        }
+    }
+    places.sort_by_key(Place::start);
+    places
+}

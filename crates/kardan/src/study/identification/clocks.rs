@@ -1,0 +1,99 @@
+//! How the time of each group of a log is known.
+
+use super::channels::{Wired, find};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::model::TableReader;
+use crate::schema::{Sign, Table};
+use crate::study::read::{quantity, read_word};
+use crate::units::{Dimension, parse_quantity};
+use kardan_tables::read::{Group, unit_in_name};
+
+/// How the time of a group is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Clock {
+    /// A channel, by a factor to s.
+    Channel(usize, f64),
+    /// Time between rows, s.
+    Step(f64),
+}
+
+/// Names of a column that everyone takes for the time.
+const USUAL: [&str; 5] = ["time", "t", "timestamp", "time [s]", "time (s)"];
+
+/// The clock of each group that is read.
+pub(super) fn clocks(
+    table: &Table,
+    groups: &[Group],
+    wired: &[Wired],
+    file: &str,
+    reader: &TableReader<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Option<Clock>> {
+    let step = quantity(reader, table, "sample_time", (Dimension::TIME, Sign::Positive), "a log", out);
+    let step = step.map(|x| Clock::Step(x.to_f64()));
+    let named = read_word(table, "time");
+    if let Some(name) = named.filter(|name| find(groups, Some(name), None).is_none()) {
+        let all: Vec<&str> = groups.iter().flat_map(|g| g.channels.iter().map(|c| c.name.as_str())).collect();
+        let help = match nearest(name, all.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("the file has {}", quoted(all.into_iter().take(24))),
+        };
+        out.push(
+            Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
+                .at(TableReader::place(table, "time"), "not in the file")
+                .help(help),
+        );
+        return Vec::new();
+    }
+    let mut timeless = Vec::new();
+    let clock = |(number, group): (usize, &Group)| {
+        if !wired.iter().any(|one| one.group == number) {
+            return None;
+        }
+        let clock = time_channel(group, named)
+            .map(|channel| Clock::Channel(channel, time_factor(table, group, channel, file, out)))
+            .or(step);
+        if clock.is_none() {
+            timeless.push(number);
+        }
+        clock
+    };
+    let clocks = groups.iter().enumerate().map(clock).collect();
+    for number in timeless {
+        let names = groups[number].channels.iter().map(|channel| channel.name.as_str()).take(24);
+        out.push(Diagnostic::error("log::no-time", format!("`{file}`: nobody knows which column is the time")).help(
+            format!("name it in `[log.NAME]` with `time = \"...\"`, one of {}, or give `sample_time`", quoted(names)),
+        ));
+    }
+    clocks
+}
+
+/// The channel that is the time: as the table names it, as the file says, or by a usual name.
+fn time_channel(group: &Group, named: Option<&str>) -> Option<usize> {
+    let own = named.and_then(|name| find(std::slice::from_ref(group), Some(name), None)).map(|(_, channel)| channel);
+    let usual = || group.channels.iter().position(|one| USUAL.contains(&one.name.trim().to_lowercase().as_str()));
+    own.or(group.time).or_else(usual)
+}
+
+/// Of its readings to s.
+fn time_factor(table: &Table, group: &Group, channel: usize, file: &str, out: &mut Vec<Diagnostic>) -> f64 {
+    let channel = &group.channels[channel];
+    let unit = match (channel.unit.trim(), unit_in_name(&channel.name)) {
+        ("", Some(unit)) => unit,
+        (unit, _) => unit,
+    };
+    let unit = read_word(table, "time_unit").unwrap_or(unit).trim();
+    if matches!(unit, "" | "-" | "1") {
+        return 1.0;
+    }
+    if let Ok((factor, Dimension::TIME)) = parse_quantity(&format!("1 {unit}")) {
+        return factor.to_f64();
+    }
+    let message = format!("`{file}`: the unit `{}` of its time is none of a time", shortened(unit));
+    out.push(
+        Diagnostic::error("unit::dimension", message)
+            .at(TableReader::place(table, "time_unit"), "this log")
+            .help("say it in `[log.NAME]` with `time_unit = \"ms\"`"),
+    );
+    1.0
+}

@@ -1,0 +1,143 @@
+//! Which samples of the logs are fitted, and how.
+
+use super::asked::{Asked, Method};
+use super::plant::{Columns, Plant, columns};
+use super::rows::{Built, Material, rows, settled};
+use super::summary::short;
+use crate::assemble::CoefficientKind as Kind;
+use crate::diagnostics::Diagnostic;
+use crate::identify::{Fit, FitOptions, Samples, cross_validate, fit};
+use crate::results::WindowCount;
+
+/// Steady segments are taken unasked where they have so many rows for each parameter, and at least this part of the windows.
+const PLENTY: usize = 3;
+const RARE: usize = 5;
+/// Folds of the cross-validation.
+const FOLDS: usize = 5;
+/// Blocks of windows that stay together in it, for each fold.
+const BLOCKS: usize = 20;
+
+/// What of the logs is fitted, and why.
+pub(super) struct Chosen {
+    pub method: Method,
+    pub columns: Columns,
+    pub built: Built,
+    pub samples: Samples,
+    pub notes: Vec<String>,
+}
+
+impl Chosen {
+    fn by(method: Method, plant: &Plant, asked: &Asked, material: &Material<'_>) -> Self {
+        let columns = columns(plant, asked, method);
+        let built = rows(plant, asked, &columns, material);
+        let samples = match method {
+            Method::Steady => settled(&built, asked, material.window),
+            Method::Dynamic => built.samples.clone(),
+        };
+        Self { method, columns, built, samples, notes: Vec::new() }
+    }
+
+    /// What became of the windows.
+    pub fn windows(&self) -> WindowCount {
+        let used = self.samples.windows.iter().sum();
+        let moving = if self.method == Method::Steady { self.built.samples.len() - used } else { 0 };
+        WindowCount { moving, used, ..self.built.count }
+    }
+
+    /// The fit of all samples.
+    pub fn fit(&self, options: &FitOptions) -> Result<Fit, Vec<Diagnostic>> {
+        let all: Vec<usize> = (0..self.samples.len()).collect();
+        let finite = |fit: &Fit| {
+            let known = |(x, error): (&f64, &f64)| x.is_finite() && !(error.is_nan() && *x != 0.0);
+            fit.scale.is_finite() && fit.values.iter().zip(&fit.standard_errors).all(known)
+        };
+        fit(&self.samples, &all, options).filter(finite).ok_or_else(|| vec![too_large()])
+    }
+}
+
+/// Chooses between segments of constant speed and everything, where nobody has, and makes the rows.
+pub(super) fn choose(plant: &Plant, asked: &Asked, material: &Material<'_>) -> Result<Chosen, Vec<Diagnostic>> {
+    let by = |method: Method| Chosen::by(method, plant, asked, material);
+    let needed = |chosen: &Chosen| chosen.columns.kept.len() + 2 * asked.extras.len();
+    let enough = |chosen: &Chosen, samples: &Samples| samples.len() * samples.rows > needed(chosen);
+    let inertial = asked.wanted.iter().any(|one| matches!(one.keys[0].1, Kind::Inertia | Kind::Stiffness));
+    let mut chosen = by(asked.method.unwrap_or(if inertial { Method::Dynamic } else { Method::Steady }));
+    let plenty = chosen.samples.len() * chosen.samples.rows >= PLENTY * needed(&chosen)
+        && chosen.samples.windows.iter().sum::<usize>() >= chosen.built.samples.len() / RARE;
+    let free = asked.method.is_none() && chosen.method == Method::Steady;
+    if free && !plenty && enough(&chosen, &chosen.built.samples) {
+        let note = format!(
+            "the logs have {} segments of constant speed, few for {} parameters: everything is used, with filtered derivatives \
+             (`--method steady` takes the segments alone)",
+            chosen.samples.len(),
+            needed(&chosen)
+        );
+        chosen = by(Method::Dynamic);
+        chosen.notes.push(note);
+    }
+    if chosen.columns.kept.is_empty() && asked.extras.is_empty() {
+        let message = "none of the parameters asked for can be told by a log of this kind";
+        let help = match chosen.method {
+            Method::Steady => "at constant speed nothing accelerates: use `--method dynamic`",
+            Method::Dynamic => "they do not enter the torque balance of what moves",
+        };
+        return Err(vec![Diagnostic::error("identify::structure", message).help(help)]);
+    }
+    if !enough(&chosen, &chosen.samples) {
+        return Err(vec![too_little(&chosen, needed(&chosen), material.window)]);
+    }
+    Ok(chosen)
+}
+
+pub(super) fn fit_options(asked: &Asked, columns: &Columns, method: Method) -> FitOptions {
+    let nonnegative = |name: &String| asked.nonnegative.contains(name);
+    let kept = columns.kept.iter().map(|(k, _)| nonnegative(&columns.asked[*k].name));
+    FitOptions {
+        loss: asked.loss,
+        nonnegative: kept.chain(asked.extras.iter().map(|extra| nonnegative(&extra.name))).collect(),
+        shapes: asked.extras.iter().map(|extra| extra.shape).collect(),
+        speeds: asked.extras.iter().map(|extra| extra.speed).collect(),
+        serial: method == Method::Dynamic,
+    }
+}
+
+/// What fits that have not seen a sample predict of it, sample by sample, row by row; and the fold of each sample.
+pub(super) fn unseen(samples: &Samples, method: Method, options: &FitOptions) -> (Option<Vec<f64>>, Vec<usize>) {
+    let all: Vec<usize> = (0..samples.len()).collect();
+    let folds = folds(samples, method);
+    (cross_validate(samples, &all, &folds, options), folds)
+}
+
+/// The fold of each sample: segments in turn, or blocks of windows that follow each other.
+fn folds(samples: &Samples, method: Method) -> Vec<usize> {
+    let n = samples.len();
+    let folds = FOLDS.min(n);
+    (0..n).map(|k| if method == Method::Steady { k % folds } else { (k * folds * BLOCKS / n.max(1)) % folds }).collect()
+}
+
+fn too_little(chosen: &Chosen, needed: usize, window: f64) -> Diagnostic {
+    let (count, steady) = (&chosen.built.count, chosen.method == Method::Steady);
+    let message = format!(
+        "{} {} tell too little for {needed} parameters: of {} windows of {} s, {} lack samples of a channel, in {} a \
+         friction rests or its sign is not known",
+        chosen.samples.len(),
+        if steady { "segments of constant speed" } else { "windows" },
+        count.all,
+        short(window),
+        count.incomplete,
+        count.resting,
+    );
+    let help = if steady {
+        "use `--method dynamic`, a wider `steady_tolerance`, or a shorter `--window`; or ask for fewer parameters"
+    } else {
+        "log longer, use a shorter `--window`, lower `rest_speed`, or ask for fewer parameters"
+    };
+    Diagnostic::error("identify::too-little", message).help(help)
+}
+
+fn too_large() -> Diagnostic {
+    Diagnostic::error("identify::numbers", "the logs hold numbers too large to compute with").help(
+        "check units and factors of the channels, and whether a large number stands for a reading that is missing (it may be left \
+         empty)",
+    )
+}

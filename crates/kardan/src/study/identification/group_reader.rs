@@ -1,0 +1,224 @@
+//! The rows of a group of channels to windows, and what is wrong with its clock.
+
+use std::collections::BTreeMap;
+
+use super::channels::Wired;
+use super::clocks::Clock;
+use crate::identify::{Reading, Windows};
+use crate::results::LogRead;
+use kardan_tables::read::Block;
+
+/// A time between rows is a gap from so many usual ones on.
+const GAP: f64 = 5.0;
+/// A clock that begins later (s, some 3000 years), or is slower (s), is doubted.
+const LATE: f64 = 1e11;
+const SLOW: f64 = 0.5;
+/// Remarks of one kind that are told in full.
+const TOLD: usize = 3;
+/// Windows by section (after clock jumps) and number; for each the readings of all slots.
+pub(super) type SlotWindows = BTreeMap<(usize, i64), Vec<Reading>>;
+
+/// When the rows of a group were recorded.
+#[derive(Clone, Copy)]
+pub(super) struct Timing {
+    pub clock: Clock,
+    /// s
+    pub offset: f64,
+}
+
+impl Timing {
+    /// The first column that is no time.
+    fn first_column(self) -> usize {
+        usize::from(matches!(self.clock, Clock::Channel(..)))
+    }
+
+    /// Times and readings of a block in SI.
+    pub fn to_si(self, block: &mut Block, channels: &[&Wired]) {
+        for (column, channel) in block.columns[self.first_column()..].iter_mut().zip(channels) {
+            if channel.factor != 1.0 {
+                column.iter_mut().for_each(|x| *x *= channel.factor);
+            }
+        }
+        if let Clock::Channel(_, factor) = self.clock {
+            block.columns[0].iter_mut().for_each(|t| *t = *t * factor + self.offset);
+        }
+    }
+
+    /// The time of the first row, if the block is the first one.
+    pub fn start(self, block: &Block) -> f64 {
+        match self.clock {
+            Clock::Channel(..) => block.columns[0].iter().copied().find(|t| t.is_finite()).unwrap_or(0.0),
+            Clock::Step(_) => self.offset,
+        }
+    }
+}
+
+/// A group of channels with one clock while it is read.
+pub(super) struct GroupReader {
+    timing: Timing,
+    /// Usual time between rows, s.
+    step: f64,
+    /// Time of the first row, s.
+    pub first: f64,
+    /// Time of the last row, s.
+    pub last: f64,
+    pub rows: u64,
+    section: usize,
+    gaps: usize,
+    jumps: usize,
+    repeated: u64,
+    windows: Windows,
+    /// Places of the channels among all slots.
+    pub slots: Vec<usize>,
+    /// For each channel of how many samples the mean is subtracted, how many of them came, and their mean.
+    zeros: Vec<(usize, f64, f64)>,
+}
+
+/// The usual time between rows; zero if it never goes on.
+pub(super) fn median_step(times: &[f64]) -> f64 {
+    median(times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect()).unwrap_or(0.0)
+}
+
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+impl GroupReader {
+    /// `block` is the first one; `slots` are the places of the channels among all.
+    pub fn new(timing: Timing, block: &Block, windows: Windows, channels: &[&Wired], slots: Vec<usize>) -> Self {
+        Self {
+            timing,
+            step: match timing.clock {
+                Clock::Step(step) => step,
+                Clock::Channel(..) => median_step(&block.columns[0]),
+            },
+            first: timing.start(block),
+            last: f64::NEG_INFINITY,
+            rows: 0,
+            section: 0,
+            gaps: 0,
+            jumps: 0,
+            repeated: 0,
+            windows,
+            slots,
+            zeros: channels.iter().map(|one| (one.zero_samples, 0.0, 0.0)).collect(),
+        }
+    }
+
+    /// Subtracts from channels the mean of their first samples.
+    fn zero(&mut self, columns: &mut [Vec<f64>]) {
+        for ((count, taken, mean), column) in self.zeros.iter_mut().zip(columns) {
+            if *count == 0 {
+                continue;
+            }
+            for x in column.iter().filter(|x| x.is_finite()) {
+                if *taken >= *count as f64 {
+                    break;
+                }
+                *taken += 1.0;
+                *mean += (x - *mean) / *taken;
+            }
+            column.iter_mut().for_each(|x| *x -= *mean);
+        }
+    }
+
+    /// Takes the rows of a block.
+    pub fn add(&mut self, block: &mut Block, slots: usize, windows: &mut SlotWindows, remarks: &mut Vec<String>) {
+        let first_column = self.timing.first_column();
+        self.zero(&mut block.columns[first_column..]);
+        let rows = block.rows;
+        let made: Vec<f64>;
+        let times: &[f64] = match self.timing.clock {
+            Clock::Channel(..) => &block.columns[0],
+            Clock::Step(step) => {
+                made = (0..rows).map(|k| self.timing.offset + (self.rows + k as u64) as f64 * step).collect();
+                &made
+            }
+        };
+        let columns: Vec<&[f64]> = block.columns[first_column..].iter().map(Vec::as_slice).collect();
+        let mut parts: Vec<&[f64]> = vec![&[]; columns.len()];
+        let mut from = 0;
+        while from < rows {
+            // As far as the time goes on.
+            let mut to = from;
+            while to < rows {
+                let t = times[to];
+                if !(t > self.last) {
+                    break;
+                }
+                if self.last.is_finite() && self.step > 0.0 && t - self.last > GAP * self.step {
+                    self.gaps += 1;
+                    if self.gaps <= TOLD {
+                        remarks.push(format!("a gap of {:.3} s after {:.3} s", t - self.last, self.last));
+                    }
+                }
+                self.last = t;
+                to += 1;
+            }
+            parts.iter_mut().zip(&columns).for_each(|(part, column)| *part = &column[from..to]);
+            let (section, own) = (self.section, &self.slots);
+            self.windows.add(&times[from..to], &parts, &mut |k, readings| {
+                keep(windows, section, k, slots, own, readings);
+            });
+            from = to;
+            if from < rows {
+                let t = times[from];
+                if t < self.last {
+                    self.jumps += 1;
+                    if self.jumps <= TOLD {
+                        let row = self.rows + from as u64 + 1;
+                        remarks.push(format!("the clock jumps back by {:.3} s at row {row} ({t:.3} s)", self.last - t));
+                    }
+                    self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
+                    self.section += 1;
+                    self.last = f64::NEG_INFINITY;
+                } else {
+                    // The same time again, or none.
+                    self.repeated += 1;
+                    from += 1;
+                }
+            }
+        }
+        self.rows += rows as u64;
+    }
+
+    /// Ends the windows, and tells what is wrong with the clock.
+    pub fn finish(&mut self, slots: usize, windows: &mut SlotWindows, read: &mut LogRead) {
+        let remarks = &mut read.remarks;
+        let mut doubts: Vec<String> = read.clock.take().into_iter().collect();
+        let (section, own) = (self.section, &self.slots);
+        self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
+        if self.gaps > TOLD {
+            remarks.push(format!("{} gaps in all", self.gaps));
+        }
+        if self.jumps > TOLD {
+            remarks.push(format!("{} jumps of the clock in all", self.jumps));
+        }
+        if self.jumps > 0 {
+            doubts.push(format!(
+                "jumps back {}",
+                if self.jumps == 1 { "once".into() } else { format!("{} times", self.jumps) }
+            ));
+        }
+        // Milliseconds or nanoseconds that nobody called so.
+        if self.first.abs() > LATE || self.step >= SLOW {
+            doubts.push("may not be in seconds".into());
+            remarks.push(format!(
+                "the clock begins at {:.6} s with a row every {:.3e} s: if its numbers are no seconds, say so with `time_unit` in \
+                 `[log.NAME]`",
+                self.first, self.step
+            ));
+        }
+        if self.repeated > 0 {
+            doubts.push(format!("stands still or is missing in {} rows", self.repeated));
+            remarks.push(format!("{} rows repeat the time of the row before, or have none: left out", self.repeated));
+        }
+        read.clock = (!doubts.is_empty()).then(|| doubts.join(", "));
+    }
+}
+
+fn keep(windows: &mut SlotWindows, section: usize, number: i64, slots: usize, own: &[usize], readings: &[Reading]) {
+    let row = windows.entry((section, number)).or_insert_with(|| vec![Reading::MISSING; slots]);
+    own.iter().zip(readings).for_each(|(&slot, reading)| row[slot] = *reading);
+}

@@ -1,0 +1,165 @@
+//! The logs of an identification, open, with the part of their bytes that was read.
+
+use std::io::{Read, Seek, SeekFrom};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::channels::{OpenLog, Quantity, log_error, open_log};
+use super::reading::{Recording, read, usual_window};
+use super::recordings::recordings;
+use super::settings::LogFile;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::model::{Document, Model};
+use crate::study::Progress;
+use kardan_tables::read::{Bytes, LogError, ReadSeek};
+
+/// Bytes that count what was read of them.
+struct Counted {
+    inner: Arc<dyn Bytes>,
+    read: Arc<AtomicU64>,
+}
+
+struct Counting {
+    inner: Box<dyn ReadSeek>,
+    read: Arc<AtomicU64>,
+}
+
+impl Read for Counting {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.read.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+impl Seek for Counting {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.inner.seek(to)
+    }
+}
+
+impl Bytes for Counted {
+    fn open(&self) -> std::io::Result<Box<dyn ReadSeek>> {
+        Ok(Box::new(Counting { inner: self.inner.open()?, read: Arc::clone(&self.read) }))
+    }
+}
+
+impl Counted {
+    fn new(inner: Arc<dyn Bytes>) -> (Arc<Self>, Arc<AtomicU64>) {
+        let read = Arc::new(AtomicU64::new(0));
+        (Arc::new(Self { inner, read: Arc::clone(&read) }), read)
+    }
+}
+
+/// Logs that are open.
+pub(super) struct OpenLogs {
+    /// Those recorded together in one list each.
+    experiments: Vec<Vec<OpenLog>>,
+    /// What counts the bytes read.
+    counters: Vec<Arc<AtomicU64>>,
+    /// All of them.
+    bytes: u64,
+}
+
+fn failed((name, error): (String, LogError)) -> Vec<Diagnostic> {
+    vec![log_error(&name, &error)]
+}
+
+impl OpenLogs {
+    pub fn open(document: &Document, model: &Model, files: Vec<LogFile>) -> Result<Self, Vec<Diagnostic>> {
+        let mut out = Self { experiments: Vec::new(), counters: Vec::new(), bytes: 0 };
+        let mut mistakes = Vec::new();
+        for group in recordings(document, files)? {
+            let mut logs = Vec::new();
+            for file in group {
+                let (counted, count) = Counted::new(Arc::clone(&file.bytes));
+                if let Ok(mut bytes) = file.bytes.open() {
+                    out.bytes += bytes.seek(SeekFrom::End(0)).unwrap_or(0);
+                }
+                logs.extend(open_log(document, model, &LogFile { name: file.name, bytes: counted }, &mut mistakes));
+                out.counters.push(count);
+            }
+            out.experiments.push(logs);
+        }
+        if mistakes.is_empty() { Ok(out) } else { Err(mistakes) }
+    }
+
+    /// What the files say of themselves.
+    pub fn notes(&self) -> Vec<String> {
+        let all = self.experiments.iter().flatten();
+        all.flat_map(|open| open.log.notes().into_iter().map(|note| format!("`{}`: {note}", open.name))).collect()
+    }
+
+    /// The quantities that the logs hold: the same in all that were recorded apart, or those that all have.
+    pub fn slots(&self) -> Result<Vec<Quantity>, Vec<Diagnostic>> {
+        let mut of: Vec<Vec<Quantity>> = Vec::new();
+        for logs in &self.experiments {
+            let mut own: Vec<Quantity> = Vec::new();
+            for one in logs.iter().flat_map(|log| &log.wired) {
+                if own.contains(&one.quantity) {
+                    let message = format!("`{}` is in the logs twice", one.quantity.signal());
+                    return Err(vec![
+                        Diagnostic::error("log::twice", message)
+                            .help("keep one channel for each signal in the `[log.NAME]` tables"),
+                    ]);
+                }
+                own.push(one.quantity.clone());
+            }
+            of.push(own);
+        }
+        let first = of.first().cloned().unwrap_or_default();
+        for (k, own) in of.iter().enumerate().skip(1) {
+            let missing: Vec<String> = first.iter().filter(|one| !own.contains(one)).map(Quantity::signal).collect();
+            let more: Vec<String> = own.iter().filter(|one| !first.contains(one)).map(Quantity::signal).collect();
+            if !missing.is_empty() || !more.is_empty() {
+                let name = self.experiments[k].first().map_or("", |log| log.name.as_str());
+                let message = format!("`{name}` holds other signals than the first log");
+                let help = format!(
+                    "it lacks {}, it has {} besides; logs of one identification hold the same. Two files of one recording are joined by their \
+                     time if the model has a `[log.NAME]` with `file` for each",
+                    if missing.is_empty() { "nothing".into() } else { quoted(missing.iter().map(String::as_str)) },
+                    if more.is_empty() { "nothing".into() } else { quoted(more.iter().map(String::as_str)) }
+                );
+                return Err(vec![Diagnostic::error("log::differ", message).help(help)]);
+            }
+        }
+        Ok(first)
+    }
+
+    /// The width of windows that holds enough samples of every channel, s.
+    pub fn usual_window(&mut self) -> Result<f64, Vec<Diagnostic>> {
+        let mut widest = 0.0_f64;
+        for logs in &mut self.experiments {
+            widest = widest.max(usual_window(logs).map_err(failed)?);
+        }
+        Ok(widest)
+    }
+
+    /// Reads all in windows; if all is to end before, what was read by then, and how much that is.
+    pub fn read(
+        self,
+        slots: &[Quantity],
+        window: f64,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Recording>, Option<String>), Vec<Diagnostic>> {
+        let Self { experiments, counters, bytes } = self;
+        let part = || {
+            let read: u64 = counters.iter().map(|count| count.load(Ordering::Relaxed)).sum();
+            if bytes > 0 { (read as f64 / bytes as f64).min(0.999) } else { 0.0 }
+        };
+        let enough = || {
+            progress.advance(0, "logs", part());
+            progress.stop().is_some()
+        };
+        let (mut recorded, mut early) = (Vec::new(), None);
+        for logs in experiments {
+            recorded.push(read(logs, slots, window, &enough).map_err(failed)?);
+            if progress.stop().is_some() {
+                early = Some(format!("of the logs {:.1} % were read", 100.0 * part()));
+                break;
+            }
+        }
+        progress.advance(0, "logs", 1.0);
+        Ok((recorded, early))
+    }
+}

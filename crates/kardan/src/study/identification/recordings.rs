@@ -1,0 +1,94 @@
+//! Which files were recorded together, and which table describes each.
+
+use super::settings::LogFile;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::model::Document;
+use crate::schema::Table;
+use crate::study::read::read_word;
+
+/// Whether a file name fits a pattern with `*` and `?`.
+fn fits(pattern: &str, name: &str) -> bool {
+    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    // reach[k]: the pattern so far fits the first k characters.
+    let mut reach = vec![false; name.len() + 1];
+    reach[0] = true;
+    for &p in &pattern {
+        if p == '*' {
+            for k in 1..reach.len() {
+                reach[k] |= reach[k - 1];
+            }
+        } else {
+            for k in (1..reach.len()).rev() {
+                reach[k] = reach[k - 1] && (p == '?' || p == name[k - 1]);
+            }
+            reach[0] = false;
+        }
+    }
+    reach[name.len()]
+}
+
+fn base(name: &str) -> &str {
+    name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// The table that describes a file: the first that fits.
+pub(super) fn table_of<'a>(document: &'a Document, name: &str) -> Option<(usize, &'a Table)> {
+    document.logs.iter().enumerate().map(|(k, (_, table))| (k, table)).find(|(_, table)| {
+        read_word(table, "file").is_none_or(|pattern| fits(pattern, base(name)) || fits(pattern, name))
+    })
+}
+
+/// The files in groups that were recorded together: one of each `[log.NAME]` table, in the order given.
+pub(super) fn recordings(document: &Document, files: Vec<LogFile>) -> Result<Vec<Vec<LogFile>>, Vec<Diagnostic>> {
+    let tables = document.logs.len();
+    if tables < 2 {
+        return Ok(files.into_iter().map(|file| vec![file]).collect());
+    }
+    let mut of_table: Vec<Vec<LogFile>> = (0..tables).map(|_| Vec::new()).collect();
+    let mut out = Vec::new();
+    for file in files {
+        match table_of(document, &file.name) {
+            Some((k, _)) => of_table[k].push(file),
+            None => {
+                let patterns = document.logs.iter().filter_map(|(_, table)| read_word(table, "file"));
+                out.push(
+                    Diagnostic::error("log::no-table", format!("no `[log.NAME]` describes `{}`", file.name))
+                        .help(format!("their files are {}", quoted(patterns))),
+                );
+            }
+        }
+    }
+    let used: Vec<usize> = (0..tables).filter(|&k| !of_table[k].is_empty()).collect();
+    let count = used.first().map_or(0, |&k| of_table[k].len());
+    if used.iter().any(|&k| of_table[k].len() != count) {
+        let each: Vec<String> =
+            used.iter().map(|&k| format!("{} of `{}`", of_table[k].len(), document.logs[k].0)).collect();
+        let message = format!("files of several `[log.NAME]` are joined by time, but there are {}", each.join(", "));
+        out.push(Diagnostic::error("log::unpaired", message).help("give as many of each, in the same order"));
+    }
+    if !out.is_empty() {
+        return Err(out);
+    }
+    let mut rows: Vec<Vec<LogFile>> = (0..count).map(|_| Vec::new()).collect();
+    for list in of_table {
+        for (row, file) in rows.iter_mut().zip(list) {
+            row.push(file);
+        }
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fits;
+
+    #[test]
+    fn patterns_of_files() {
+        for (pattern, name) in [("*.csv", "a.csv"), ("*", ""), ("a?c*", "abcd"), ("*MR.csv", "a3MR.csv"), ("", "")] {
+            assert!(fits(pattern, name), "{pattern} {name}");
+        }
+        for (pattern, name) in [("*.csv", "a.csv2"), ("?", ""), ("a", "b"), ("*a", "ab")] {
+            assert!(!fits(pattern, name), "{pattern} {name}");
+        }
+    }
+}

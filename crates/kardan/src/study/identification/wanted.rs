@@ -1,0 +1,176 @@
+//! Parameters that are to be found, and the model that has a term for each.
+
+use super::extra::ExtraTerm;
+use crate::assemble::{CoefficientKind as Kind, Equations};
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::identify::Coefficient;
+use crate::model::{Document, Setting, TableReader};
+use crate::names::unknown_name;
+use crate::schema::{Placed, Scalar, Value};
+use crate::units::{Dimension, Exact};
+
+const KINDS: [Kind; 4] = [Kind::Inertia, Kind::Damping, Kind::Stiffness, Kind::Friction];
+
+fn dimension(kind: Kind) -> Dimension {
+    match kind {
+        Kind::Inertia => Dimension::INERTIA,
+        Kind::Damping => Dimension::DAMPING,
+        Kind::Stiffness => Dimension::STIFFNESS,
+        Kind::Friction => Dimension::TORQUE,
+    }
+}
+
+/// A parameter asked for: a key of an element, or an entry of `[parameters]` that stands for several.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Wanted {
+    pub name: String,
+    pub keys: Vec<(String, Kind)>,
+    /// What the file gives; none if it gives nothing.
+    pub before: Option<f64>,
+    /// The entry of `[parameters]`, if it is one.
+    pub parameter: bool,
+}
+
+/// Element and kind of `fs.damping`.
+fn split(name: &str) -> Option<(&str, Kind)> {
+    let (element, key) = name.rsplit_once('.')?;
+    KINDS.into_iter().find(|kind| kind.key() == key).map(|kind| (element, kind))
+}
+
+/// The keys that could be asked for of a model.
+pub(super) fn possible(document: &Document) -> Vec<String> {
+    // The keys of a compliant gear are not the coefficients themselves.
+    let plain = document.elements.iter().filter(|instance| matches!(instance.kind.keyword, "shaft" | "spring_damper"));
+    let keys = plain.flat_map(|instance| {
+        let has = |kind: &Kind| instance.kind.fields.iter().any(|field| field.name == kind.key());
+        KINDS.into_iter().filter(has).map(|kind| format!("{}.{}", instance.name, kind.key()))
+    });
+    keys.collect()
+}
+
+/// The keys of elements that are a parameter's.
+fn users(document: &Document, parameter: &str) -> Vec<(String, Kind)> {
+    let mut out = Vec::new();
+    for instance in &document.elements {
+        for kind in KINDS {
+            if let Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) =
+                instance.table.values.get(kind.key())
+                && name == parameter
+            {
+                out.push((instance.name.clone(), kind));
+            }
+        }
+    }
+    out
+}
+
+/// The value that the file gives a key.
+fn given(document: &Document, settings: &[Setting], element: &str, kind: Kind) -> Option<f64> {
+    let instance = document.elements.iter().find(|instance| instance.name == element)?;
+    let value = instance.table.values.get(kind.key())?;
+    let Value::Scalar(scalar) = &value.value else { return None };
+    let scalar = Placed { value: scalar.clone(), place: value.place.clone() };
+    let mut silent = Vec::new();
+    let read = TableReader::new(document, settings).scalar(&scalar, None, "", &mut silent);
+    read.map(|(value, _)| value.to_f64())
+}
+
+/// A parameter by its name, checked.
+pub(super) fn wanted(
+    document: &Document,
+    settings: &[Setting],
+    name: &str,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Wanted> {
+    let all = possible(document);
+    if let Some((element, kind)) = split(name)
+        && all.iter().any(|known| known == name)
+    {
+        let before = given(document, settings, element, kind);
+        return Some(Wanted { name: name.into(), keys: vec![(element.into(), kind)], before, parameter: false });
+    }
+    if let Some(parameter) = document.parameters.iter().find(|parameter| parameter.name == name) {
+        let keys = users(document, name);
+        let one_kind = keys.first().is_some_and(|(_, kind)| keys.iter().all(|(_, other)| other == kind));
+        if one_kind {
+            let set = settings.iter().find(|set| set.name == name).map_or(&parameter.value, |set| &set.value);
+            return Some(Wanted { name: name.into(), keys, before: Some(set.to_f64()), parameter: true });
+        }
+        let message = format!("the parameter `{name}` stands for no single coefficient of the torque balance");
+        out.push(Diagnostic::error("identify::parameter", message).help(
+            "only inertias, dampings, stiffnesses and Coulomb frictions enter it linearly; ratios and angles do not",
+        ));
+        return None;
+    }
+    let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
+    let help = unknown_name(name, names());
+    let help = match name.rsplit_once('.') {
+        Some((element, key @ ("stribeck" | "stribeck_speed" | "load_loss"))) => format!(
+            "declare the term: `[[identification.extra]]` with `kind = \"{}\"` and `friction = \"{element}\"`",
+            if key == "load_loss" { "load" } else { "stribeck" }
+        ),
+        _ => help,
+    };
+    out.push(
+        Diagnostic::error("name::unknown", format!("there is no parameter `{}` to be found", shortened(name)))
+            .help(help),
+    );
+    None
+}
+
+/// A copy of the document with a term for each key that is asked for, where the file gives none or zero.
+pub(super) fn with_terms(
+    document: &Document,
+    settings: &[Setting],
+    wanted: &[Wanted],
+    extras: &[ExtraTerm],
+) -> (Document, Vec<Setting>) {
+    let (mut out, mut set) = (document.clone(), settings.to_vec());
+    let keys = wanted.iter().flat_map(|one| one.keys.iter().map(|(element, kind)| (element.clone(), *kind)));
+    let frictions = extras.iter().map(|extra| (extra.element.clone(), Kind::Friction));
+    let tiny = Exact::from_ratio(1, 1_000_000_000);
+    for (element, kind) in keys.chain(frictions) {
+        let before = given(document, settings, &element, kind);
+        if before.is_some_and(|value| value != 0.0) {
+            continue;
+        }
+        let Some(instance) = out.elements.iter_mut().find(|instance| instance.name == element) else { continue };
+        let Some(field) = instance.kind.fields.iter().find(|field| field.name == kind.key()) else { continue };
+        let literal = Value::Scalar(Scalar::Literal(tiny.clone(), dimension(kind)));
+        match instance.table.values.get_mut(kind.key()) {
+            // An implicit parameter, or one of the file, that is zero.
+            Some(Placed { value: Value::Scalar(Scalar::Parameter(name)), .. }) => {
+                set.retain(|setting| setting.name != *name);
+                set.push(Setting { name: name.clone(), value: tiny.clone(), text: String::new() });
+            }
+            Some(spanned) => spanned.value = literal,
+            None => {
+                let place = instance.place.clone();
+                instance.table.values.insert(field.name, Placed { value: literal, place });
+            }
+        }
+    }
+    (out, set)
+}
+
+/// The coefficients of the equations that parameters are.
+pub(super) fn coefficients(equations: &Equations, wanted: &[Wanted]) -> Vec<Coefficient> {
+    let all = equations.coefficients();
+    wanted
+        .iter()
+        .map(|one| {
+            let own = all.iter().filter(|term| {
+                one.keys
+                    .iter()
+                    .any(|(element, kind)| term.kind == *kind && term.name == format!("{element}.{}", kind.key()))
+            });
+            let own: Vec<_> = own.collect();
+            Coefficient {
+                name: one.name.clone(),
+                kind: one.keys[0].1,
+                terms: own.iter().map(|term| term.term).collect(),
+                value: own.first().map_or(0.0, |term| term.value),
+            }
+        })
+        .collect()
+}
