@@ -6,8 +6,8 @@ use super::text::{escape, figure};
 use super::ticks;
 use super::words;
 use kardan::results::{
-    Complex, ElementShare, EnergyKind, LossSearch, Mode, PlacementSearch, Pole, Sensitivity, ShapePart, StoredShare,
-    Zeros,
+    Complex, DistanceToUncontrollability, ElementShare, EnergyKind, Mode, PlacementSearch, Pole, Sensitivity,
+    ShapePart, StoredShare, Zeros,
 };
 
 /// Width of a character of the labels, px, generously.
@@ -461,7 +461,7 @@ pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
 
 /// How far the next loss of structure is: what is proven, what is open, and where a loss was found.
 pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
-    let rows: Vec<(&str, &LossSearch)> =
+    let rows: Vec<(&str, &DistanceToUncontrollability)> =
         [("controllability", &sensitivity.controllability), ("observability", &sensitivity.observability)]
             .into_iter()
             .filter_map(|(what, search)| Some((what, search.as_ref().filter(|search| searched(search))?)))
@@ -469,7 +469,9 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     if rows.is_empty() {
         return None;
     }
-    let found = |search: &LossSearch| search.nearest.as_ref().map(|loss| loss.distance).filter(|d| d.is_finite());
+    let found = |search: &DistanceToUncontrollability| {
+        search.nearest.as_ref().map(|loss| loss.distance).filter(|d| d.is_finite())
+    };
     let farthest = rows.iter().map(|(_, s)| found(s).unwrap_or(0.0).max(s.proven_distance)).fold(1.0, f64::max);
     let end = if rows.iter().any(|(_, s)| found(s).is_none()) { 10.0 } else { (1.2 * farthest).clamp(1.5, 12.0) };
     let (left, width, row, top) = (CHARACTER * 16.0 + 16.0, 460.0, 30.0, 22.0);
@@ -512,6 +514,6 @@ pub(super) fn margins(sensitivity: &Sensitivity) -> Option<Picture> {
     ))
 }
 
-fn searched(search: &LossSearch) -> bool {
+fn searched(search: &DistanceToUncontrollability) -> bool {
     search.nearest.is_some() || search.starts > 0 || search.proven_distance > 0.0
 }

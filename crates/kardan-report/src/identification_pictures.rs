@@ -4,7 +4,7 @@ use super::analysis_pictures::{CHARACTER, cut, drawing, figure_of, line, text};
 use super::frame::{Frame, LEFT, TOP, legend};
 use super::model::Picture;
 use super::text::{escape, figure};
-use kardan::results::{Found, FrictionPoint, Identification, Interval};
+use kardan::results::{FrictionPoint, Identification, IdentifiedParameter, Interval};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 240.0;
@@ -82,8 +82,8 @@ pub(super) fn residuals(found: &Identification) -> Vec<Picture> {
 
 /// The intervals, each by the value found; marks for the file's and the published value.
 pub(super) fn intervals(found: &Identification) -> Option<Picture> {
-    let drawn = |one: &'_ Found| one.value.filter(|value| *value != 0.0).zip(one.interval);
-    let rows: Vec<(&Found, f64, Interval)> =
+    let drawn = |one: &'_ IdentifiedParameter| one.value.filter(|value| *value != 0.0).zip(one.interval);
+    let rows: Vec<(&IdentifiedParameter, f64, Interval)> =
         found.parameters.iter().filter_map(|one| drawn(one).map(|(value, interval)| (one, value, interval))).collect();
     if rows.is_empty() {
         return None;
@@ -158,7 +158,7 @@ pub(super) fn intervals(found: &Identification) -> Option<Picture> {
 
 /// The correlations of the errors as cells.
 pub(super) fn correlation(found: &Identification) -> Option<Picture> {
-    let names = &found.correlation.rows;
+    let names = &found.correlation.names;
     let n = names.len();
     if !(2..=CELLS).contains(&n) {
         return None;

@@ -23,8 +23,6 @@ mod pareto;
 mod present;
 mod svg;
 mod terminal;
-#[cfg(test)]
-mod tests;
 mod text;
 mod thin;
 mod ticks;

@@ -2,15 +2,13 @@
 //!
 //! `figures` writes the numbers: a page has another minus sign than a terminal.
 
-pub mod bench;
 pub mod design;
-pub mod identification;
 
 use super::text::number;
 use kardan::results::{
-    Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition, EigenvalueBounds,
-    ElementShare, Elimination, FailingMode, LossSearch, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole,
-    Sampling, ShapePart, StoredShare, Structure, Zeros,
+    Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
+    DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, Mode, NamedShare,
+    ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare, Structure, Zeros,
 };
 
 /// How a number is written.
@@ -369,7 +367,7 @@ pub fn search(search: &PlacementSearch) -> String {
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
-pub fn loss(what: &str, search: &LossSearch) -> Vec<String> {
+pub fn loss(what: &str, search: &DistanceToUncontrollability) -> Vec<String> {
     if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
         return vec![format!("A loss of {what} within the tolerances was not searched for.")];
     }
@@ -466,10 +464,6 @@ fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::figure;
-    use kardan::results::example;
-
-    const FIGURES: Figures = |value| figure(value, 5);
 
     #[test]
     fn polynomials_read_as_written_by_hand() {
@@ -489,10 +483,14 @@ mod tests {
 
     #[test]
     fn what_was_not_searched_is_not_called_safe() {
-        let said = |search: &LossSearch| loss("observability", search).join(" ");
-        let nothing = said(&LossSearch::default());
+        let said = |search: &DistanceToUncontrollability| loss("observability", search).join(" ");
+        let nothing = said(&DistanceToUncontrollability::default());
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
-        let searched = LossSearch { starts: 800, method: "too few cells".into(), ..LossSearch::default() };
+        let searched = DistanceToUncontrollability {
+            starts: 800,
+            method: "too few cells".into(),
+            ..DistanceToUncontrollability::default()
+        };
         let searched = said(&searched);
         assert!(
             searched.contains("found none within ten tolerances") && searched.contains("from 800 points"),
@@ -504,42 +502,5 @@ mod tests {
     #[test]
     fn lines_break_between_entries() {
         assert_eq!(together("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
-    }
-
-    #[test]
-    fn sentences_name_shafts_and_elements() {
-        let bodies = example::two_bodies();
-        let said = failing(&bodies.structure.uncontrollable[0]);
-        assert_eq!(
-            said,
-            "the mode at −1 1/s (root of s + 1); it moves body_2 1 (relative to the largest); energy in spring 50 %, \
-             body_2 50 %."
-        );
-        let proof = bodies.structure.certificate.inputs.as_ref();
-        let said = least("input", 2, proof, &bodies.structure);
-        assert!(said.contains("2 columns") && said.contains("each root of s + 1 has 2 independent"), "{said}");
-        let built = bodies.structure.construction.as_ref().unwrap();
-        assert_eq!(
-            construction(built),
-            [
-                "Enough, for instance: input 1 acts on body_1; input 2 acts on body_2.",
-                "For the roots of s + 1 (2 motions were not reached): body_1 in input 1.",
-                "For the roots of s + 1 (1 motion was not reached): body_2 in input 2.",
-            ]
-        );
-        let mut built = built.clone();
-        built.input = vec![vec!["-1".into(), "0".into()], vec!["-2".into(), "1/2".into()]];
-        built.steps[0].multiplier = "-2".into();
-        let said = construction(&built).join(" ");
-        assert!(said.contains("on -body_1 - 2 body_2; input 2 acts on 1/2 body_2."), "{said}");
-        assert!(said.contains("-2 times body_1 in input 1."), "{said}");
-        let train = example::train();
-        assert!(shape(&train.modes[1], FIGURES).contains(" at "), "{}", shape(&train.modes[1], FIGURES));
-        assert!(search(train.placement.inputs.as_ref().unwrap()).contains("more than 12 %"));
-        let losses = train.sensitivity.unwrap();
-        let said = loss("controllability", &losses.controllability.unwrap()).join(" ");
-        for part in ["2.4 tolerances, outside", "−1.2 ± 88 j", "not decided", "10000 samples"] {
-            assert!(said.contains(part), "{part} missing in {said}");
-        }
     }
 }

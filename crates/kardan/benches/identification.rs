@@ -39,8 +39,9 @@ fn coverage(repetitions: u64) {
     let (mut hits, mut all) = (0, 0);
     for (k, one) in found[0].iter().enumerate() {
         let Some((_, value)) = truth.iter().find(|(name, _)| *name == one.name) else { continue };
-        let covers =
-            |of: &Vec<kardan::results::Found>| of[k].interval.is_some_and(|it| (it.lower..=it.upper).contains(value));
+        let covers = |of: &Vec<kardan::results::IdentifiedParameter>| {
+            of[k].interval.is_some_and(|it| (it.lower..=it.upper).contains(value))
+        };
         let covered = found.iter().filter(|of| covers(of)).count();
         let n = found.len() as f64;
         let mean = found.iter().filter_map(|of| of[k].value).sum::<f64>() / n;

@@ -6,8 +6,9 @@ use crate::text::figure;
 use crate::text::number;
 use crate::words;
 use kardan::results::{
-    Analysis, Basis, Class, ConstraintForces, EigenvalueBounds, Factor, FailingMode, FrictionState, Loss, LossSearch,
-    Mode, ParameterRange, PlacementSearch, Sensitivity, Structure, Undecided, Verdict,
+    Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
+    FrictionState, Mode, ParameterRange, PlacementSearch, Sensitivity, Structure, UncontrollablePoint, Undecided,
+    Verdict,
 };
 
 /// More modes are counted where there is little room.
@@ -279,9 +280,11 @@ fn sets(search: &PlacementSearch, property: &str) -> Body {
 }
 
 fn sensitivity(sensitivity: &Sensitivity) -> Body {
-    let at = |search: &Option<LossSearch>, name: &str, nominal: f64| {
+    let at = |search: &Option<DistanceToUncontrollability>, name: &str, nominal: f64| {
         let loss = search.as_ref().and_then(|search| search.nearest.as_ref());
-        let value = |loss: &Loss| loss.at.iter().find(|one| one.parameter == name).map_or(nominal, |one| one.value);
+        let value = |loss: &UncontrollablePoint| {
+            loss.at.iter().find(|one| one.parameter == name).map_or(nominal, |one| one.value)
+        };
         loss.map_or("–".into(), |loss| number(value(loss)))
     };
     let row = |ParameterRange { name, nominal, lower, upper, unit }: &ParameterRange| {
@@ -295,7 +298,7 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
         ]
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
-    let said = |what: &str, search: &Option<LossSearch>| {
+    let said = |what: &str, search: &Option<DistanceToUncontrollability>| {
         Body::default().list(search.iter().flat_map(|search| words::loss(what, search)))
     };
     Body::default()

@@ -1,13 +1,19 @@
 //! A study on a virtual bench, and the plan of its experiment, as pages.
 
 use crate::bench_pictures::response;
-use crate::model::{Body, Cell, Page, Section, cells, row, warnings};
+use crate::model::{Body, Cell, Page, Section, row, warnings};
 use crate::text::figure;
 use crate::text::number;
-use crate::words::bench as said;
-use kardan::results::{BenchPlan, BenchStudy, Experiment};
+use kardan::results::{
+    BenchPlan, BenchStudy, ClosedLoop, Experiment, IdentifiedParameter, Interval, Response, TrueValue, Verdict,
+};
 
 use super::{design, identification};
+
+/// Differences that make less than this part of the largest one are not named in a sentence.
+const SMALL: f64 = 0.1;
+/// Distances below this part of what the output does elsewhere are those of rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// The page of a study.
 pub fn page(study: &BenchStudy) -> Page {
@@ -33,7 +39,7 @@ pub fn page(study: &BenchStudy) -> Page {
     Page {
         name: format!("Bench: {}", study.model),
         description: study.description.clone(),
-        verdict: Some(said::verdict(study)),
+        verdict: Some(verdict(study)),
         alerts: warnings(&[&study.identification.warnings[..], &design.warnings].concat()),
         sections,
         data: None,
@@ -52,6 +58,33 @@ pub fn plan(model: &str, plan: Option<&BenchPlan>, notes: &[String]) -> Page {
     }
 }
 
+/// What came of it in one sentence; `true` if every run went to its end and every interval holds the true value.
+fn verdict(study: &BenchStudy) -> Verdict {
+    let compared = compared(study);
+    let held = compared.iter().filter(|(found, truth)| inside(found, truth.value)).count();
+    let whole = study.closed_loop.notes.is_empty();
+    let ran = if whole { "every run went to its end" } else { "some runs ended early" };
+    let text = format!(
+        "{held} of {} intervals hold the true value; under `{}` {ran}.",
+        compared.len(),
+        study.closed_loop.design.controller
+    );
+    Verdict { sound: whole && held == compared.len(), text }
+}
+
+/// Parameters that were found and whose true values are known.
+fn compared(study: &BenchStudy) -> Vec<(&IdentifiedParameter, &TrueValue)> {
+    let truth = |found: &IdentifiedParameter| {
+        study.truth.iter().find(|one| one.name == found.name && found.combination.is_empty())
+    };
+    study.identification.parameters.iter().filter_map(|found| Some((found, truth(found)?))).collect()
+}
+
+/// Whether the interval of a parameter holds a value.
+fn inside(found: &IdentifiedParameter, value: f64) -> bool {
+    found.interval.is_some_and(|it| (it.lower..=it.upper).contains(&value))
+}
+
 /// Each output in the simulation and on the bench, side by side on the same axes.
 fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
     let headers = [
@@ -64,7 +97,19 @@ fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
         "#distance",
         "#at s",
     ];
-    let rows = experiment.responses.iter().map(|one| cells(said::response(one)));
+    let rows = experiment.responses.iter().map(|one| {
+        let Response { settled, farthest, .. } = one;
+        row![
+            &one.output,
+            one.physical.unit(),
+            settled.simulation,
+            settled.bench,
+            farthest.simulation,
+            farthest.bench,
+            one.distance,
+            one.distance_at,
+        ]
+    });
     Body::default().pictures(experiment.responses.iter().map(|one| response(study, experiment, one))).table_of(
         usize::MAX,
         &headers,
@@ -72,8 +117,38 @@ fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
     )
 }
 
+/// What makes the bench differ from the simulation, a sentence for each output that does.
+fn causes(found: &ClosedLoop) -> Vec<String> {
+    let mut out = Vec::new();
+    let everywhere = || found.experiments.iter().flat_map(|experiment| &experiment.responses);
+    let size = |output: &str| {
+        everywhere().filter(|one| one.output == output).map(|one| one.farthest.bench).fold(0.0_f64, f64::max)
+    };
+    for experiment in &found.experiments {
+        let differs = |one: &&Response| one.distance > ROUNDING * size(&one.output);
+        for one in experiment.responses.iter().filter(differs) {
+            let unit = one.physical.unit();
+            let mut by: Vec<_> = one.differences.iter().filter_map(|by| Some((&by.what, by.alone?))).collect();
+            by.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let least = by.first().map_or(0.0, |first| SMALL * first.1);
+            by.retain(|by| by.1 > least);
+            let by: Vec<String> = by.iter().map(|(what, alone)| format!("{what} ({})", number(*alone))).collect();
+            let by = match by.is_empty() {
+                true => "nothing makes any of it alone".to_string(),
+                false => format!("alone make {}", by.join("; ")),
+            };
+            out.push(format!(
+                "{}, {}: the bench is up to {} {unit} from the simulation; {by}.",
+                experiment.name,
+                one.output,
+                number(one.distance)
+            ));
+        }
+    }
+    out
+}
 fn differences(study: &BenchStudy) -> Body {
-    let mut body = Body::default().list(said::causes(&study.closed_loop));
+    let mut body = Body::default().list(causes(&study.closed_loop));
     for experiment in &study.closed_loop.experiments {
         let responses = &experiment.responses;
         let Some(first) = responses.first() else { continue };
@@ -102,15 +177,40 @@ fn differences(study: &BenchStudy) -> Body {
 }
 
 fn truth(study: &BenchStudy) -> Body {
-    let rows = said::compared(study).into_iter().map(|(found, truth)| {
-        let [name, unit, before, value, found_value, interval, _] = said::parameter(found, truth);
-        let good = said::inside(found, truth.value);
+    let rows = compared(study).into_iter().map(|(found, truth)| {
+        let Interval { lower, upper } = found.interval.unwrap_or(Interval { lower: f64::NAN, upper: f64::NAN });
+        let interval = format!("{} … {}", number(lower), number(upper));
+        let good = inside(found, truth.value);
         let held = Cell::Mark(good, if good { "inside" } else { "outside" }.into());
-        row![name, unit, before, value, found_value, interval, held]
+        row![&found.name, found.unit, found.before, truth.value, found.value, interval, held]
     });
     let interval = format!("#{} % interval", number(100.0 * study.identification.confidence));
     let headers = ["parameter", "unit", "#in the file", "#true", "#found", &interval, "the true value is"];
     Body::default().table_of(usize::MAX, &headers, rows)
+}
+
+/// The plan in sentences.
+fn plan_sentences(plan: &BenchPlan) -> Vec<String> {
+    let mut out = vec![
+        format!(
+            "{}: {} points of {} that keep the limits, {} s in all.",
+            plan.kind.replace('_', " "),
+            plan.points.len(),
+            plan.candidates,
+            number(plan.duration)
+        ),
+        format!(
+            "ln det(XᵀX) = {}; as many points of all candidates alike have {}: for the same precision the undesigned plan takes {} \
+             times as long.",
+            number(plan.log_det),
+            number(plan.undesigned_log_det),
+            number(plan.gain)
+        ),
+    ];
+    if !plan.known.is_empty() {
+        out.push(format!("Taken from the model: {}.", plan.known.join(", ")));
+    }
+    out
 }
 
 fn plan_of(plan: &BenchPlan) -> Body {
@@ -142,7 +242,7 @@ fn plan_of(plan: &BenchPlan) -> Body {
     let points = Body::default().table_of(usize::MAX, &headers, points);
     let hint = if points.0.is_empty() { "" } else { "Speeds in rad/s; torques in N m as the model expects them." };
     Body::default()
-        .list(said::plan(plan))
+        .list(plan_sentences(plan))
         .part("What the log is to tell", parameters)
         .part("Points", points.hint(hint).hint(dwell))
 }

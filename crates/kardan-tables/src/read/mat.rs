@@ -199,7 +199,7 @@ struct Column {
 }
 
 /// A channel before it has a group.
-struct Found {
+struct PendingChannel {
     /// What keeps channels with as many rows apart: structure and raster.
     family: (String, String),
     rows: usize,
@@ -280,7 +280,7 @@ struct Index {
     source: Shared,
     little: bool,
     budget: usize,
-    found: Vec<Found>,
+    found: Vec<PendingChannel>,
     constants: Vec<(String, f64)>,
     notes: Vec<String>,
 }
@@ -433,7 +433,7 @@ impl Index {
             let (storage, little, run) = (numbers.storage, numbers.little, numbers.bytes.clone());
             let column = Column { variable, run, storage, little, first, stride };
             let channel = Channel { name, unit: unit.to_owned() };
-            self.found.push(Found { family: family.clone(), rows, channel, is_time, column });
+            self.found.push(PendingChannel { family: family.clone(), rows, channel, is_time, column });
         }
     }
 }

@@ -48,7 +48,7 @@ pub type Pencil = [Matrix<Rational>; 3];
 ///
 /// # Panics
 /// If an output names a shaft that is not there.
-pub fn loss_pencil(system: &ConstrainedSystem, side: Side, outputs: &[OutputSignal]) -> Pencil {
+pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs: &[OutputSignal]) -> Pencil {
     let (n, c) = (system.shafts.len(), system.constraints.len());
     let (rows, inputs) = (system.constraint_matrix(), system.input_matrix());
     let last = if side == Side::Inputs { inputs.columns() } else { outputs.len() };
@@ -137,7 +137,7 @@ impl<'a> Family<'a> {
         side: Side,
         outputs: &'a [OutputSignal],
     ) -> Option<Self> {
-        let build = |values: &[Rational]| Some(loss_pencil(&at(values)?, side, outputs));
+        let build = |values: &[Rational]| Some(uncontrollability_pencil(&at(values)?, side, outputs));
         let nominal: Vec<Rational> = parameters.iter().map(|p| p.nominal.clone()).collect();
         let base = build(&nominal)?;
         let affine = slopes(parameters, &nominal, &base, &build);
@@ -166,7 +166,7 @@ impl<'a> Family<'a> {
     pub fn at(&self, y: &[f64]) -> Option<[Mat<f64>; 3]> {
         if self.affine.is_none() {
             let values: Option<Vec<Rational>> = self.parameters.iter().zip(y).map(|(p, &y)| value(p, y)).collect();
-            let pencil = loss_pencil(&(self.at)(&values?)?, self.side, self.outputs);
+            let pencil = uncontrollability_pencil(&(self.at)(&values?)?, self.side, self.outputs);
             // A constraint that depends on others here and not there changes the size.
             let same = pencil[0].rows() == self.base[0].rows() && pencil[0].columns() == self.base[0].columns();
             return same.then(|| [0, 1, 2].map(|k| to_mat(&pencil[k])));

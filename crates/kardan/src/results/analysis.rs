@@ -585,9 +585,9 @@ pub struct Sensitivity {
     /// The box of parameters.
     pub parameters: Vec<ParameterRange>,
     /// Of controllability.
-    pub controllability: Option<LossSearch>,
+    pub controllability: Option<DistanceToUncontrollability>,
     /// Of observability.
-    pub observability: Option<LossSearch>,
+    pub observability: Option<DistanceToUncontrollability>,
 }
 
 /// A parameter with its tolerance.
@@ -605,11 +605,11 @@ pub struct ParameterRange {
     pub unit: String,
 }
 
-/// The search for the nearest loss of controllability or observability.
+/// How far the parameters are from values at which controllability, or observability, is lost.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct LossSearch {
+pub struct DistanceToUncontrollability {
     /// The nearest loss found; `None` if there was none within ten tolerances, or none was looked for (`method` is empty).
-    pub nearest: Option<Loss>,
+    pub nearest: Option<UncontrollablePoint>,
     /// Number of points that the search for it started from; 0 if there was no search.
     pub starts: usize,
     /// Number of tolerances within which it is proven that there is no loss; 0 if nothing is proven.
@@ -626,7 +626,7 @@ pub struct LossSearch {
 
 /// Parameters at which controllability or observability is lost.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct Loss {
+pub struct UncontrollablePoint {
     /// Largest deviation in units of each parameter's tolerance; below one it lies inside the box.
     #[serde(rename = "distance_tolerances")]
     pub distance: f64,

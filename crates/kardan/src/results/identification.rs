@@ -1,57 +1,58 @@
 //! What an identification gives.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::{Interval, NamedMatrix, Span, Verdict};
+use super::{Interval, Span, Verdict, serial};
 
 /// Parameters found in measured logs.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Identification {
     /// Name of the model.
+    #[serde(skip)]
     pub model: String,
     /// From the file.
+    #[serde(skip)]
     pub description: String,
-    /// The logs that were read.
-    pub logs: Vec<LogRead>,
     /// `steady` or `dynamic`.
     pub method: String,
     /// Width of the windows, s.
+    #[serde(rename = "window_s")]
     pub window: f64,
+    /// `squares`, `huber`, `bisquare`.
+    pub loss: String,
+    /// Confidence of the intervals.
+    pub confidence: f64,
     /// Measured coordinates.
     pub coordinates: Vec<String>,
     /// Inputs whose torque was measured.
     pub measured: Vec<String>,
     /// Inputs whose torque nobody measured: eliminated.
     pub eliminated: Vec<String>,
+    /// The logs that were read.
+    pub logs: Vec<LogRead>,
     /// What became of the windows.
     pub windows: WindowCount,
     /// Rows of the fit: steady segments or windows.
     pub samples: usize,
-    /// Confidence of the intervals (0.95).
-    pub confidence: f64,
-    /// `squares`, `huber`, `bisquare`.
-    pub loss: String,
     /// Samples that a robust loss left out or counted by less than a tenth.
     pub outliers: usize,
-    /// What was found.
-    pub parameters: Vec<Found>,
-    /// Combinations of parameters that nothing of this kind can determine, whatever is logged.
-    pub structural: Vec<String>,
-    /// Combinations that these data do not determine, or hardly.
-    pub weak: Vec<String>,
-    /// Correlations of the errors.
-    pub correlation: NamedMatrix,
-    /// Largest over smallest singular value of the regressor, columns scaled to one.
-    pub condition: f64,
-    /// Residual over what the noise of the sensors explains.
-    pub scale: f64,
     /// Rows less parameters.
     pub freedom: usize,
+    /// Residual over what the noise of the sensors explains.
+    pub scale: f64,
+    /// Largest over smallest singular value of the regressor, columns scaled to one.
+    pub condition: f64,
     /// Lags over which errors were taken as correlated; 0: none.
     pub lags: usize,
-    /// The reduced damping matrix at what was found.
-    pub damping: Option<FoundDamping>,
+    /// What was found.
+    pub parameters: Vec<IdentifiedParameter>,
+    /// Combinations of parameters that are not determined.
+    pub not_determined: NotDetermined,
+    /// Correlations of the errors.
+    pub correlation: Correlation,
+    /// The reduced damping matrix at what was found; `None` where none was asked for.
+    pub damping: Option<IdentifiedDamping>,
     /// Tests of what is left over.
     pub tests: Vec<ResidualTest>,
     /// Each row of the balance: how well segments are predicted that the fit has not seen.
@@ -59,19 +60,34 @@ pub struct Identification {
     /// Models compared by cross-validation.
     pub candidates: Vec<Candidate>,
     /// Friction over speed: what is measured and what the model says.
+    #[serde(skip)]
     pub curves: Vec<FrictionCurve>,
     /// Torque over time, for the report.
+    #[serde(skip)]
     pub traces: Vec<Trace>,
     /// What a model file can hold of it.
+    #[serde(skip)]
     pub for_file: Vec<FileValue>,
     /// What it cannot, and why.
+    #[serde(skip)]
     pub not_for_file: Vec<String>,
     /// What the reader must know.
     pub warnings: Vec<String>,
     /// One sentence each.
     pub notes: Vec<String>,
     /// Of an identification that ended early: why, and what is missing.
+    #[serde(flatten, serialize_with = "serial::ending")]
+    #[schemars(with = "serial::Ending")]
     pub unfinished: Option<String>,
+}
+
+/// Combinations of parameters that are not determined, in sentences.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct NotDetermined {
+    /// By nothing of this kind, whatever is logged.
+    pub by_structure: Vec<String>,
+    /// By these data, or hardly.
+    pub by_data: Vec<String>,
 }
 
 /// Probability below which a test of what is left over speaks.
@@ -86,9 +102,9 @@ impl Identification {
     /// whole and their clocks sound, there is no warning, and nothing ended early.
     ///
     /// ```
-    /// use kardan::results::{Found, Identification, Interval, LogRead};
+    /// use kardan::results::{IdentifiedParameter, Identification, Interval, LogRead};
     /// let interval = Some(Interval { lower: 1.9, upper: 2.1 });
-    /// let one = Found { name: "a.damping".into(), value: Some(2.0), interval, ..Found::default() };
+    /// let one = IdentifiedParameter { name: "a.damping".into(), value: Some(2.0), interval, ..IdentifiedParameter::default() };
     /// let mut found = Identification { parameters: vec![one.clone(), one], freedom: 7, ..Identification::default() };
     /// found.logs.push(LogRead { name: "b.csv".into(), damage: Some("900 rows of it are used".into()), ..LogRead::default() });
     /// let verdict = found.verdict();
@@ -155,11 +171,22 @@ impl Identification {
     }
 }
 
+/// Correlations of the errors of parameters.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Correlation {
+    /// The parameters.
+    pub names: Vec<String>,
+    /// Row by row.
+    pub values: Vec<Vec<f64>>,
+}
+
 /// The reduced damping matrix at what was found.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FoundDamping {
-    /// The matrix, N m s/rad.
-    pub matrix: NamedMatrix,
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct IdentifiedDamping {
+    /// Names of its rows and columns.
+    pub coordinates: Vec<String>,
+    /// Row by row, N m s/rad.
+    pub values: Vec<Vec<f64>>,
     /// Whether the damping is passive.
     pub passive: bool,
 }
@@ -176,15 +203,15 @@ pub struct FileValue {
 }
 
 /// A log as it was read.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct LogRead {
     /// File.
     pub name: String,
-    /// Channels used: name in the log, its unit, the signal, samples, sample time (s), noise of a sample (SI).
-    pub channels: Vec<ChannelRead>,
     /// Rows read.
     pub rows: u64,
     /// First and last time, s; `None` if it has no row.
+    #[serde(flatten, serialize_with = "ends")]
+    #[schemars(with = "Ends")]
     pub span: Option<Span>,
     /// Gaps, clock jumps, rows that could not be read, a damaged end.
     pub remarks: Vec<String>,
@@ -192,6 +219,21 @@ pub struct LogRead {
     pub damage: Option<String>,
     /// Why its clock is in doubt: `it jumps back 2 times`.
     pub clock: Option<String>,
+    /// Channels used.
+    pub channels: Vec<ChannelRead>,
+}
+
+/// When a log begins and ends.
+#[derive(Serialize, JsonSchema)]
+struct Ends {
+    /// First time, s.
+    begin_s: Option<f64>,
+    /// Last time, s.
+    end_s: Option<f64>,
+}
+
+fn ends<S: Serializer>(span: &Option<Span>, to: S) -> Result<S::Ok, S::Error> {
+    Ends { begin_s: span.map(|span| span.from), end_s: span.map(|span| span.until) }.serialize(to)
 }
 
 /// A channel as it was read.
@@ -230,9 +272,9 @@ pub struct WindowCount {
     pub used: usize,
 }
 
-/// A parameter found.
+/// A parameter as the logs determine it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-pub struct Found {
+pub struct IdentifiedParameter {
     /// `fs.damping`
     pub name: String,
     /// SI unit.
@@ -281,13 +323,15 @@ pub struct Validation {
 }
 
 /// A model compared with others.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Candidate {
     /// Its name.
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<String>,
-    /// How well it predicts; `None` if it could not be fitted.
+    /// How well it predicts segments left out of the fit; `None` if it could not be fitted.
+    #[serde(flatten, serialize_with = "prediction")]
+    #[schemars(with = "Prediction")]
     pub error: Option<PredictionError>,
     /// The simplest within one standard error of the best.
     pub chosen: bool,
@@ -302,6 +346,19 @@ pub struct PredictionError {
     pub mean: f64,
     /// Its standard error over the folds.
     pub spread: f64,
+}
+
+/// How well segments left out of a fit are predicted, if it could be fitted.
+#[derive(Serialize, JsonSchema)]
+struct Prediction {
+    /// Root mean square of standard residuals on segments left out; `null` if it could not be fitted.
+    error: Option<f64>,
+    /// Its standard error over the folds.
+    error_spread: Option<f64>,
+}
+
+fn prediction<S: Serializer>(error: &Option<PredictionError>, to: S) -> Result<S::Ok, S::Error> {
+    Prediction { error: error.map(|error| error.mean), error_spread: error.map(|error| error.spread) }.serialize(to)
 }
 
 /// Friction along one direction over its speed.

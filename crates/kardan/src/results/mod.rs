@@ -3,8 +3,6 @@
 mod analysis;
 mod bench;
 mod design;
-#[doc(hidden)]
-pub mod example;
 mod exploration;
 mod identification;
 mod margins;

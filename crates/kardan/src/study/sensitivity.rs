@@ -6,7 +6,7 @@ use super::analyze::signals;
 use super::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan,
-    Side, controllable_rank, failing_modes, linear_system, nearest_loss, prove_box, sample, structure,
+    Side, controllable_rank, distance_to_uncontrollability, failing_modes, linear_system, prove_box, sample, structure,
 };
 use crate::assemble::assemble;
 use crate::diagnostics::Diagnostic;
@@ -15,8 +15,8 @@ use crate::model::{Document, Setting};
 use crate::num::{Rational, rational_from_f64, rational_to_f64};
 use crate::reduce::reduce;
 use crate::results::{
-    Analysis, BoxVerdict, Loss, LossSearch, Mode, NamedShare, ParameterPoint, ParameterRange, Pole, Sensitivity,
-    Structure,
+    Analysis, BoxVerdict, DistanceToUncontrollability, Mode, NamedShare, ParameterPoint, ParameterRange, Pole,
+    Sensitivity, Structure, UncontrollablePoint,
 };
 use crate::units::Exact;
 
@@ -137,7 +137,7 @@ impl Subject<'_> {
         Some(ConstrainedSystem::at(&reduced, &self.position, &self.stuck, &self.inputs))
     }
 
-    fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> LossSearch {
+    fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> DistanceToUncontrollability {
         // A bar of its own beside that of the structure; one half for each side.
         let (begin, end) = if side == Side::Inputs { (0.0, 0.5) } else { (0.5, 1.0) };
         let advance = |part: f64| progress.advance(1, "sensitivity", begin + (end - begin) * part);
@@ -148,10 +148,10 @@ impl Subject<'_> {
             Side::Outputs => &self.structure.unobservable,
         };
         let columns = family.exact().0[0].columns();
-        let mut out = LossSearch::default();
+        let mut out = DistanceToUncontrollability::default();
         if let Some(mode) = failing.first() {
             let at = family.parameters().iter();
-            out.nearest = Some(Loss {
+            out.nearest = Some(UncontrollablePoint {
                 distance: 0.0,
                 at: at.map(|p| point(p, &p.nominal)).collect(),
                 eigenvalue: mode.eigenvalue,
@@ -165,11 +165,11 @@ impl Subject<'_> {
             if columns <= MOST_COLUMNS {
                 out.starts = (1_000_000 / columns.pow(3)).clamp(4, 96);
                 let eigenvalues: Vec<_> = self.modes.iter().map(|mode| mode.eigenvalue).collect();
-                out.nearest = nearest_loss(family, shafts, &eigenvalues, out.starts);
+                out.nearest = distance_to_uncontrollability(family, shafts, &eigenvalues, out.starts);
             }
             let vanishing = self.vanishing(family.parameters(), side);
             // Exact ones before those that only come close to the same.
-            let mut all: Vec<Loss> = vanishing.into_iter().chain(out.nearest.take()).collect();
+            let mut all: Vec<UncontrollablePoint> = vanishing.into_iter().chain(out.nearest.take()).collect();
             all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             let least = all.first().map_or(0.0, |loss| loss.distance);
             let close = all.iter().position(|loss| loss.residual == 0.0 && loss.distance <= least * (1.0 + 1e-6));
@@ -206,7 +206,7 @@ impl Subject<'_> {
     }
 
     /// The nearest loss where one parameter vanishes, decided exactly.
-    fn vanishing(&self, parameters: &[Parameter], side: Side) -> Option<Loss> {
+    fn vanishing(&self, parameters: &[Parameter], side: Side) -> Option<UncontrollablePoint> {
         let distance = |p: &Parameter| {
             let width = if p.nominal > Rational::ZERO { &p.nominal - &p.lower } else { &p.upper - &p.nominal };
             let apart = !p.nominal.is_zero() && !width.is_zero();
@@ -220,7 +220,7 @@ impl Subject<'_> {
             values[i] = Rational::ZERO;
             let (eigenvalue, shafts) = self.lost_at(parameters, &values, side)?;
             let at = parameters.iter().zip(&values).map(|(p, x)| point(p, x));
-            Some(Loss { distance, at: at.collect(), eigenvalue, residual: 0.0, shafts })
+            Some(UncontrollablePoint { distance, at: at.collect(), eigenvalue, residual: 0.0, shafts })
         })
     }
 
@@ -243,7 +243,7 @@ impl Subject<'_> {
     }
 
     /// The verdict over the box, and how far a proof reaches.
-    fn judge(&self, family: &Family<'_>, out: &mut LossSearch) {
+    fn judge(&self, family: &Family<'_>, out: &mut DistanceToUncontrollability) {
         let nearest = out.nearest.as_ref().map_or(FARTHEST, |loss| loss.distance);
         if nearest <= 1.0 {
             out.box_verdict = BoxVerdict::Lost;

@@ -14,3 +14,4 @@ mod sensitivity;
 mod structure;
 mod structure_trials;
 mod theorems;
+mod written;

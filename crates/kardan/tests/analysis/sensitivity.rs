@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use kardan::analysis::{
-    ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, loss_pencil, nearest_loss, sample,
+    ConstrainedSystem, Family, OutputSignal, Parameter, SamplingPlan, Side, distance_to_uncontrollability, sample,
+    uncontrollability_pencil,
 };
 use kardan::assemble::Along;
 use kardan::equations::Measured;
 use kardan::num::{Rational, echelon};
-use kardan::results::{BoxVerdict, Complex, LossSearch, NamedShare, ParameterPoint, Pole};
+use kardan::results::{BoxVerdict, Complex, DistanceToUncontrollability, NamedShare, ParameterPoint, Pole};
 
 fn fraction(a: i64, b: u64) -> Rational {
     Rational::from_parts(a.into(), b.into())
@@ -69,7 +70,7 @@ fn appendix_b_is_found() {
     for side in [Side::Inputs, Side::Outputs] {
         let outputs = [angle("b")];
         let family = Family::new(&p, &two_bodies, side, &outputs).unwrap();
-        let loss = nearest_loss(&family, &names, &NOMINAL, 32).unwrap();
+        let loss = distance_to_uncontrollability(&family, &names, &NOMINAL, 32).unwrap();
         assert!((loss.distance - expected).abs() < 1e-9, "{loss:?}");
         let [j, s, d] = [0, 1, 2].map(|i| loss.at[i].value);
         assert!((d * d - s * j).abs() < 1e-12, "{loss:?}");
@@ -97,9 +98,13 @@ fn one_parameter_at_a_time() {
             two_bodies(&all)
         };
         let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
-        let loss =
-            nearest_loss(&family, &names, &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)], 32)
-                .unwrap();
+        let loss = distance_to_uncontrollability(
+            &family,
+            &names,
+            &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)],
+            32,
+        )
+        .unwrap();
         assert!((loss.at[0].value - at).abs() < 1e-10, "{loss:?}");
         assert!((loss.distance - distance).abs() < 1e-9, "{loss:?}");
     }
@@ -134,7 +139,7 @@ fn unequal_tolerances() {
             if (d * d < product) == nominally_below { low = middle } else { high = middle }
         }
         let family = Family::new(&p, &two_bodies, Side::Inputs, &[]).unwrap();
-        let loss = nearest_loss(
+        let loss = distance_to_uncontrollability(
             &family,
             &names,
             &[Complex::default(), Complex::new(-1.0, 0.0), Complex::new(-0.8, 1.3), Complex::new(-1.5, 1.0)],
@@ -189,9 +194,13 @@ fn a_small_distance_is_not_zero() {
     let p = [parameter("p", tiny(10_000), tiny(9_000), tiny(11_000))];
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b", "c"].map(String::from);
-    let loss =
-        nearest_loss(&family, &names, &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)], 48)
-            .unwrap();
+    let loss = distance_to_uncontrollability(
+        &family,
+        &names,
+        &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)],
+        48,
+    )
+    .unwrap();
     assert!((loss.distance - 0.05).abs() < 1e-3, "{loss:?}");
 }
 
@@ -218,9 +227,13 @@ fn undamped_twins_are_found() {
     ];
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b", "c"].map(String::from);
-    let loss =
-        nearest_loss(&family, &names, &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)], 48)
-            .unwrap();
+    let loss = distance_to_uncontrollability(
+        &family,
+        &names,
+        &[Complex::new(0.0, 0.44), Complex::new(0.0, 1.5), Complex::new(0.0, 2.6)],
+        48,
+    )
+    .unwrap();
     // 2 (1 + x) = 3 (1 − x): x = 1/5, two tolerances.
     assert!((loss.distance - 2.0).abs() < 1e-9, "{loss:?}");
     assert!((loss.at[0].value - 0.8).abs() < 1e-9 && (loss.at[1].value - 2.4).abs() < 1e-9, "{loss:?}");
@@ -257,8 +270,13 @@ fn ratios_in_constraints_are_parameters_too() {
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     assert!(family.exact().1.is_some(), "affine before reduction");
     let names = ["m", "g", "a", "h", "c"].map(String::from);
-    let loss = nearest_loss(&family, &names, &[Complex::default(), Complex::new(0.0, 7.0), Complex::new(0.0, 1.6)], 48)
-        .unwrap();
+    let loss = distance_to_uncontrollability(
+        &family,
+        &names,
+        &[Complex::default(), Complex::new(0.0, 7.0), Complex::new(0.0, 1.6)],
+        48,
+    )
+    .unwrap();
     assert!((loss.distance - 5.0).abs() < 1e-9 && (loss.at[1].value - 3.0).abs() < 1e-9, "{loss:?}");
     assert_eq!(loss.at[0].value, 5.0, "the ratio does not matter");
 }
@@ -274,9 +292,13 @@ fn products_of_parameters() {
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     assert!(family.exact().1.is_none());
     let names = ["a".to_string(), "b".to_string()];
-    let loss =
-        nearest_loss(&family, &names, &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)], 32)
-            .unwrap();
+    let loss = distance_to_uncontrollability(
+        &family,
+        &names,
+        &[Complex::default(), Complex::new(-1.0, 1.0), Complex::new(-2.0, 0.0)],
+        32,
+    )
+    .unwrap();
     // 2 (1 − x)² = 1, 20 x tolerances.
     let x = 1.0 - 0.5f64.sqrt();
     assert!((loss.distance - 20.0 * x).abs() < 1e-8, "{loss:?}");
@@ -294,21 +316,21 @@ fn nothing_to_find() {
     };
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a".to_string(), "b".to_string()];
-    assert_eq!(nearest_loss(&family, &names, &NOMINAL, 32), None);
+    assert_eq!(distance_to_uncontrollability(&family, &names, &NOMINAL, 32), None);
     let fixed = |_: &[Rational]| two_bodies(&[whole(1), whole(2), fraction(1, 2)]);
     let family = Family::new(&[], &fixed, Side::Inputs, &[]).unwrap();
-    assert_eq!(nearest_loss(&family, &names, &NOMINAL, 8), None);
+    assert_eq!(distance_to_uncontrollability(&family, &names, &NOMINAL, 8), None);
     let none = |_: &[Rational]| None;
     assert!(Family::new(&p, &none, Side::Inputs, &[]).is_none());
 }
 
 /// The loss pencil loses rank where, and as often as, the exact structure says.
 #[test]
-fn loss_pencil_and_structure_agree() {
+fn uncontrollability_pencil_and_structure_agree() {
     for (s, d, defect) in [(1, 1, 1), (2, 1, 0), (4, 2, 1)] {
         let system = two_bodies(&[whole(1), whole(s), whole(d)]).unwrap();
         for side in [Side::Inputs, Side::Outputs] {
-            let pencil = loss_pencil(&system, side, &[angle("b")]);
+            let pencil = uncontrollability_pencil(&system, side, &[angle("b")]);
             let lambda = fraction(-s, d as u64);
             let at = pencil[0].plus(&pencil[1].scale(&lambda)).plus(&pencil[2].scale(&(&lambda * &lambda)));
             let rank = echelon(&at, &[0, 1]).rank();
@@ -321,7 +343,8 @@ fn loss_pencil_and_structure_agree() {
 #[test]
 fn a_speed_hides_the_rigid_motion() {
     let system = two_bodies(&[whole(1), whole(2), whole(0)]).unwrap();
-    let rank = |output: OutputSignal| echelon(&loss_pencil(&system, Side::Outputs, &[output])[0], &[0, 1]).rank();
+    let rank =
+        |output: OutputSignal| echelon(&uncontrollability_pencil(&system, Side::Outputs, &[output])[0], &[0, 1]).rank();
     assert_eq!(rank(OutputSignal { name: "b.w".into(), measured: Measured::Speed("b".into()) }), 1);
     assert_eq!(rank(angle("b")), 2);
 }
@@ -395,7 +418,7 @@ fn analysis(source: &str) -> kardan::results::Analysis {
     kardan::study::analyze(source, &Default::default(), &kardan::study::Silent).unwrap()
 }
 
-fn both(analysis: &kardan::results::Analysis) -> [&LossSearch; 2] {
+fn both(analysis: &kardan::results::Analysis) -> [&DistanceToUncontrollability; 2] {
     let sensitivity = analysis.sensitivity.as_ref().expect("the model has tolerances");
     [sensitivity.controllability.as_ref().unwrap(), sensitivity.observability.as_ref().unwrap()]
 }
@@ -469,7 +492,12 @@ fn what_only_rounding_loses_is_not_lost() {
     let family = Family::new(&p, &build, Side::Inputs, &[]).unwrap();
     let names = ["a", "b"].map(String::from);
     assert_eq!(
-        nearest_loss(&family, &names, &[Complex::new(0.0, 1.0), Complex { re: 0.0, im: 2f64.sqrt() }], 32),
+        distance_to_uncontrollability(
+            &family,
+            &names,
+            &[Complex::new(0.0, 1.0), Complex { re: 0.0, im: 2f64.sqrt() }],
+            32
+        ),
         None
     );
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use kardan::diagnostics::plain;
 use kardan::model::{builtin, read};
 use kardan::num::Random;
-use kardan::results::{Found, FoundDamping, Identification, Verdict};
+use kardan::results::{Identification, IdentifiedParameter, Verdict};
 use kardan::study::{self, IdentifySettings, LogFile, Silent, identify};
 use kardan::tables::read::in_memory;
 
@@ -130,7 +130,7 @@ fn refused(source: &str, logs: Vec<(&str, String)>, settings: &IdentifySettings)
     }
 }
 
-fn one<'a>(found: &'a Identification, name: &str) -> &'a Found {
+fn one<'a>(found: &'a Identification, name: &str) -> &'a IdentifiedParameter {
     found.parameters.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("no {name}"))
 }
 
@@ -175,8 +175,8 @@ fn table_6_1_from_a_log() {
         "{:?}",
         found.warnings
     );
-    let FoundDamping { matrix: damping, passive } = found.damping.as_ref().expect("dampings were asked for");
-    assert!(*passive);
+    let damping = found.damping.as_ref().expect("dampings were asked for");
+    assert!(damping.passive);
     let [wg, cs, fs] = ["wg.damping", "cs.damping", "fs.damping"].map(|name| one(&found, name).value.unwrap());
     let expected =
         [[wg + fs / 2500.0, -51.0 / 2500.0 * fs], [-51.0 / 2500.0 * fs, cs + (51.0_f64 / 50.0).powi(2) * fs]];
@@ -229,7 +229,7 @@ fn a_torque_that_nobody_measured() {
     let blind: String = log.lines().map(|line| line.rsplit_once(',').expect("columns").0.to_string() + "\n").collect();
     // What acts along it alone is lost by structure; the flexspline's damping and friction are seen through the other torque.
     let six = self::found(drive(), vec![blind.clone()], &settings(&SIX, "steady"));
-    assert_eq!(six.structural.len(), 2, "{:?}", six.structural);
+    assert_eq!(six.not_determined.by_structure.len(), 2, "{:?}", six.not_determined.by_structure);
     for name in ["cs.damping", "cs.friction"] {
         assert!(
             one(&six, name).standard_error.unwrap().is_infinite()
@@ -275,7 +275,10 @@ fn combinations_by_structure() {
     near(&whole, "a.inertia", 2.5, 4.0);
     near(&whole, "b.damping", 0.9, 4.0);
     assert!(one(&whole, "b.inertia").standard_error.unwrap().is_infinite());
-    assert_eq!(whole.structural, ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]);
+    assert_eq!(
+        whole.not_determined.by_structure,
+        ["b.inertia up by 1 and a.inertia down by 0.111111 give the same torques"]
+    );
     // Constant speeds only: nothing accelerates.
     let held: String = "time,a.w,m.tau\n".to_string()
         + &(0..4000)
@@ -285,7 +288,7 @@ fn combinations_by_structure() {
             })
             .collect::<String>();
     let steady = found(GEARS, vec![held], &asked("steady"));
-    assert_eq!(steady.structural.len(), 2);
+    assert_eq!(steady.not_determined.by_structure.len(), 2);
     assert!(one(&steady, "a.inertia").remark.contains("whatever is logged"));
     near(&steady, "b.damping", 0.9, 4.0);
 }

@@ -12,3 +12,4 @@ mod motor_limits;
 mod noise;
 mod ripple;
 mod simulation;
+mod written;

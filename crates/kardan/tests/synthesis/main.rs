@@ -9,3 +9,4 @@ mod inversion;
 mod margins;
 mod observers;
 mod regulator;
+mod written;

@@ -7,8 +7,8 @@ use crate::identify::{Coefficient, Extra, Fit, Loss, Samples, Shape, TestKind, r
 use crate::num::{Definiteness, Matrix, Rational, definiteness, dot, rational_from_f64, rational_to_f64};
 use crate::reduce::linearise;
 use crate::results::{
-    FileValue, Found, FoundDamping, FrictionCurve, FrictionPoint, Identification, Interval, NamedMatrix, ResidualTest,
-    Trace, TracePoint, Validation,
+    Correlation, FileValue, FrictionCurve, FrictionPoint, Identification, IdentifiedDamping, IdentifiedParameter,
+    Interval, NotDetermined, ResidualTest, Trace, TracePoint, Validation,
 };
 
 pub(super) struct Fitted<'a> {
@@ -59,15 +59,11 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         }
         .into(),
         outliers: fit.weights.iter().filter(|weight| **weight < 0.1).count(),
-        structural: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
-        weak: weak(fitted, &parameters),
-        correlation: NamedMatrix {
-            title: "correlation of the errors".into(),
-            unit: String::new(),
-            rows: column_names(fitted),
-            columns: column_names(fitted),
-            values: fit.correlation.to_rows(),
+        not_determined: NotDetermined {
+            by_structure: columns.structural.iter().map(|row| free_combination(row, columns)).collect(),
+            by_data: weak(fitted, &parameters),
         },
+        correlation: Correlation { names: column_names(fitted), values: fit.correlation.to_rows() },
         condition: fit.condition,
         scale: fit.scale,
         freedom: fit.freedom,
@@ -133,17 +129,17 @@ pub(super) fn short(x: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-fn parameters(fitted: &Fitted<'_>) -> Vec<Found> {
+fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
     let Fitted { asked, columns, fit, .. } = fitted;
     let published = |name: &str| asked.published.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
-    let mut out: Vec<Found> = Vec::new();
+    let mut out: Vec<IdentifiedParameter> = Vec::new();
     let undetermined = |column: usize| fit.standard_errors[column].is_infinite();
     let found = |name: String, unit: &'static str, column: usize, before: Option<f64>| {
         let (value, error) = (fit.values[column], fit.standard_errors[column]);
         let bounded = fit.bounded.contains(&column);
         let half = fit.quantile(column, asked.confidence) * error;
         let hidden = !bounded && !undetermined(column) && half.is_nan();
-        Found {
+        IdentifiedParameter {
             interval: (!bounded && !undetermined(column) && half.is_finite())
                 .then_some(Interval { lower: value - half, upper: value + half }),
             remark: match (bounded, undetermined(column)) {
@@ -180,7 +176,7 @@ fn parameters(fitted: &Fitted<'_>) -> Vec<Found> {
                 }
                 out.push(found);
             }
-            None => out.push(Found {
+            None => out.push(IdentifiedParameter {
                 name: one.name.clone(),
                 unit,
                 before,
@@ -188,7 +184,7 @@ fn parameters(fitted: &Fitted<'_>) -> Vec<Found> {
                 standard_error: Some(f64::INFINITY),
                 remark: "not determined by a test of this kind, whatever is logged".into(),
                 published: published(&one.name),
-                ..Found::default()
+                ..IdentifiedParameter::default()
             }),
         }
     }
@@ -216,10 +212,10 @@ fn parameters(fitted: &Fitted<'_>) -> Vec<Found> {
 }
 
 /// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
-fn for_file(fitted: &Fitted<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<String>) {
+fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
     let Fitted { asked, columns, .. } = fitted;
     let (mut values, mut left) = (Vec::new(), Vec::new());
-    let told = |one: &Found| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
+    let told = |one: &IdentifiedParameter| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
     let plain = parameters.iter().take(columns.asked.len());
     for one in plain {
         if let Some(value) = told(one) {
@@ -273,7 +269,7 @@ fn for_file(fitted: &Fitted<'_>, parameters: &[Found]) -> (Vec<FileValue>, Vec<S
 }
 
 /// What these data hardly tell.
-fn weak(fitted: &Fitted<'_>, parameters: &[Found]) -> Vec<String> {
+fn weak(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Vec<String> {
     let Fitted { fit, columns, .. } = fitted;
     let names = column_names(fitted);
     let mut out = Vec::new();
@@ -313,7 +309,7 @@ fn weak(fitted: &Fitted<'_>, parameters: &[Found]) -> Vec<String> {
 }
 
 /// Kᵀ D K at what was found, where dampings were asked for.
-fn damping(fitted: &Fitted<'_>, parameters: &[Found]) -> Option<FoundDamping> {
+fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Option<IdentifiedDamping> {
     let Fitted { plant, columns, .. } = fitted;
     let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
     let told = |one: &Coefficient| {
@@ -346,19 +342,11 @@ fn damping(fitted: &Fitted<'_>, parameters: &[Found]) -> Option<FoundDamping> {
         }
     }
     let passive = !matches!(definiteness(&sum), Definiteness::Indefinite { .. });
-    let names = reduced.coordinate_names();
-    let matrix = NamedMatrix {
-        title: "reduced damping as found".into(),
-        unit: "N m s/rad".into(),
-        rows: names.clone(),
-        columns: names,
-        values: sum.to_rows(),
-    };
-    Some(FoundDamping { matrix, passive })
+    Some(IdentifiedDamping { coordinates: reduced.coordinate_names(), values: sum.to_rows(), passive })
 }
 
 /// The value of a parameter with the others of its combination as the file gives them.
-fn written(name: &str, parameters: &[Found], fitted: &Fitted<'_>) -> Option<f64> {
+fn written(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>) -> Option<f64> {
     let found = parameters.iter().find(|one| one.name == name)?;
     let columns = fitted.columns;
     let number = columns.asked.iter().position(|one| one.name == name)?;
@@ -559,7 +547,7 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
 fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
     let Fitted { asked, .. } = fitted;
     let mut warnings = drowned(fitted);
-    if let Some(FoundDamping { passive: false, .. }) = &out.damping {
+    if let Some(IdentifiedDamping { passive: false, .. }) = &out.damping {
         warnings.push(
             "the damping found is not passive: some motion would gain energy from it; a single equivalent damping may be \
              negative, the reduced matrix may not. Look at the intervals, or ask for fewer parameters"

@@ -1,10 +1,8 @@
-//! Analyses and designs made by hand, for tests of what displays and writes them, here and in other crates.
+//! Analyses and designs: a real one, and others made by hand.
 
-use super::*;
-use crate::results::{
-    Breach, Complex, DataMatrix, DataNumber, Definition, ElementShare, FrictionState, Integrators, Interval,
-    NamedShare, ParameterPoint, ParameterRange, ReadSignal, ShaftAngle, ShapePart, SparseMatrix, StoredShare,
-};
+use kardan::project::{Project, builtin};
+use kardan::results::*;
+use kardan::study::{AnalyzeSettings, Silent};
 
 fn texts(words: &[&str]) -> Vec<String> {
     words.iter().map(|&word| word.into()).collect()
@@ -40,236 +38,33 @@ fn matrix(title: &str, unit: &str, names: &[&str], columns: &[&str], values: &[&
     }
 }
 
-fn bounds(matrix: &str, unit: &str, eigenvalues: &[f64], centres: &[f64], radii: &[f64]) -> EigenvalueBounds {
-    EigenvalueBounds {
-        matrix: matrix.into(),
-        unit: unit.into(),
-        eigenvalues: eigenvalues.to_vec(),
-        centres: centres.to_vec(),
-        radii: radii.to_vec(),
-    }
-}
-
-fn entries(list: &[(usize, usize, i64)]) -> Vec<Entry> {
-    list.iter().map(|&(row, column, value)| Entry { row, column, value: value.to_string() }).collect()
-}
-
 fn stored(element: &str, energy: EnergyKind, share: f64) -> StoredShare {
     StoredShare { element: element.into(), energy, share }
 }
 
 const PRIME: u64 = (1 << 61) - 1;
 
-/// Two bodies with J = 1 kg m^2, s = 1 N m/rad and d = 1 N m s/rad, hence d² = s J: one motor cannot control them.
+/// The built-in model of two bodies with d² = s J, where one motor cannot control them. Shares that are equal but for rounding
+/// stand in the order of their names.
 pub fn two_bodies() -> Analysis {
-    let bodies = ["body_1", "body_2"];
-    let mode = |eigenvalue: f64, shape: [f64; 2], factor: &str, good: bool| Mode {
-        eigenvalue: Complex::new(eigenvalue, 0.0),
-        natural_frequency: eigenvalue.abs(),
-        damping_ratio: 1.0,
-        shape: vec![
-            ShapePart { name: "body_1".into(), value: Complex { re: shape[0], im: 0.0 } },
-            ShapePart { name: "body_2".into(), value: Complex { re: shape[1], im: 0.0 } },
-        ],
-        stored: vec![
-            StoredShare { element: "body_1".into(), energy: EnergyKind::Kinetic, share: 0.25 },
-            StoredShare { element: "body_2".into(), energy: EnergyKind::Kinetic, share: 0.25 },
-            StoredShare { element: "spring".into(), energy: EnergyKind::Potential, share: 0.5 },
-        ],
-        dissipated: named(element_share, &[("spring", 0.6), ("body_1", 0.2), ("body_2", 0.2)]),
-        factor: factor.into(),
-        controllable: good,
-        observable: good,
-    };
-    let factor = |polynomial: &str, root: f64, times: usize, defect: usize| Factor {
-        polynomial: polynomial.into(),
-        roots: vec![Complex::new(root, 0.0)],
-        algebraic: times,
-        geometric: times,
-        input_defect: defect,
-        output_defect: defect,
-    };
-    let failing = |shafts: &[(&str, f64)]| FailingMode {
-        factor: "s + 1".into(),
-        eigenvalue: Complex::new(-1.0, 0.0),
-        defect: 1,
-        shafts: named(named_share, shafts),
-        elements: named(named_share, &[("spring", 0.5), ("body_2", 0.5)]),
-    };
-    let minor = |columns: &[(usize, usize)], rows: &[usize]| Minor {
-        prime: PRIME,
-        columns: columns.iter().map(|&(input, power)| MinorColumn { input, power }).collect(),
-        rows: rows.to_vec(),
-        value: 1,
-    };
-    let full = || minor(&[(0, 0), (1, 0), (0, 1), (1, 1)], &[0, 1, 2, 3]);
-    let search = |places: &[&str], measure: &str| PlacementSearch {
-        candidates: places.iter().map(|&name| place(name.into(), 1.0)).collect(),
-        method: "only all 2 places together are enough".into(),
-        exhaustive: true,
-        gap: 0.0,
-        tried: 1,
-        sets: vec![PlacedSet { places: texts(places), cost: 2.0, score: 0.0123, efficient: true }],
-        measure: measure.into(),
-        unit: "rad^2".into(),
-        larger_is_better: true,
-        none_because: None,
-    };
-    let loss = |shaft: &str| LossSearch {
-        nearest: Some(Loss {
-            distance: 0.0,
-            at: vec![
-                ParameterPoint { parameter: "d".into(), value: 1.0, unit: "N m s/rad".into() },
-                ParameterPoint { parameter: "s".into(), value: 1.0, unit: "N m/rad".into() },
-            ],
-            eigenvalue: Complex::new(-1.0, 0.0),
-            residual: 1e-16,
-            shafts: named(named_share, &[(shaft, 1.0)]),
-        }),
-        starts: 0,
-        proven_distance: 0.0,
-        box_verdict: BoxVerdict::Lost,
-        method: "the nominal model itself is on the border".into(),
-        sampling: None,
-    };
-    Analysis {
-        unfinished: None,
-        name: "two-bodies".into(),
-        elimination: None,
-        description: "Two equal bodies joined by a spring and a damper".into(),
-        class: Some(Class {
-            constant_linear: true,
-            assumptions: [
-                "the inertia matrix is constant, symmetric and positive definite (4.27)",
-                "the damping matrix is constant, symmetric and positive semidefinite (4.28)",
-                "the stiffness matrix is constant, symmetric and positive semidefinite (4.29)",
-                "the input matrix is constant (4.30)",
-                "the constraints are linear with constant coefficients (4.31)",
-            ]
-            .map(|statement| Assumption { statement: statement.into(), holds: true, breaches: vec![] })
-            .to_vec(),
-            constraints: vec![],
-            operating_point: OperatingPoint {
-                angles: named(angle, &[("body_1", 0.0), ("body_2", 0.0)]),
-                friction: vec![],
-            },
-        }),
-        coordinates: texts(&bodies),
-        bases: vec![Basis {
-            name: "chosen coordinates".into(),
-            basis: matrix("basis of the constraint kernel", "", &bodies, &bodies, &[&[1.0, 0.0], &[0.0, 1.0]]),
-            inertia: matrix("reduced inertia", "kg m^2", &bodies, &bodies, &[&[1.0, 0.0], &[0.0, 1.0]]),
-            damping: matrix("reduced damping", "N m s/rad", &bodies, &bodies, &[&[2.0, -1.0], &[-1.0, 2.0]]),
-            stiffness: matrix("reduced stiffness", "N m/rad", &bodies, &bodies, &[&[1.0, -1.0], &[-1.0, 1.0]]),
-            input: matrix("input map", "", &bodies, &["motor_1"], &[&[1.0], &[0.0]]),
-            orthogonality: 0.0,
-            bounds: vec![
-                bounds("inertia", "kg m^2", &[1.0, 1.0], &[1.0, 1.0], &[0.0, 0.0]),
-                bounds("damping", "N m s/rad", &[1.0, 3.0], &[2.0, 2.0], &[1.0, 1.0]),
-                bounds("stiffness", "N m/rad", &[0.0, 2.0], &[1.0, 1.0], &[1.0, 1.0]),
-            ],
-        }],
-        constraint_forces: None,
-        modes: vec![
-            Mode { stored: vec![], dissipated: vec![], ..mode(0.0, [1.0, 1.0], "s", true) },
-            mode(-1.0, [1.0, 1.0], "s + 1", false),
-            mode(-1.0, [1.0, -1.0], "s + 1", false),
-            mode(-2.0, [1.0, -1.0], "s + 2", true),
-        ],
-        structure: Structure {
-            states: texts(&["body_1.phi", "body_2.phi", "body_1.w", "body_2.w"]),
-            inputs: texts(&["motor_1"]),
-            outputs: texts(&["body_2.phi"]),
-            controllable_rank: 3,
-            observable_rank: 3,
-            undecided: Undecided::default(),
-            factors: vec![factor("s", 0.0, 1, 0), factor("s + 1", -1.0, 2, 1), factor("s + 2", -2.0, 1, 0)],
-            uncontrollable: vec![failing(&[("body_2", 1.0)])],
-            unobservable: vec![failing(&[("body_1", 1.0)])],
-            relative_degrees: vec![vec![Some(3)]],
-            zeros: Zeros {
-                polynomial: "s + 1".into(),
-                values: vec![Complex::new(-1.0, 0.0)],
-                growing: Some(0),
-                normal_rank: 1,
-            },
-            invariant_factors: texts(&["s + 1", "s^3 + 3 s^2 + 2 s"]),
-            min_inputs: 2,
-            min_outputs: 2,
-            kind: "general".into(),
-            construction: Some(Construction {
-                rows: texts(&["body_1", "body_2"]),
-                input: vec![texts(&["1", "0"]), texts(&["0", "1"])],
-                steps: [(2, 0, ["1", "0"]), (1, 1, ["0", "1"])]
-                    .map(|(defect, column, direction)| ConstructionStep {
-                        factor: "s + 1".into(),
-                        defect,
-                        column,
-                        direction: texts(&direction),
-                        multiplier: "1".into(),
-                    })
-                    .to_vec(),
-            }),
-            certificate: Certificate {
-                proven: true,
-                failure_probability: 0.0,
-                primes: vec![PRIME],
-                statements: texts(&["the ranks hold over the rationals: minors that do not vanish, and exact vectors"]),
-                pencil: vec![
-                    SparseMatrix { name: "E".into(), entries: entries(&[(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 3, 1)]) },
-                    SparseMatrix {
-                        name: "A".into(),
-                        entries: entries(&[
-                            (0, 2, 1),
-                            (1, 3, 1),
-                            (2, 0, -1),
-                            (2, 1, 1),
-                            (2, 2, -2),
-                            (2, 3, 1),
-                            (3, 0, 1),
-                            (3, 1, -1),
-                            (3, 2, 1),
-                            (3, 3, -2),
-                        ]),
-                    },
-                    SparseMatrix { name: "B".into(), entries: entries(&[(2, 0, 1)]) },
-                    SparseMatrix { name: "C".into(), entries: entries(&[(0, 1, 1)]) },
-                    SparseMatrix { name: "D".into(), entries: vec![] },
-                ],
-                inputs: Some(Count {
-                    number: 2,
-                    witness: vec![vec![0, 0], vec![0, 0], vec![1, 0], vec![0, 1]],
-                    minor: full(),
-                    common_factor: texts(&["1", "1"]),
-                    rows: vec![texts(&["1", "-1", "1", "0"]), texts(&["-1", "1", "0", "1"])],
-                }),
-                outputs: Some(Count {
-                    number: 2,
-                    witness: vec![vec![1, 0], vec![0, 1], vec![0, 0], vec![0, 0]],
-                    minor: full(),
-                    common_factor: texts(&["1", "1"]),
-                    rows: vec![texts(&["1", "0", "-1", "0"]), texts(&["0", "1", "0", "-1"])],
-                }),
-                unreached: Some(Invariant { rows: vec![texts(&["-1", "1", "0", "1"])], action: vec![texts(&["-1"])] }),
-                unseen: Some(Invariant { rows: vec![texts(&["1", "0", "-1", "0"])], action: vec![texts(&["-1"])] }),
-                reached: Some(minor(&[(0, 0), (0, 1), (0, 2)], &[0, 1, 2])),
-                seen: Some(minor(&[(0, 0), (0, 1), (0, 2)], &[0, 1, 2])),
-            },
-        },
-        placement: Placement {
-            inputs: Some(search(&bodies, "smallest eigenvalue of the Gramian over 1 s")),
-            outputs: Some(search(&["body_1.phi", "body_2.phi"], "smallest eigenvalue of the Gramian over 1 s")),
-        },
-        sensitivity: Some(Sensitivity {
-            parameters: vec![
-                ParameterRange { name: "d".into(), nominal: 1.0, lower: 0.9, upper: 1.1, unit: "N m s/rad".into() },
-                ParameterRange { name: "s".into(), nominal: 1.0, lower: 0.9, upper: 1.1, unit: "N m/rad".into() },
-            ],
-            controllability: Some(loss("body_2")),
-            observability: Some(loss("body_1")),
-        }),
-        notes: texts(&["The outputs are those of the scenario."]),
+    let source = builtin("two-bodies").expect("a built-in model").source;
+    let source = source.replace("\"2 N m/rad", "\"1 N m/rad").replace("\"0.5 N m s/rad", "\"1 N m s/rad");
+    let outputs = texts(&["body_2.phi"]);
+    let settings = AnalyzeSettings { outputs, certify: true, ..AnalyzeSettings::default() };
+    let mut found = Project::open(source).analyze(&settings, &Silent).expect("an analysis");
+    let rounded = |share: &mut f64| *share = (1e9 * *share).round() / 1e9;
+    for mode in &mut found.modes {
+        mode.stored.sort_by(|a, b| a.element.cmp(&b.element));
+        mode.stored.iter_mut().for_each(|one| rounded(&mut one.share));
+        mode.dissipated.sort_by(|a, b| a.element.cmp(&b.element));
+        mode.dissipated.iter_mut().for_each(|one| rounded(&mut one.share));
     }
+    let structure = &mut found.structure;
+    for mode in structure.uncontrollable.iter_mut().chain(&mut structure.unobservable) {
+        mode.elements.sort_by(|a, b| a.name.cmp(&b.name));
+        mode.elements.iter_mut().for_each(|one| rounded(&mut one.share));
+    }
+    found
 }
 
 /// A chain of eight shafts with a universal joint and friction: everything that two bodies do not show.
@@ -490,8 +285,8 @@ pub fn train() -> Analysis {
                     unit: "kg m^2".into(),
                 },
             ],
-            controllability: Some(LossSearch {
-                nearest: Some(Loss {
+            controllability: Some(DistanceToUncontrollability {
+                nearest: Some(UncontrollablePoint {
                     distance: 2.4,
                     at: vec![
                         ParameterPoint { parameter: "bar_stiffness".into(), value: 148.8, unit: "N m/rad".into() },
@@ -517,7 +312,7 @@ pub fn train() -> Analysis {
                     largest: 9.1e-5,
                 }),
             }),
-            observability: Some(LossSearch {
+            observability: Some(DistanceToUncontrollability {
                 nearest: None,
                 starts: 96,
                 proven_distance: 4.0,

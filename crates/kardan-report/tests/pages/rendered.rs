@@ -1,7 +1,9 @@
 //! The report of a hostile study: several variants, one of them failed, names that are markup, values that are NaN.
 
-use super::plots;
-use kardan::results::{Complex, ElementSummary, Span, example, *};
+use kardan::results::*;
+use kardan_report::{Page, plots};
+
+use super::examples as example;
 
 const HOSTILE: &str = "<script>alert('x')</script> & \"$\\frac{1}{2}$\"\u{1}";
 
@@ -97,7 +99,7 @@ fn hostile() -> Study {
 
 /// The page of a study.
 fn html(study: &Study) -> String {
-    super::study(study).html()
+    kardan_report::study(study).html()
 }
 
 /// The text between the tags, and a panic where tags do not nest or an attribute is not quoted. Enough XML for what
@@ -222,7 +224,7 @@ fn the_page_shows_every_plot_variant_and_section() {
 
 #[test]
 fn the_data_are_valid_json_with_null_for_nan() {
-    let data = super::charts::data(&hostile());
+    let data = kardan_report::study(&hostile()).data.unwrap();
     assert!(data.contains("null,null") && !data.contains("NaN") && !data.contains('<'));
     assert!(data.starts_with("{\"marks\":[0,1e-3,"), "{}", &data[..60]);
     // Balanced outside of strings, and as many numbers as times.
@@ -254,12 +256,12 @@ fn an_empty_study_gives_a_valid_page() {
 fn the_page_of_an_analysis_is_well_formed_and_fetches_nothing() {
     let analyses = [example::two_bodies(), example::train(), example::hostile(HOSTILE), Analysis::default()];
     for (k, analysis) in analyses.iter().enumerate() {
-        let page = super::analysis(analysis).html();
+        let page = kardan_report::analysis(analysis).html();
         texts(&page);
         for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
             assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
         }
-        assert_eq!(page, super::analysis(analysis).html(), "the same analysis, the same bytes");
+        assert_eq!(page, kardan_report::analysis(analysis).html(), "the same analysis, the same bytes");
         let sections = page.matches("<section id=").count();
         assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
     }
@@ -267,7 +269,7 @@ fn the_page_of_an_analysis_is_well_formed_and_fetches_nothing() {
 
 #[test]
 fn the_page_of_an_analysis_shows_what_was_found() {
-    let bodies = super::analysis(&example::two_bodies()).html();
+    let bodies = kardan_report::analysis(&example::two_bodies()).html();
     for text in [
         "Neither controllable (rank 3 of 4) nor observable",
         "all assumptions hold",
@@ -281,7 +283,7 @@ fn the_page_of_an_analysis_shows_what_was_found() {
     ] {
         assert!(bodies.contains(text), "{text:?} is missing");
     }
-    let train = super::analysis(&example::train()).html();
+    let train = kardan_report::analysis(&example::train()).html();
     for text in [
         "Coulomb torque [N m]",
         "not minimum phase",
@@ -331,12 +333,12 @@ fn designs() -> [Design; 4] {
 #[test]
 fn the_page_of_a_design_is_well_formed_and_fetches_nothing() {
     for (k, design) in designs().iter().enumerate() {
-        let page = super::design(design).html();
+        let page = kardan_report::design(design).html();
         texts(&page);
         for forbidden in ["http:", "https:", "://", "src=", "@import", "<script", "url(", "\u{1}", "NaN", "inf\""] {
             assert!(!page.contains(forbidden), "{forbidden:?} in page {k}");
         }
-        assert_eq!(page, super::design(design).html(), "the same design, the same bytes");
+        assert_eq!(page, kardan_report::design(design).html(), "the same design, the same bytes");
         let sections = page.matches("<section id=").count();
         assert_eq!(page.matches("href=\"#").count(), sections, "all sections are in the contents");
     }
@@ -344,7 +346,7 @@ fn the_page_of_a_design_is_well_formed_and_fetches_nothing() {
 
 #[test]
 fn the_page_of_a_design_shows_what_was_designed() {
-    let steering = super::design(&example::decoupled_steering()).html();
+    let steering = kardan_report::design(&example::decoupled_steering()).html();
     for text in [
         "Decoupled by static state feedback, proven exactly; the zero dynamics are stable; 1 warning.",
         "class=\"failure\"",
@@ -367,7 +369,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
         assert!(steering.contains(text), "{text:?} is missing");
     }
     assert_eq!(steering.matches("<figure").count(), 2);
-    let train = super::design(&example::observed_train()).html();
+    let train = kardan_report::design(&example::observed_train()).html();
     for text in [
         "Not decoupled; the closed loop is unstable; 2 warnings.",
         "✗ never",
@@ -389,7 +391,7 @@ fn the_page_of_a_design_shows_what_was_designed() {
 #[test]
 fn designs_are_sections_of_a_report() {
     let [steering, train, ..] = designs();
-    let page = super::study(&Study { designs: vec![steering, train], ..hostile() }).html();
+    let page = kardan_report::study(&Study { designs: vec![steering, train], ..hostile() }).html();
     texts(&page);
     assert!(page.contains("<section id=\"design-1\">\n<h2>Design of column</h2>"));
     assert!(page.contains("<h3 id=\"design-2-observer\">") && page.contains("<h4>Pole map</h4>"));
@@ -398,23 +400,23 @@ fn designs_are_sections_of_a_report() {
 
 #[test]
 fn two_bodies_read_as_a_whole() {
-    let shown = super::analysis(&example::two_bodies()).text("built-in model two-bodies");
+    let shown = kardan_report::analysis(&example::two_bodies()).text("built-in model two-bodies");
     assert_eq!(shown, include_str!("text_two_bodies.txt"), "\n{shown}");
 }
 
 #[test]
 fn the_steering_reads_as_a_whole() {
-    let shown = super::design(&example::decoupled_steering()).text("built-in model sia-steering");
+    let shown = kardan_report::design(&example::decoupled_steering()).text("built-in model sia-steering");
     assert_eq!(shown, include_str!("text_steering.txt"), "\n{shown}");
 }
 
 /// Every page that the examples give.
-fn pages() -> Vec<super::Page> {
+fn pages() -> Vec<Page> {
     let analyses = [example::two_bodies(), example::train(), example::hostile(HOSTILE), Analysis::default()];
-    let analyses = analyses.iter().map(super::analysis);
+    let analyses = analyses.iter().map(kardan_report::analysis);
     analyses
-        .chain(designs().iter().map(super::design))
-        .chain([super::study(&hostile()), super::study(&Study::default())])
+        .chain(designs().iter().map(kardan_report::design))
+        .chain([kardan_report::study(&hostile()), kardan_report::study(&Study::default())])
         .collect()
 }
 
@@ -433,7 +435,7 @@ fn lines_of_text_fit_and_have_no_control_characters() {
 #[test]
 fn the_text_cuts_long_lists_and_says_what_went_wrong() {
     let together = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let shown = together(super::analysis(&example::train()).text("here"));
+    let shown = together(kardan_report::analysis(&example::train()).text("here"));
     for part in [
         "2 of 3 assumptions do not hold",
         "by joint: its ratio depends on the angle of driver",
@@ -449,7 +451,7 @@ fn the_text_cuts_long_lists_and_says_what_went_wrong() {
     ] {
         assert!(shown.contains(part), "{part} missing in\n{shown}");
     }
-    let shown = together(super::design(&example::observed_train()).text("here"));
+    let shown = together(kardan_report::design(&example::observed_train()).text("here"));
     for part in [
         "Not decoupled; the closed loop is unstable",
         "WARNING: The law cancels an unstable mode at 420 1/s.",
@@ -492,7 +494,7 @@ fn markdown_has_whole_tables_and_says_what_the_page_says() {
         assert_eq!(text.matches("\n## ").count(), page.sections.len());
     }
     assert!(tables > 40, "{tables} tables");
-    let text = super::design(&example::decoupled_steering()).markdown();
+    let text = kardan_report::design(&example::decoupled_steering()).markdown();
     for part in [
         "# sia-steering: column\n",
         "**Decoupled by static state feedback, proven exactly; the zero dynamics are stable; 1 warning.**",
@@ -504,4 +506,45 @@ fn markdown_has_whole_tables_and_says_what_the_page_says() {
     ] {
         assert!(text.contains(part), "{part} missing in\n{text}");
     }
+}
+
+#[test]
+fn sentences_name_shafts_and_elements() {
+    let mut bodies = example::two_bodies();
+    let built = bodies.structure.construction.as_mut().unwrap();
+    built.input = vec![vec!["-1".into(), "0".into()], vec!["-2".into(), "1/2".into()]];
+    built.steps[0].multiplier = "-2".into();
+    let [bodies, train] = [bodies, example::train()].map(|one| {
+        let text = kardan_report::analysis(&one).text("here");
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    });
+    for part in ["on -body_1 - 2 body_2; input 2 acts on 1/2 body_2.", "-2 times body_1 in input 1."] {
+        assert!(bodies.contains(part), "{part} missing in\n{bodies}");
+    }
+    for part in [" at 1", "more than 12 %", "2.4 tolerances, outside", "-1.2 ± 88 j", "not decided", "10000 samples"] {
+        assert!(train.contains(part), "{part} missing in\n{train}");
+    }
+}
+
+#[test]
+fn the_verdict_says_how_it_was_decoupled_and_what_is_wrong() {
+    let said = |design: &Design| kardan_report::design(design).text("here");
+    let verdict = |sound: bool, text: &str| Verdict { sound, text: text.into() };
+    let mut design = example::decoupled_steering();
+    assert!(design.verdict().sound);
+    design.feedback = None;
+    design.warnings.clear();
+    assert_eq!(design.verdict(), verdict(true, "Decoupled, proven exactly; the zero dynamics are stable."));
+    design.zero_dynamics.stable = false;
+    assert!(!design.verdict().sound && said(&design).contains("NOT stable"));
+    design.zero_dynamics = ZeroDynamics { polynomial: "1".into(), ..ZeroDynamics::default() };
+    design.feedback = Some(Feedback::Block);
+    assert!(design.verdict().text.ends_with("in blocks by static state feedback, proven exactly; no zero dynamics."));
+    design.decoupled = None;
+    design.decouplability.possible = Feedback::Impossible;
+    assert_eq!(design.verdict(), verdict(false, "The outputs cannot be decoupled; no zero dynamics."));
+    assert!(said(&design).contains("No state feedback decouples the outputs."));
+    let plain = Design { law: "lqr".into(), ..Design::default() };
+    assert_eq!(plain.verdict(), verdict(true, "Designed; it is not claimed to decouple."));
+    assert!(!said(&plain).contains("Decoupling") && !said(&plain).contains("Zero dynamics"));
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Family;
 use crate::num::{Random, Rational, rational_to_f64};
-use crate::results::{Complex, Loss, NamedShare, ParameterPoint, Pole};
+use crate::results::{Complex, NamedShare, ParameterPoint, Pole, UncontrollablePoint};
 
 /// How far the search goes, in tolerances.
 pub const FARTHEST: f64 = 10.0;
@@ -36,7 +36,12 @@ const SOLVED: f64 = 1e-13;
 ///
 /// `shafts` are the names of the leading columns. Parameters do not pass through zero. `None` if no start led to a loss
 /// within `FARTHEST` tolerances; a search from points proves nothing, see [`prove_box`](super::prove_box) for that.
-pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole], starts: usize) -> Option<Loss> {
+pub fn distance_to_uncontrollability(
+    family: &Family<'_>,
+    shafts: &[String],
+    eigenvalues: &[Pole],
+    starts: usize,
+) -> Option<UncontrollablePoint> {
     let limits = Limits::of(family);
     let k = family.parameters().len();
     if k == 0 {
@@ -72,7 +77,7 @@ pub fn nearest_loss(family: &Family<'_>, shafts: &[String], eigenvalues: &[Pole]
         let value = if y == limits.zero[i] { 0.0 } else { value };
         ParameterPoint { parameter: p.name.clone(), value, unit: p.unit.clone() }
     });
-    Some(Loss {
+    Some(UncontrollablePoint {
         distance: found.gauge,
         at: at.collect(),
         eigenvalue: Complex {

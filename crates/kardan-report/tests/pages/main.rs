@@ -1,0 +1,5 @@
+//! Pages of results: of real ones, and of ones made by hand that show what real ones rarely do.
+
+mod examples;
+mod found;
+mod rendered;
