@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json as object};
 
 use super::printed::printed;
+use crate::names::{Quantity, SignalName};
 use crate::results::{ControllerData, Design};
 
 /// Version of the format of [`controller_json`]; a key that changes its meaning raises it.
@@ -56,7 +57,7 @@ pub fn controller_json(design: &Design) -> String {
 
 fn how_to_run(data: &ControllerData) -> String {
     let when = if data.sample_time.is_some() { "every sample_time_s seconds" } else { "as often as it can be" };
-    let excess = if data.reads.iter().any(|one| one.signal.ends_with(".excess")) {
+    let excess = if data.reads.iter().any(|one| SignalName::new(&one.signal).is(Quantity::Excess)) {
         " `<motor>.excess`, which moves the block's states, is what the motor's torque limit leaves of the torque just returned, \
          less that torque: zero within the limit."
     } else {

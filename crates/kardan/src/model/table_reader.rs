@@ -7,6 +7,7 @@ use super::document::{Document, Parameter, Setting};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
+use crate::names::{Quantity, SignalName};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
@@ -248,19 +249,16 @@ impl<'a> TableReader<'a> {
             match (field.kind, table.values.get(field.name)) {
                 (Kind::Signal, Some(Placed { value: Value::Word(signal), place })) => {
                     let label = format!("`{}` of {what}", field.name);
-                    let name = signal.split('.').next().unwrap_or_default();
-                    let angle = signal.strip_suffix(".phi");
-                    if angle.is_some_and(|shaft| self.shafts().any(|s| s == shaft)) || self.document.doubts.has(name) {
+                    let name = SignalName::new(signal);
+                    let is_angle = name.angle_of().is_some_and(|shaft| self.shafts().any(|s| s == shaft));
+                    if is_angle || self.document.doubts.has(name.element) {
                         continue;
                     }
-                    let angles: Vec<String> = self.shafts().map(|shaft| format!("{shaft}.phi")).collect();
+                    let angles: Vec<String> = self.shafts().map(|shaft| Quantity::Angle.of(shaft)).collect();
                     let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
-                    let near = if angles.contains(&format!("{name}.phi")) {
-                        Some(format!("{name}.phi"))
-                    } else {
-                        nearest(signal, angles.iter().map(String::as_str)).map(str::to_string)
-                    };
-                    let help = match near {
+                    let its_angle = angles.iter().find(|angle| **angle == Quantity::Angle.of(name.element));
+                    let near = its_angle.map(String::as_str);
+                    let help = match near.or_else(|| nearest(signal, angles.iter().map(String::as_str))) {
                         Some(near) => format!("did you mean `{near}`?"),
                         None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
                     };
@@ -296,22 +294,25 @@ impl<'a> TableReader<'a> {
 
     /// An output must be an angle or a speed of a shaft, or a sensor.
     fn check_output(&self, signal: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) {
-        let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+        let name = SignalName::new(signal);
+        let (head, quantity, alone) = (name.element, name.quantity(), name.on.is_none());
         let sensors = || self.document.elements.iter().filter(|e| e.kind.keyword == "sensor").map(|e| e.name.as_str());
-        let of_shaft = matches!(tail, "phi" | "w") && self.shafts().any(|shaft| shaft == head);
-        let of_sensor = matches!(tail, "" | "phi" | "w" | "tau") && sensors().any(|sensor| sensor == head);
+        let is_motion = matches!(quantity, Some(Quantity::Angle | Quantity::Speed));
+        let is_reading = name.word.is_none() || is_motion || quantity == Some(Quantity::Torque);
+        let of_shaft = alone && is_motion && self.shafts().any(|shaft| shaft == head);
+        let of_sensor = alone && is_reading && sensors().any(|sensor| sensor == head);
         if of_shaft || of_sensor || self.document.doubts.has(head) {
             return;
         }
         let all: Vec<String> = self
             .shafts()
-            .flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")])
+            .flat_map(|shaft| [Quantity::Angle, Quantity::Speed].map(|quantity| quantity.of(shaft)))
             .chain(sensors().map(str::to_string))
             .collect();
         let names = || all.iter().map(String::as_str);
         let help = match nearest(signal, names()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None if tail == "tau" => format!(
+            None if alone && quantity == Some(Quantity::Torque) => format!(
                 "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
                 shortened(head)
             ),

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::document::{Document, Instance};
 use super::reading::read;
 use crate::diagnostics::{Diagnostic, Severity};
+use crate::names;
 use crate::schema::{Kind, Placed, Scalar, Sign, Value};
 
 /// A value for a key of an element (`fs.damping`) or an entry of `[parameters]`, SI, with the interval that it lies in.
@@ -85,7 +86,7 @@ fn edit(source: &str, document: &Document, new: &NewValue) -> Result<Edit, Strin
         let text = quoted(new, &parameter.dimension.si(), Sign::Any);
         return Ok(Edit { place: parameter.place.span(), text });
     }
-    let (element, key) = new.name.rsplit_once('.').ok_or("no such parameter")?;
+    let (element, key) = names::parameter(&new.name).ok_or("no such parameter")?;
     let instance = document.elements.iter().find(|instance| instance.name == element).ok_or("no such element")?;
     let field = instance.kind.fields.iter().find(|field| field.name == key).ok_or("no such key")?;
     let Kind::Quantity(dimension, sign) = field.kind else { return Err("no quantity".into()) };

@@ -2,7 +2,7 @@
 
 mod signal;
 
-pub use signal::{Quantity, SignalName};
+pub use signal::{Quantity, SignalName, parameter};
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
 ///

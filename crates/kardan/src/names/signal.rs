@@ -119,6 +119,11 @@ impl<'a> SignalName<'a> {
     }
 }
 
+/// The element and the key of a parameter, `wheel.inertia`; none if it is no such name.
+pub fn parameter(name: &str) -> Option<(&str, &str)> {
+    name.rsplit_once('.')
+}
+
 impl fmt::Display for SignalName<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [Some(self.element), self.on, self.word];

@@ -108,7 +108,7 @@ impl Series {
 
     /// Largest torque asked of a motor in the rows, before its limits, N m; `None` if there is no such motor.
     pub fn largest_torque_asked(&self, motor: &str) -> Option<f64> {
-        let signal = self.signal(&format!("{motor}.command")).or_else(|| self.signal(&format!("{motor}.tau")));
+        let signal = self.signal(&Quantity::Command.of(motor)).or_else(|| self.signal(&Quantity::Torque.of(motor)));
         signal.map(|signal| signal.values.iter().fold(0.0, |max: f64, x| max.max(x.abs())))
     }
 }
