@@ -14,7 +14,7 @@ pub const REQUIREMENT_FAILED: u8 = 1;
 pub const ERROR: u8 = 2;
 
 /// The exit code; what went wrong is said, and why if the command was to end early.
-pub fn told(done: Result<u8, Failure>, json: bool) -> u8 {
+pub fn exit_code(done: Result<u8, Failure>, json: bool) -> u8 {
     done.unwrap_or_else(|mut failure| {
         if let Some(reason) = stop::reason() {
             let early = Diagnostic::error("command::early", format!("{reason}: what was there by then is not enough"));

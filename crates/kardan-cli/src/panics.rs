@@ -6,7 +6,7 @@
 use kardan::diagnostics::Diagnostic;
 use kardan::tables::read as log;
 
-use crate::exit::told;
+use crate::exit::exit_code;
 use crate::render::Failure;
 
 /// Answers panics of foreign decoders from now on; to all others happens what happened before.
@@ -19,7 +19,7 @@ pub fn answer(json: bool) {
         Some(why) => {
             let mistake = Diagnostic::error("log::damaged", why.to_string())
                 .help("this build of kardan cannot go on behind such a place; one with `panic = \"unwind\"` uses the rows before it");
-            let code = told(Err(Failure { source: None, diagnostics: vec![mistake] }), json);
+            let code = exit_code(Err(Failure { source: None, diagnostics: vec![mistake] }), json);
             std::process::exit(code.into());
         }
         None => usual(panic),

@@ -9,7 +9,7 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::AnalyzeArgs;
-use crate::exit::{DONE, ERROR, told};
+use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
 use crate::output::{prepare_file, print, save_page};
 use crate::progress::Bars;
@@ -90,7 +90,7 @@ fn with_bars(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let (args, origin) = (args.clone(), origin.to_owned());
     let bars = Bars::new(quiet).showing(move |part| match part {
-        Part::Analysis(found) => told(tell(&found, &args, &origin, quiet), args.json),
+        Part::Analysis(found) => exit_code(tell(&found, &args, &origin, quiet), args.json),
         _ => ERROR,
     });
     let found = work(&bars);

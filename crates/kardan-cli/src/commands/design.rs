@@ -9,7 +9,7 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::{DesignArgs, FeedbackKind};
-use crate::exit::{DONE, ERROR, told};
+use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
 use crate::output::{prepare_files, print, save, save_page};
 use crate::progress::{Bars, because};
@@ -36,7 +36,7 @@ pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::within(quiet, args.limits).showing({
         let (args, origin) = (args.clone(), origin.clone());
         move |part| match part {
-            Part::Design(found) => told(tell(&found, &args, &origin, quiet), args.json),
+            Part::Design(found) => exit_code(tell(&found, &args, &origin, quiet), args.json),
             _ => ERROR,
         }
     });

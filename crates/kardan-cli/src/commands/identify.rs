@@ -13,7 +13,7 @@ use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::IdentifyArgs;
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, told};
+use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
 use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
 use crate::progress::{Bars, because};
@@ -48,7 +48,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::new(quiet).showing({
         let (args, source) = (args.clone(), source.clone());
         move |part| match part {
-            Part::Identification(found) => told(tell(&found, &args, &source, quiet), args.json),
+            Part::Identification(found) => exit_code(tell(&found, &args, &source, quiet), args.json),
             _ => ERROR,
         }
     });
@@ -74,7 +74,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     let whole = found.unfinished.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
     let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
-    // What was found is told also where it cannot be written; of JSON there is one object, then that of the mistake.
+    // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
     if args.json {
         print(&(export::identification_json(found) + "\n"))?;

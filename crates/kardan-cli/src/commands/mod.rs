@@ -17,7 +17,7 @@ use std::ffi::OsString;
 use clap::Parser;
 
 use crate::args::{Cli, Command};
-use crate::exit::{DONE, ERROR, told};
+use crate::exit::{DONE, ERROR, exit_code};
 use crate::output::print;
 use crate::panics;
 use crate::render::Failure;
@@ -55,7 +55,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
-    told(dispatch(&cli), json)
+    exit_code(dispatch(&cli), json)
 }
 
 fn dispatch(cli: &Cli) -> Result<u8, Failure> {

@@ -10,7 +10,7 @@ use kardan::study::{Part, Project, Settings};
 use kardan_report as report;
 
 use crate::args::{Format, RunArgs};
-use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, told};
+use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
 use crate::output::{Folder, print, shown};
 use crate::progress::Bars;
@@ -33,7 +33,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::within(quiet, args.limits).showing({
         let (args, origin, folder) = (args.clone(), origin.clone(), Arc::clone(&folder));
         move |part| match part {
-            Part::Study(study) => told(tell(&study, &folder, &args, &origin), args.json),
+            Part::Study(study) => exit_code(tell(&study, &folder, &args, &origin), args.json),
             _ => ERROR,
         }
     });
