@@ -252,11 +252,6 @@ macro_rules! row {
 }
 pub(super) use row;
 
-/// Texts as the cells of a row.
-pub(super) fn cells<const N: usize>(texts: [String; N]) -> Vec<Cell> {
-    texts.map(Cell::Text).to_vec()
-}
-
 /// More rows are counted where there is little room.
 const BRIEF: usize = 20;
 

@@ -456,7 +456,7 @@ pub fn together(list: &str) -> String {
 /// Why some sets of places are marked.
 pub const EFFICIENT: &str = "Marked sets are efficient: every better set costs more.";
 
-fn capital(text: &str) -> String {
+pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -84,7 +84,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     if let (true, None, Some(reason)) = (args.study, &found, stop::reason()) {
         output.problems.push(missing(&reason));
     }
-    print(&text_of(&bench, &logs, found.as_ref(), &output.files, args.json))?;
+    print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
     let Output { problems, .. } = output;
     render::show(None, &problems);
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
@@ -107,7 +107,7 @@ fn missing(reason: &str) -> Diagnostic {
 }
 
 /// What was found as an object of JSON, or as text.
-fn text_of(
+fn printed(
     bench: &PreparedBench,
     logs: &[WrittenLog],
     found: Option<&BenchStudy>,
@@ -192,7 +192,7 @@ impl Output {
 
     /// Should what is computed now end early, the files are named that are there.
     fn keep_told(&self, bench: &PreparedBench, logs: &[WrittenLog], json: bool) {
-        let (text, mut problems) = (text_of(bench, logs, None, &self.files, json), self.problems.clone());
+        let (text, mut problems) = (printed(bench, logs, None, &self.files, json), self.problems.clone());
         stop::keep(Some(Box::new(move |reason| {
             problems.push(missing(reason));
             problems.extend(print(&text).err());

@@ -74,7 +74,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     let whole = found.unfinished.is_none();
     let write_to = args.write.as_deref().filter(|_| whole);
     let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
-    // What was found is told also where it cannot be written; of JSON there is one object, then that of the mistake.
+    // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
     if args.json {
         print(&(export::identification_json(found) + "\n"))?;

@@ -110,7 +110,7 @@ fn class(class: &Class) -> Body {
 }
 
 /// `yes` or `no` where it is decided.
-fn told(decided: Option<bool>, holds: bool) -> Cell {
+fn decision(decided: Option<bool>, holds: bool) -> Cell {
     match decided {
         Some(_) => Cell::Mark(holds, if holds { "yes" } else { "no" }.into()),
         None => Cell::Mark(false, "not decided".into()),
@@ -125,8 +125,8 @@ fn modes(analysis: &Analysis) -> Body {
             mode.natural_frequency / std::f64::consts::TAU,
             mode.damping_ratio,
             words::pair(mode.eigenvalue),
-            told(analysis.structure.controllability(), mode.controllable),
-            told(analysis.structure.observability(), mode.observable),
+            decision(analysis.structure.controllability(), mode.controllable),
+            decision(analysis.structure.observability(), mode.observable),
             words::together(&words::shape(mode, |value| figure(value, 3))),
         ];
         if energy {
@@ -154,7 +154,7 @@ fn ranks(structure: &Structure) -> Body {
     }
     let judged = |what: &str, decided: Option<bool>, rank: Option<usize>| {
         let rank = rank.map_or(String::new(), |rank| words::rank(rank, states, decided.is_some()));
-        row![what, told(decided, decided == Some(true)), rank]
+        row![what, decision(decided, decided == Some(true)), rank]
     };
     let failing = |modes: &[FailingMode]| Body::default().list(modes.iter().map(words::failing));
     let defect = |decided: Option<bool>, defect: usize| decided.map_or("not decided".into(), |_| defect.to_string());

@@ -1,18 +1,22 @@
 //! A design as a page.
 
+use super::{alternatives, margins};
 use crate::design_pictures as pictures;
-use crate::model::{Body, Cell, Page, cells, row, warnings};
-use crate::pareto::pareto;
-use crate::text::figure;
-use crate::text::number;
-use crate::words::{self, design as said};
+use crate::model::{Body, Cell, Page, row, warnings};
+use crate::text::{figure, number};
+use crate::words::{self, design as said, list, pairs};
 use kardan::results::{
-    Alternative, ChannelResult, CrossCoupling, Design, Exploration, Interaction, Margins, Motion, ObserverResult, Pole,
-    Robustness, ScenarioStrain, WithSensor, ZeroMode,
+    Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
+    Flatness, HiddenMotion, Integrators, Motion, ObserverResult, Passage, Pole, ZeroDynamics, ZeroMode,
 };
 
 /// More poles are counted where there is little room.
 const POLES: usize = 40;
+/// More names in a sentence are counted.
+const NAMES: usize = 12;
+/// How far poles are to be trusted that are no roots of an exact polynomial.
+const FLOATING: &str = "These poles are eigenvalues in floating point; whether a motion within a millionth of the fastest \
+                        one around the axis decays is not decided.";
 
 /// The page of a design.
 pub fn page(design: &Design) -> Page {
@@ -22,7 +26,7 @@ pub fn page(design: &Design) -> Page {
         (_, true) => design.model.clone(),
         _ => format!("{}: {}", design.model, design.controller),
     };
-    let strains = strains(&design.strains);
+    let strains = design.strains.iter().map(|one| (one.variant.clone(), &one.strain, one.duration));
     let new = Body::default;
     Page {
         name,
@@ -35,20 +39,24 @@ pub fn page(design: &Design) -> Page {
             ("gains", "Gains", new().matrices(&design.gains)),
             ("channels", "Channels", channels(&design.channels)),
             ("poles", "Closed-loop poles", poles(design)),
-            ("sampling", "Sampling, delay and limits", design.margins.as_ref().map(margins).unwrap_or_default()),
-            ("strain", "Torques in the scenario", strains),
+            (
+                "sampling",
+                "Sampling, delay and limits",
+                design.margins.as_ref().map(margins::margins).unwrap_or_default(),
+            ),
+            ("strain", "Torques in the scenario", margins::strains(strains)),
             ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
             ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
             ("proof", "Transfer matrix of the linear loop, exact", proof(design)),
             ("coupling", "Cross coupling", cross_coupling(design)),
+            ("passage", "With the parameters of the variant", new().list(design.passage.iter().flat_map(passage))),
             (
-                "passage",
-                "With the parameters of the variant",
-                new().list(design.passage.iter().flat_map(said::passage)),
+                "exploration",
+                "Other designs",
+                design.exploration.as_ref().map(alternatives::exploration).unwrap_or_default(),
             ),
-            ("exploration", "Other designs", design.exploration.as_ref().map(exploration).unwrap_or_default()),
-            ("box", "Box of plants", design.robustness.as_ref().map(robustness).unwrap_or_default()),
-            ("flatness", "Flatness", new().list(design.flatness.iter().flat_map(said::flatness))),
+            ("box", "Box of plants", design.robustness.as_ref().map(alternatives::robustness).unwrap_or_default()),
+            ("flatness", "Flatness", new().list(design.flatness.iter().flat_map(flatness))),
             ("canonical", "Canonically decoupled form", canonical(design)),
             ("controller", "Controller", controller(design)),
             ("remarks", "Notes of the design", new().list(design.notes.iter().cloned())),
@@ -61,32 +69,105 @@ fn head(design: &Design) -> Body {
     if design.controller.is_empty() && design.law.is_empty() {
         return Body::default();
     }
+    let hidden = match list(&pairs(&design.hidden), NAMES).as_str() {
+        "" => String::new(),
+        values => format!("The outputs do not show the motions at {values} 1/s; the law leaves them."),
+    };
     let definitions = design.definitions.iter().map(|one| row![&one.state, &one.is]);
     Body::default()
-        .list(said::head(design))
+        .list(what_is_designed(design))
         .names("States", &design.states)
         .names("Inputs", &design.inputs)
         .names("Outputs", &design.outputs)
         .part("States that stand for combinations of coordinates", Body::default().table(&["state", "is"], definitions))
-        .say(said::hidden(design).unwrap_or_default())
+        .say(hidden)
+}
+
+/// What was designed, on which model, and what else is in the loop: one sentence each.
+fn what_is_designed(design: &Design) -> Vec<String> {
+    let mut out = vec![format!("Controller {}, law {}.", or_dash(&design.controller), or_dash(&design.law))];
+    if !design.design_model.is_empty() {
+        out.push(format!("Design model: {}.", design.design_model));
+    }
+    if !design.variant.is_empty() && design.variant != design.model {
+        out.push(format!("Variant: {}.", design.variant));
+    }
+    if !design.others.is_empty() {
+        out.push(format!(
+            "In the loop too, for the closed-loop poles and the simulation: {}. Transfer functions are without.",
+            list(&design.others, NAMES)
+        ));
+    }
+    out
+}
+
+fn or_dash(text: &str) -> &str {
+    if text.is_empty() { "–" } else { text }
 }
 
 fn decoupling(design: &Design) -> Body {
     let degree = |degree: &Option<usize>| match degree {
         Some(degree) => Cell::from(*degree),
-        None => Cell::Mark(false, said::relative_degree(None)),
+        None => Cell::Mark(false, "never".into()),
     };
     let degrees = design.outputs.iter().zip(&design.relative_degrees);
     Body::default()
-        .list(said::decouplability(design))
+        .list(decouplability(design))
         .table(&["output", "#relative degree"], degrees.map(|(output, found)| vec![output.into(), degree(found)]))
         .matrices([&design.decoupling_matrix])
+}
+
+/// Whether static, block or dynamic feedback decouples the outputs, and why: one sentence each. Empty if it was not
+/// asked.
+fn decouplability(design: &Design) -> Vec<String> {
+    let found = &design.decouplability;
+    let Decouplability { rank, normal_rank, possible, integrators, reasons, .. } = found;
+    if *rank == 0 && *normal_rank == 0 && reasons.is_empty() {
+        return Vec::new();
+    }
+    let blocks = blocks(design);
+    let in_blocks = if blocks.is_empty() { String::new() } else { format!(": {}", list(&blocks, NAMES)) };
+    let added: Vec<String> = integrators
+        .iter()
+        .map(|Integrators { input, count }| {
+            format!("{count} integrator{} before {input}", if *count == 1 { "" } else { "s" })
+        })
+        .collect();
+    let added = if added.is_empty() { String::new() } else { format!(" with {}", list(&added, NAMES)) };
+    let mut out = vec![match possible {
+        Feedback::Static => "Static state feedback decouples every output from the others.".into(),
+        Feedback::Block => format!("Static state feedback decouples blocks of outputs only{in_blocks}."),
+        Feedback::Dynamic => {
+            format!("Static state feedback does not decouple the outputs, dynamic feedback does{added}.")
+        }
+        Feedback::Impossible => "No state feedback decouples the outputs.".into(),
+    }];
+    if *possible != Feedback::Block && !blocks.is_empty() && *possible != Feedback::Static {
+        out.push(format!("Static feedback decouples these blocks{in_blocks}."));
+    }
+    out.extend(reasons.iter().map(|reason| sentence(reason)));
+    out.push(format!(
+        "G has rank {rank} ({} × {}), the transfer matrix has normal rank {normal_rank}; both exact.",
+        design.outputs.len(),
+        design.inputs.len()
+    ));
+    out
+}
+
+fn sentence(text: &str) -> String {
+    let text = words::capital(text);
+    if text.ends_with(['.', '!', '?']) { text } else { text + "." }
+}
+
+/// Blocks of outputs by name: `{rk.phi, fs.phi}`.
+fn blocks(design: &Design) -> Vec<String> {
+    design.decouplability.blocks.iter().map(|block| format!("{{{}}}", block.join(", "))).collect()
 }
 
 fn channels(channels: &[ChannelResult]) -> Body {
     let row = |channel: &ChannelResult| {
         let ChannelResult { output, reference, kind, transfer, poles, .. } = channel;
-        let poles = words::together(&words::list(&words::pairs(poles), 12));
+        let poles = words::together(&list(&pairs(poles), 12));
         row![output, reference, kind, Cell::Code(transfer.clone()), poles]
     };
     let headers = ["output", "reference", "kind", "transfer function", "poles [1/s]"];
@@ -118,44 +199,8 @@ fn poles(design: &Design) -> Body {
     Body::default()
         .hint("Linear loop with all controllers, at the design point.")
         .table_of(POLES, &headers, said::joined(&design.closed_loop_poles).iter().map(row))
-        .hint(said::floating_poles(design).unwrap_or_default())
+        .hint(if design.exact_poles { "" } else { FLOATING })
         .pictures(pictures::plane(design))
-}
-
-fn margins(found: &Margins) -> Body {
-    let peaks = found.peaks.iter().map(|peak| {
-        let [step, motor, asked, limit] = said::torque_peak(peak);
-        let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
-        let asked = if too_much { Cell::Mark(false, asked) } else { Cell::Text(asked) };
-        row![step, motor, asked, limit]
-    });
-    let limits = said::margins(found).into_iter().map(cells);
-    let channels = said::channels(found).into_iter().map(cells);
-    Body::default()
-        .say(&found.verdict)
-        .part(
-            "Limits of the linear loop",
-            Body::default().table(&["the loop tolerates", "#limit", "beyond it grows"], limits),
-        )
-        .part(
-            "How wrong one channel may be before the loop is unstable",
-            Body::default().table(&said::CHANNELS, channels),
-        )
-        .part(
-            "Torques that steps ask for",
-            Body::default().table(&["step of", "motor", "#asked of it", "#torque limit"], peaks),
-        )
-}
-
-/// What the scenario asks of the motors; empty if it was not run.
-fn strains(found: &[ScenarioStrain]) -> Body {
-    let row = |found: &ScenarioStrain| {
-        let [asked, limit, time] = said::strain(&found.strain, found.duration);
-        let time = if found.strain.strained() { Cell::Mark(false, time) } else { Cell::Text(time) };
-        row![&found.strain.motor, &found.variant, asked, limit, time]
-    };
-    Body::default()
-        .table(&["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], found.iter().map(row))
 }
 
 fn zero_dynamics(design: &Design) -> Body {
@@ -178,16 +223,56 @@ fn zero_dynamics(design: &Design) -> Body {
     let headers =
         ["#pole [1/s]", "#frequency [rad/s]", "#damping", "largest motions", "stored in", "lost in", "verdict"];
     let warnings = found.modes.iter().filter_map(|mode| Some((mode, mode.warning.as_ref()?)));
-    let body = Body::default().list(said::zero_dynamics(found)).table(&headers, found.modes.iter().map(row));
+    let body = Body::default().list(hidden_motions(found)).table(&headers, found.modes.iter().map(row));
     warnings.fold(body, |body, (mode, text)| body.judge(false, format!("{} 1/s: {text}", words::pair(mode.pole))))
+}
+
+/// What goes on while the outputs are held still: one sentence each. Empty if it was not asked.
+fn hidden_motions(found: &ZeroDynamics) -> Vec<String> {
+    match found.kind() {
+        HiddenMotion::Unknown => vec![],
+        HiddenMotion::None => vec!["There are none: while the outputs are held still, nothing moves.".into()],
+        HiddenMotion::Some => {
+            let of =
+                if found.polynomial.is_empty() { String::new() } else { format!(": roots of {}", found.polynomial) };
+            let verdict = if found.stable {
+                "They are stable, decided exactly: what excites them dies out."
+            } else {
+                "They are NOT stable, decided exactly: what excites them does not die out."
+            };
+            vec![format!("Motions that go on while the outputs are held still{of}."), verdict.into()]
+        }
+    }
 }
 
 fn observer(found: &ObserverResult) -> Body {
     Body::default()
-        .list(said::observer(found))
+        .list(estimates(found))
         .names("States", &found.states)
         .part("Poles of its error", super::poles(&found.poles))
         .part("Gain", Body::default().matrices([&found.gain]))
+}
+
+/// What the observer measures and estimates, and what can be told apart: one sentence each.
+fn estimates(found: &ObserverResult) -> Vec<String> {
+    let method = match found.method.as_str() {
+        "poles" => "placed poles",
+        "kalman" => "a Kalman filter",
+        other => other,
+    };
+    let torques = match &found.disturbances[..] {
+        [] => String::new(),
+        [one] => format!(", among them the torque along {one}"),
+        names => format!(", among them the torques along {}", list(names, NAMES)),
+    };
+    let mut out = vec![format!(
+        "Estimates {} state{}{torques}, from {}; designed by {method}.",
+        found.states.len(),
+        if found.states.len() == 1 { "" } else { "s" },
+        list(&found.sensors, NAMES)
+    )];
+    out.extend(found.distinguishable.iter().map(|text| sentence(text)));
+    out
 }
 
 /// Names once each, in the order in which they come first.
@@ -215,11 +300,25 @@ fn proof(design: &Design) -> Body {
     };
     let from = references.iter().map(|reference| format!("from {reference}"));
     let headers: Vec<String> = std::iter::once("output".to_owned()).chain(from).collect();
-    Body::default().judge(design.decoupled == Some(true), said::proof(design).unwrap_or_default()).table_of(
-        POLES,
-        &headers,
-        outputs.iter().map(row),
-    )
+    let proven = match design.decoupled {
+        Some(true) => "Every entry that belongs to another channel is exactly zero: the linear loop is decoupled.",
+        Some(false) => "Entries that belong to other channels do not vanish: the linear loop is NOT decoupled.",
+        None => "",
+    };
+    let table = Body::default().table_of(POLES, &headers, outputs.iter().map(row));
+    Body::default().judge(design.decoupled == Some(true), proven).and(table)
+}
+
+/// How long it was watched: `over 2 s`; `None` if there are several windows or none.
+fn window(couplings: &[CrossCoupling]) -> Option<String> {
+    let first = couplings.first()?.window;
+    (first.is_finite() && couplings.iter().all(|other| other.window == first))
+        .then(|| format!("over {} s", number(first)))
+}
+
+/// `ref_rk by 1 rad`.
+fn step(coupling: &CrossCoupling) -> String {
+    format!("{} by {} {}", coupling.reference, number(coupling.step), coupling.step_unit).trim_end().into()
 }
 
 fn cross_coupling(design: &Design) -> Body {
@@ -227,12 +326,12 @@ fn cross_coupling(design: &Design) -> Body {
     if found.is_empty() {
         return Body::default();
     }
-    let same = said::window(found);
+    let same = window(found);
     let over = same.as_ref().map_or(String::new(), |same| format!(", {same}"));
     let with_unit =
         |value: Option<f64>, unit: &str| format!("{} {unit}", number(value.unwrap_or(f64::NAN))).trim_end().to_owned();
     let row = |c: &CrossCoupling| {
-        let mut row = row![said::step(c), &c.output, if c.own { "own" } else { "other" }];
+        let mut row = row![step(c), &c.output, if c.own { "own" } else { "other" }];
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
@@ -252,52 +351,112 @@ fn cross_coupling(design: &Design) -> Body {
     found
         .iter()
         .filter_map(|c| Some((c, c.failure.as_ref()?)))
-        .fold(body, |body, (c, why)| body.judge(false, format!("Step of {}: {why}", said::step(c))))
+        .fold(body, |body, (c, why)| body.judge(false, format!("Step of {}: {why}", step(c))))
 }
 
-fn exploration(found: &Exploration) -> Body {
-    let mut best: Vec<&Alternative> = found.designs.iter().filter(|one| one.best).collect();
-    best.retain(|one| one.bandwidth == 1.0);
-    best.sort_by(|a, b| b.sample_time.total_cmp(&a.sample_time).then(a.torque.total_cmp(&b.torque)));
-    let designs = best.iter().map(|one| cells(said::alternative(found, one)));
-    let headers = ["rate", "bandwidth", "effort", "sensors", "#interaction", "#torque", "#noise", "#spectral radius"];
-    let sensors = found.sensors.iter().map(|WithSensor { name, design: with }| {
-        let [_, _, _, _, interaction, _, noise, radius] = said::alternative(found, with);
-        row![name, interaction, noise, radius]
+/// The loop with the parameters of the variant, one sentence each.
+fn passage(found: &Passage) -> Vec<String> {
+    let degrees = |angle: f64| format!("{} deg", number((1e6 * angle.to_degrees()).round() / 1e6));
+    let at = |angle: f64| if found.turned.is_empty() { String::new() } else { format!(" at {}", degrees(angle)) };
+    let mut out = vec![
+        if found.turned.is_empty() {
+            "The loop is looked at with the parameters of the variant, which are not those of the design, in linear approximation."
+                .into()
+        } else {
+            format!(
+                "The loop is looked at with the parameters of the variant, in linear approximation at {} positions: {} turned from \
+                 {} to {}.",
+                found.positions,
+                found.turned,
+                degrees(found.range.from),
+                degrees(found.range.until)
+            )
+        },
+        "Law, observer and plant are linearised there in floating point, without Coulomb friction and limits of the motors; all \
+         controllers are in the loop."
+            .into(),
+    ];
+    out.push(match (found.stable, found.growth < -1e30) {
+        (true, true) => "Nothing grows.".into(),
+        (true, false) => {
+            format!(
+                "Nothing grows; the slowest motion decays with {} 1/s{}.",
+                number(-found.growth),
+                at(found.growth_at)
+            )
+        }
+        (false, _) => format!("UNSTABLE: a motion grows with {} 1/s{}.", number(found.growth), at(found.growth_at)),
     });
-    Body::default()
-        .list(said::exploration(found))
-        .pictures(pareto(found))
-        .part(
-            "With the bandwidth of the file, designs that none at no higher rate beats in both interaction and torque",
-            Body::default().table_of(POLES, &headers, designs),
+    out.extend(found.interactions.iter().filter(|_| found.stable).map(|one| {
+        format!(
+            "{} by {} {} moves {} by at most {} {}{}; {} {} are acceptable.",
+            one.reference,
+            number(one.step),
+            one.step_unit,
+            one.signal,
+            number(one.largest),
+            one.unit,
+            at(one.at),
+            number(one.acceptable),
+            one.unit
         )
-        .part(
-            "With one more sensor, the best first",
-            Body::default().table(&["sensor", "#interaction", "#noise", "#spectral radius"], sensors),
-        )
+    }));
+    out
 }
 
-fn robustness(found: &Robustness) -> Body {
-    let table = |what: &str, all: &[Interaction]| {
-        let headers = ["step of", what, "#nominal", "#median", "#90 %", "#99 %", "#largest", "#worst corner", "unit"];
-        Body::default().table(&headers, all.iter().map(|one| cells(said::interaction(one))))
-    };
-    Body::default()
-        .list(said::robustness(found))
-        .part("What a step does to other channels", table("signal", &found.interactions))
-        .part("What a step asks of the motors", table("motor", &found.peaks))
+/// Whether the outputs are flat and what they determine: one sentence each.
+fn flatness(found: &Flatness) -> Vec<String> {
+    let mut out = Vec::new();
+    if !found.statement.is_empty() {
+        out.push(sentence(&found.statement));
+    } else if found.flat {
+        out.push("The outputs are flat.".into());
+    } else {
+        out.push("The outputs are not flat.".into());
+    }
+    if !found.flat && !found.remainder.is_empty() {
+        let values = list(&pairs(&found.poles), NAMES);
+        let at = if values.is_empty() { String::new() } else { format!(", at {values} 1/s") };
+        out.push(format!("The filter that remains has the poles of {}{at}.", found.remainder));
+    }
+    let degrees =
+        found.outputs.iter().zip(&found.derivatives).map(|(output, degree)| format!("{output} up to {degree}"));
+    let degrees: Vec<String> = degrees.collect();
+    if !degrees.is_empty() {
+        out.push(format!("Derivatives needed: {}.", list(&degrees, NAMES)));
+    }
+    out
 }
 
 fn canonical(design: &Design) -> Body {
     design.canonical.as_ref().map_or_else(Body::default, |found| {
         let all = [&found.transformation, &found.a, &found.b, &found.c];
-        Body::default().list(said::canonical(found, design)).fold("Matrices", Body::default().matrices(all))
+        Body::default().list(sizes(found, design)).fold("Matrices", Body::default().matrices(all))
     })
 }
 
+/// The sizes of the parts of the canonically decoupled form: one sentence each.
+fn sizes(found: &Canonical, design: &Design) -> Vec<String> {
+    let channels = found.sizes.len().saturating_sub(2);
+    let name = |k: usize| design.outputs.get(k).cloned().unwrap_or_else(|| format!("channel {}", k + 1));
+    let own: Vec<String> = (0..channels).map(|k| format!("{} {}", name(k), found.sizes[k])).collect();
+    let mut out = Vec::new();
+    if let [.., shared, unreached] = found.sizes[..] {
+        out.push(format!(
+            "States by channel: {}; in no channel of their own: {shared}; not controllable: {unreached}.",
+            list(&own, NAMES)
+        ));
+    }
+    let ranks = found.ranks.iter().enumerate().map(|(k, rank)| format!("all but input {}: {rank}", k + 1));
+    let ranks: Vec<String> = ranks.collect();
+    if !ranks.is_empty() {
+        out.push(format!("Ranks of the controllability matrices: {}.", list(&ranks, NAMES)));
+    }
+    out
+}
+
 fn controller(design: &Design) -> Body {
-    let texts = said::controller(&design.controller_data);
+    let texts = block(&design.controller_data);
     if texts.is_empty() {
         return Body::default();
     }
@@ -307,4 +466,36 @@ fn controller(design: &Design) -> Body {
         .list(texts)
         .hint("`kardan design --controller FILE` writes it with every bit of its numbers.")
         .detail(Body::default().fold("Signals in their order", reads))
+}
+
+/// What runs in firmware: one sentence each; empty if there is nothing.
+fn block(data: &ControllerData) -> Vec<String> {
+    if data.block.is_empty() {
+        return Vec::new();
+    }
+    let time = match data.sample_time {
+        Some(time) => format!("every {} s", number(time)),
+        None => "in continuous time".into(),
+    };
+    let reads: Vec<&str> = data.reads.iter().map(|one| one.signal.as_str()).collect();
+    let matrices: Vec<String> = data
+        .matrices
+        .iter()
+        .map(|DataMatrix { name, values: rows }| {
+            format!("{name} ({} × {})", rows.len(), rows.first().map_or(0, Vec::len))
+        })
+        .collect();
+    let mut out = vec![
+        format!("Block {} of kardan-rt, {time}.", data.block),
+        format!("Reads {}; writes {}.", list(&reads, NAMES), list(&data.writes, NAMES)),
+    ];
+    if !matrices.is_empty() {
+        out.push(format!("Matrices: {}.", list(&matrices, NAMES)));
+    }
+    let numbers: Vec<String> =
+        data.numbers.iter().map(|DataNumber { name, value }| format!("{name} {}", number(*value))).collect();
+    if !numbers.is_empty() {
+        out.push(format!("Numbers: {}.", list(&numbers, NAMES)));
+    }
+    out
 }

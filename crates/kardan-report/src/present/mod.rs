@@ -1,9 +1,11 @@
 //! What results say, as pages.
 
+mod alternatives;
 pub mod analysis;
 pub mod bench;
 pub mod design;
 pub mod identification;
+mod margins;
 pub mod study;
 
 use crate::model::{Body, Cell, row};

@@ -7,7 +7,7 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    Energy, Event, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study, Verdict,
+    self, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
@@ -191,28 +191,22 @@ fn key_figures(study: &Study) -> Body {
     or_none(Body::default().table_of(usize::MAX, &headers, rows), "No signals are plotted.")
 }
 
+/// Least and greatest value with their times, and the last value that is finite.
 fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
-    let finite = || time.iter().zip(values).filter(|(_, value)| value.is_finite());
-    let cells = |found: Option<(&f64, &f64)>| match found {
-        Some((time, value)) => [Cell::from(*value), Cell::Text(clock.time(*time))],
+    let found = results::extremes(time, values);
+    let cells = |found: Option<Extreme>| match found {
+        Some(at) => [Cell::from(at.value), Cell::Text(clock.time(at.time))],
         None => ["–".into(), "–".into()],
     };
-    let [low, low_time] = cells(finite().min_by(|a, b| a.1.total_cmp(b.1)));
-    // The first of equal maxima, as for minima.
-    let [high, high_time] = cells(finite().min_by(|a, b| b.1.total_cmp(a.1)));
-    let [last, _] = cells(finite().next_back());
-    [low, low_time, high, high_time, last]
+    let [[low, low_time], [high, high_time]] = [cells(found.min), cells(found.max)];
+    let last = values.iter().rev().find(|value| value.is_finite());
+    [low, low_time, high, high_time, last.copied().into()]
 }
 
 /// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
 fn motors(study: &Study) -> Body {
     let strains = study.runs.iter().flat_map(|run| run.strains.iter().map(move |strain| (run, strain)));
-    let rows = strains.map(|(run, strain)| {
-        let [asked, limit, time] = words::design::strain(strain, run.length());
-        let time = if strain.strained() { Cell::Mark(false, time) } else { Cell::Text(time) };
-        row![&strain.motor, variant_label(study, run), asked, limit, time]
-    });
-    Body::default().table(&["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], rows)
+    super::margins::strains(strains.map(|(run, strain)| (variant_label(study, run), strain, run.length())))
 }
 
 /// The requirements, each for every variant.

@@ -83,8 +83,8 @@ mod tests {
         phi[..4].copy_from_slice(&[f64::NAN, -0.0, f64::INFINITY, 1e-300]);
         let angle = Column { name: "rk.phi", unit: "rad", description: "angle of rk.phi", values: &phi };
         let table = Table { time: &time, columns: vec![angle] };
-        let told = [("model", "gear"), ("variant", "beta-1"), ("parameter:beta", "0.5 rad")];
-        let bytes = parquet(&table, &told).unwrap();
+        let metadata = [("model", "gear"), ("variant", "beta-1"), ("parameter:beta", "0.5 rad")];
+        let bytes = parquet(&table, &metadata).unwrap();
 
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
         assert_eq!(reader.num_row_groups(), 1);
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!((value("model"), value("variant")), ("gear", "beta-1"));
         assert_eq!((value("unit:t"), value("unit:rk.phi")), ("s", "rad"));
         assert_eq!((value("description:rk.phi"), value("parameter:beta")), ("angle of rk.phi", "0.5 rad"));
-        assert_eq!(value("ARROW:schema"), arrow_schema(&columns(&table), &told));
+        assert_eq!(value("ARROW:schema"), arrow_schema(&columns(&table), &metadata));
 
         let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
         assert_eq!(rows.len(), time.len());

@@ -6,12 +6,13 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::analysis::Short;
-use super::extremes::extremes;
 use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
-use crate::results::StrainView;
 use crate::results::serial::by_name;
-use crate::results::{Effort, Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, Study};
+use crate::results::{
+    Effort, Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, StrainView, Study,
+    extremes,
+};
 
 /// The files that were written for a study.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -183,7 +184,7 @@ pub fn json(study: &Study, files: &Files) -> String {
 /// [`schema`](super::schema()) of `error`.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
     let lines = Lines::new(source);
-    let told = diagnostics.iter().map(|d| {
+    let places = diagnostics.iter().map(|d| {
         let written = d.labels.iter().find(|label| label.place.path().is_none());
         let place = written.map(|label| lines.line_column(source, label.place.start()));
         Place {
@@ -198,7 +199,7 @@ pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> St
             help: d.help.as_deref(),
         }
     });
-    printed(ErrorView { error: Problem { message: message.into(), diagnostics: told.collect() } })
+    printed(ErrorView { error: Problem { message: message.into(), diagnostics: places.collect() } })
 }
 
 fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {

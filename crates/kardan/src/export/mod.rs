@@ -20,7 +20,6 @@
 mod analysis;
 mod bench;
 mod design;
-mod extremes;
 mod identification;
 mod json;
 mod printed;
@@ -31,7 +30,6 @@ mod truth;
 pub use analysis::analysis_json;
 pub use bench::{WrittenLog, bench_json, bench_study_json};
 pub use design::{controller_json, design_json};
-pub use extremes::{Extreme, Extremes, extremes};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
 pub use schema::{SCHEMAS, schema};

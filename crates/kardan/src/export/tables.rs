@@ -23,9 +23,9 @@ pub fn csv(run: &Run) -> Vec<u8> {
 /// If a signal has not as many values as there are times.
 pub fn parquet(model: &str, run: &Run) -> Result<Vec<u8>, ParquetError> {
     let parameters: Vec<_> = run.parameters.iter().map(|one| (format!("parameter:{}", one.name), &one.text)).collect();
-    let mut told = vec![("model", model), ("variant", run.name.as_str())];
-    told.extend(parameters.iter().map(|(key, text)| (key.as_str(), text.as_str())));
-    write::parquet(&table(&run.series), &told)
+    let mut metadata = vec![("model", model), ("variant", run.name.as_str())];
+    metadata.extend(parameters.iter().map(|(key, text)| (key.as_str(), text.as_str())));
+    write::parquet(&table(&run.series), &metadata)
 }
 
 /// A series as a MAT file, see [`write::mat`]. `None` if a column is longer than the 2 GiB that the format allows.

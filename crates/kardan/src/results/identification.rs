@@ -114,12 +114,13 @@ impl Identification {
     /// ```
     pub fn verdict(&self) -> Verdict {
         let all = self.parameters.len();
-        let told = self.parameters.iter().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
-        let parameters = match (told, all) {
+        let determined =
+            self.parameters.iter().filter(|one| one.interval.is_some() && one.combination.is_empty()).count();
+        let parameters = match (determined, all) {
             (1, 1) => "The parameter is determined".into(),
             (0, 1) => "The parameter is not determined".into(),
-            (told, all) if told == all => format!("All {all} parameters are determined"),
-            (told, all) => format!("{told} of {all} parameters are determined"),
+            (determined, all) if determined == all => format!("All {all} parameters are determined"),
+            (determined, all) => format!("{determined} of {all} parameters are determined"),
         };
         let reservations = self.reservations();
         let warnings = match self.warnings.len() {
@@ -127,7 +128,8 @@ impl Identification {
             1 => "; 1 warning".into(),
             many => format!("; {many} warnings"),
         };
-        let sound = told == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
+        let sound =
+            determined == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
         let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
         Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
     }
@@ -150,14 +152,14 @@ impl Identification {
 
     /// `, from a log that is damaged (bench.csv: 1234 rows of it are used)`, and clocks that are in doubt.
     fn reservations(&self) -> String {
-        let told = |of: &dyn Fn(&LogRead) -> Option<String>| -> (usize, String) {
-            let told: Vec<String> = self.logs.iter().filter_map(of).collect();
-            let shown = told[..told.len().min(NAMED)].join("; ");
-            let more = told.len().saturating_sub(NAMED);
-            (told.len(), if more > 0 { format!("{shown}; and {more} more") } else { shown })
+        let named = |of: &dyn Fn(&LogRead) -> Option<String>| -> (usize, String) {
+            let sentences: Vec<String> = self.logs.iter().filter_map(of).collect();
+            let shown = sentences[..sentences.len().min(NAMED)].join("; ");
+            let more = sentences.len().saturating_sub(NAMED);
+            (sentences.len(), if more > 0 { format!("{shown}; and {more} more") } else { shown })
         };
-        let (damaged, places) = told(&|log| log.damage.as_ref().map(|what| format!("{}: {what}", log.name)));
-        let (doubted, clocks) = told(&|log| log.clock.as_ref().map(|why| format!("the clock of {} {why}", log.name)));
+        let (damaged, places) = named(&|log| log.damage.as_ref().map(|what| format!("{}: {what}", log.name)));
+        let (doubted, clocks) = named(&|log| log.clock.as_ref().map(|why| format!("the clock of {} {why}", log.name)));
         let mut out = match (damaged, self.logs.len()) {
             (0, _) => String::new(),
             (_, 1) => format!(", from a log that is damaged ({places})"),

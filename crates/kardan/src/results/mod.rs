@@ -4,6 +4,7 @@ mod analysis;
 mod bench;
 mod design;
 mod exploration;
+mod extremes;
 mod identification;
 mod margins;
 mod passage;
@@ -11,6 +12,7 @@ mod robustness;
 pub(crate) mod serial;
 mod verdict;
 
+use crate::names::Quantity;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -18,6 +20,7 @@ pub use analysis::*;
 pub use bench::*;
 pub use design::*;
 pub use exploration::*;
+pub use extremes::*;
 pub use identification::*;
 pub use margins::*;
 pub use passage::*;

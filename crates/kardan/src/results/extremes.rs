@@ -24,7 +24,7 @@ pub struct Extreme {
 /// count as extremes.
 ///
 /// ```
-/// let found = kardan::export::extremes(&[0.0, 1.0, 2.0], &[0.0, -3.0, 1.0]);
+/// let found = kardan::results::extremes(&[0.0, 1.0, 2.0], &[0.0, -3.0, 1.0]);
 /// assert_eq!(found.min.map(|at| (at.value, at.time)), Some((-3.0, 1.0)));
 /// assert_eq!(found.max.map(|at| (at.value, at.time)), Some((1.0, 2.0)));
 /// assert_eq!(found.last, Some(1.0));

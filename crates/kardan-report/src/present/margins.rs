@@ -1,0 +1,108 @@
+//! How far a loop is from instability, and what it asks of its motors.
+
+use crate::model::{Body, Cell, row};
+use crate::text::number;
+use kardan::results::{ChannelMargin, Margins, MotorStrain, TorquePeak};
+
+/// What sampling, delay, lag and limits leave of a loop.
+pub(super) fn margins(found: &Margins) -> Body {
+    Body::default()
+        .say(&found.verdict)
+        .part("Limits of the linear loop", limits(found))
+        .part("How wrong one channel may be before the loop is unstable", channels(found))
+        .part("Torques that steps ask for", peaks(&found.peaks))
+}
+
+/// What the loop tolerates, and the motion that grows beyond it.
+fn limits(margins: &Margins) -> Body {
+    let mut out = Vec::new();
+    for rate in &margins.rates {
+        let delay = match rate.delay {
+            0.0 => "without delay".to_string(),
+            1.0 => "with one sample of delay".into(),
+            part => format!("with {} samples of delay", number(part)),
+        };
+        let limit = match rate.rate {
+            Some(0.0) => "any".into(),
+            Some(rate) => format!("{} Hz", number(rate)),
+            None => "above 1 MHz".into(),
+        };
+        out.push(row![format!("slowest stable rate {delay}"), limit, &rate.motion]);
+    }
+    let seconds = |value: f64| if value.is_finite() { format!("{} s", number(value)) } else { "not limited".into() };
+    let times = [("longest delay", &margins.longest_delay), ("longest lag of its motors", &margins.longest_lag)];
+    for (what, limit) in times {
+        out.extend(limit.as_ref().map(|limit| row![what, seconds(limit.value), &limit.motion]));
+    }
+    if let Some(both) = &margins.gain_margin {
+        for (what, limit) in ["smallest factor of its torques", "largest factor of its torques"].into_iter().zip(both) {
+            let value = if limit.value.is_finite() { number(limit.value) } else { "not limited".into() };
+            out.push(row![what, value, &limit.motion]);
+        }
+    }
+    Body::default().table(&["the loop tolerates", "#limit", "beyond it grows"], out)
+}
+
+/// How wrong each channel of the loop may be alone; with the frequencies in rad/s.
+fn channels(margins: &Margins) -> Body {
+    let at = |frequency: Option<f64>| match frequency {
+        Some(frequency) if frequency.is_finite() => format!(" ({})", number(frequency)),
+        _ => String::new(),
+    };
+    let row = |one: &ChannelMargin| {
+        let [low, high] = one.gain;
+        let high = if high.is_finite() { number(high) + &at(one.gain_frequency[1]) } else { "any".into() };
+        let degrees = |turn: f64| format!("{}°", number(turn.to_degrees()));
+        let phase = if one.phase.is_finite() { degrees(one.phase) + &at(one.phase_frequency) } else { "any".into() };
+        let delay = match one.delay {
+            Some(delay) if delay.is_finite() => format!("{} s{}", number(delay), at(one.delay_frequency)),
+            Some(_) if one.sampled => "10 samples and more".into(),
+            Some(_) => "any".into(),
+            None => "–".into(),
+        };
+        let disk = number(one.disk) + &at(one.disk_frequency);
+        let disk = if one.searched { format!("{disk}, searched") } else { disk };
+        let [from, to] = one.disk_gain;
+        let to = if to.is_finite() { number(to) } else { "any".into() };
+        let held = format!("{} to {to}, {}", number(from), degrees(one.disk_phase));
+        let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
+        let low = number(low) + &at(one.gain_frequency[0]);
+        row![what, format!("{low} to {high}"), phase, delay, disk, held]
+    };
+    let headers =
+        ["error of", "factor (rad/s)", "phase (rad/s)", "delay (rad/s)", "disk margin (rad/s)", "which holds"];
+    Body::default().table(&headers, margins.channels.iter().map(row))
+}
+
+fn peaks(peaks: &[TorquePeak]) -> Body {
+    let rows = peaks.iter().map(|peak| {
+        let limit = peak.limit.map_or("unlimited".into(), |limit| format!("{} N m", number(limit)));
+        let step = format!("{} by {} {}", peak.reference, number(peak.step), peak.step_unit);
+        let asked = format!("{} N m", number(peak.peak));
+        let too_much = peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9));
+        let asked = if too_much { Cell::Mark(false, asked) } else { Cell::Text(asked) };
+        row![step, &peak.input, asked, limit]
+    });
+    Body::default().table(&["step of", "motor", "#asked of it", "#torque limit"], rows)
+}
+
+/// What runs of variants asked of motors with limits: variant, motor, length of the run in s. Empty if there are none.
+pub(super) fn strains<'a>(all: impl Iterator<Item = (String, &'a MotorStrain, f64)>) -> Body {
+    let rows = all.map(|(variant, strain, length)| {
+        let limits = [(strain.torque_limit, "N m"), (strain.rate_limit, "N m/s")];
+        let limits = limits.into_iter().filter_map(|(limit, unit)| Some(format!("{} {unit}", number(limit?))));
+        let times = [
+            (strain.torque_limit, strain.seconds_at_limit(0.0, length), ""),
+            (strain.rate_limit, strain.seconds_at_rate_limit(0.0, length), " (rate)"),
+        ];
+        let time = |(_, time, what): (_, f64, &str)| match time {
+            0.0 => format!("never{what}"),
+            time => format!("{} s of {} s{what}", number(time), number(length)),
+        };
+        let times: Vec<String> = times.into_iter().filter(|(limit, ..)| limit.is_some()).map(time).collect();
+        let (limits, times) = (limits.collect::<Vec<_>>().join(", "), times.join(", "));
+        let times = if strain.strained() { Cell::Mark(false, times) } else { Cell::Text(times) };
+        row![&strain.motor, variant, format!("{} N m", number(strain.asked)), limits, times]
+    });
+    Body::default().table(&["motor", "variant", "#largest torque asked", "#limit", "#time at the limit"], rows)
+}
