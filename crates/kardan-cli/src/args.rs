@@ -167,6 +167,11 @@ pub struct DesignArgs {
     pub limits: Limits,
 }
 
+/// The word of a choice, which is its word in a model file too.
+pub fn word(choice: impl ValueEnum) -> Option<String> {
+    choice.to_possible_value().map(|value| value.get_name().into())
+}
+
 /// When a command ends early, with what it has then and exit code 2.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Limits {
@@ -259,16 +264,6 @@ pub enum IdentifyMethod {
     Dynamic,
 }
 
-impl IdentifyMethod {
-    /// Its word in a model file.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Steady => "steady",
-            Self::Dynamic => "dynamic",
-        }
-    }
-}
-
 /// How residuals count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IdentifyLoss {
@@ -278,17 +273,6 @@ pub enum IdentifyLoss {
     Huber,
     /// Large ones not at all.
     Bisquare,
-}
-
-impl IdentifyLoss {
-    /// Its word in a model file.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Squares => "squares",
-            Self::Huber => "huber",
-            Self::Bisquare => "bisquare",
-        }
-    }
 }
 
 /// Run the virtual test bench of a model: logs of a plant whose true values the model does not know, moved by an excitation that

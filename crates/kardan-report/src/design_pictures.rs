@@ -20,7 +20,7 @@ fn finite(pole: Pole) -> bool {
 /// The poles of the closed loop; those of the zero dynamics are ringed.
 pub(super) fn plane(design: &Design) -> Option<Picture> {
     let poles: Vec<(Pole, usize)> =
-        said::joined(&design.closed_loop_poles).into_iter().filter(|(pole, _)| finite(*pole)).collect();
+        words::joined(&design.closed_loop_poles).into_iter().filter(|(pole, _)| finite(*pole)).collect();
     let zeros: Vec<Pole> = design.zero_dynamics.modes.iter().map(|mode| mode.pole).filter(|&p| finite(p)).collect();
     if poles.is_empty() && zeros.is_empty() {
         return None;

@@ -35,27 +35,32 @@ pub fn pair(value: Pole) -> String {
     if value.im == 0.0 { number(value.re) } else { format!("{} ± {} j", number(value.re), number(value.im.abs())) }
 }
 
-/// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
-pub fn pairs(values: &[Pole]) -> Vec<String> {
-    let mut texts: Vec<(Pole, usize)> = Vec::new();
+/// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
+pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
+    let near = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im) <= 1e-9 * a.re.hypot(a.im);
+    let mut out: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
-        // Of a pair whose both halves are listed, the upper one stands for both.
-        let near = |other: &Pole| (other.re - value.re).hypot(other.im + value.im) <= 1e-9 * value.re.hypot(value.im);
-        if value.im < 0.0 && values.iter().any(near) {
+        let mirrored = Pole { im: -value.im, ..value };
+        if value.im < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
             continue;
         }
-        // Equal values are counted, not those that look alike.
-        match texts.iter_mut().find(|(known, _)| *known == value || *known == Complex::new(value.re, -value.im)) {
+        // Equal ones are counted, not those that lie near each other.
+        match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
             Some((_, times)) => *times += 1,
-            None => texts.push((value, 1)),
+            None => out.push((value, 1)),
         }
     }
+    out
+}
+
+/// The values with conjugate pairs joined and equal ones counted: `-1 (twice)`, `-3 ± 4 j`.
+pub fn pairs(values: &[Pole]) -> Vec<String> {
     let counted = |(value, times): (Pole, usize)| match (pair(value), times) {
         (text, 1) => text,
         (text, 2) => format!("{text} (twice)"),
         (text, _) => format!("{text} ({times} times)"),
     };
-    texts.into_iter().map(counted).collect()
+    joined(values).into_iter().map(counted).collect()
 }
 
 /// `s^2 + 3/2 s + 2` from the coefficients of 1, s, s², …

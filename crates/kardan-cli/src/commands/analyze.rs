@@ -37,11 +37,7 @@ fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> R
     if let Some(path) = &args.report {
         save_page(path, &page)?;
     }
-    if args.json {
-        print(&(export::analysis_json(analysis) + "\n"))?;
-    } else {
-        print(&page.text(origin))?;
-    }
+    print(&if args.json { export::analysis_json(analysis) + "\n" } else { page.text(origin) })?;
     if let (Some(path), false) = (&args.report, quiet) {
         note(&format!("wrote {}", path.display()));
     }

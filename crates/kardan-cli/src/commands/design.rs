@@ -8,7 +8,7 @@ use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
 use kardan::{export, study};
 use kardan_report as report;
 
-use crate::args::{DesignArgs, FeedbackKind};
+use crate::args::{DesignArgs, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
 use crate::output::{prepare_files, print, save, save_page};
@@ -61,11 +61,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;
     }
-    if args.json {
-        print(&(export::design_json(design) + "\n"))?;
-    } else {
-        print(&page.text(origin))?;
-    }
+    print(&if args.json { export::design_json(design) + "\n" } else { page.text(origin) })?;
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));
     }
@@ -74,17 +70,12 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
 
 fn settings(args: &DesignArgs) -> Result<DesignSettings, Failure> {
     let given = !args.inputs.is_empty() || !args.outputs.is_empty();
-    let feedback = args.feedback.map(|kind| match kind {
-        FeedbackKind::Static => "static",
-        FeedbackKind::Dynamic => "dynamic",
-        FeedbackKind::Block => "block",
-    });
     Ok(DesignSettings {
         control: args.control.clone(),
         law: args.law.clone().or_else(|| given.then(|| LAW.into())),
         inputs: args.inputs.clone(),
         outputs: args.outputs.clone(),
-        feedback: feedback.map(str::to_owned),
+        feedback: args.feedback.and_then(word),
         variant: args.variant.clone(),
         simulate: !args.no_simulation,
         force: args.force,

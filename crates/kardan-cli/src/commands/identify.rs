@@ -12,7 +12,7 @@ use kardan::units::{Dimension, parse_quantity};
 use kardan::{export, study};
 use kardan_report as report;
 
-use crate::args::IdentifyArgs;
+use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
 use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
@@ -39,9 +39,9 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = IdentifySettings {
         variant: args.variant.clone(),
         parameters: args.parameters.clone(),
-        method: args.method.map(|method| method.word().to_string()),
+        method: args.method.and_then(word),
         window: args.window.as_deref().map(window).transpose()?,
-        loss: args.loss.map(|loss| loss.word().to_string()),
+        loss: args.loss.and_then(word),
         confidence: args.confidence.map(|percent| percent / 100.0),
         compare: args.compare,
     };
@@ -76,11 +76,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
     // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
-    if args.json {
-        print(&(export::identification_json(found) + "\n"))?;
-    } else {
-        print(&page.text(&source.to_string()))?;
-    }
+    print(&if args.json { export::identification_json(found) + "\n" } else { page.text(&source.to_string()) })?;
     let left = left?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
         note(&format!("wrote {}", path.display()));

@@ -198,7 +198,7 @@ fn poles(design: &Design) -> Body {
     let headers = ["#pole [1/s]", "#", "#frequency [rad/s]", "#damping", "of", ""];
     Body::default()
         .hint("Linear loop with all controllers, at the design point.")
-        .table_of(POLES, &headers, said::joined(&design.closed_loop_poles).iter().map(row))
+        .table_of(POLES, &headers, words::joined(&design.closed_loop_poles).iter().map(row))
         .hint(if design.exact_poles { "" } else { FLOATING })
         .pictures(pictures::plane(design))
 }

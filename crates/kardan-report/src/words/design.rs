@@ -6,24 +6,6 @@ use kardan::results::{CrossCoupling, Design, Pole, TransferEntry};
 /// More names are counted.
 const NAMES: usize = 12;
 
-/// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
-pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
-    let near = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im) <= 1e-9 * a.re.hypot(a.im);
-    let mut out: Vec<(Pole, usize)> = Vec::new();
-    for &value in values {
-        let mirrored = Pole { im: -value.im, ..value };
-        if value.im < 0.0 && values.iter().any(|&other| near(mirrored, other)) {
-            continue;
-        }
-        // Equal ones are counted, not those that lie near each other.
-        match out.iter_mut().find(|(known, _)| *known == value || *known == mirrored) {
-            Some((_, times)) => *times += 1,
-            None => out.push((value, 1)),
-        }
-    }
-    out
-}
-
 /// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
 pub fn owner(pole: Pole, design: &Design) -> String {
     let near = |other: &Pole| (other.re - pole.re).hypot(other.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9);

@@ -44,8 +44,8 @@ fn stored(element: &str, energy: EnergyKind, share: f64) -> StoredShare {
 
 const PRIME: u64 = (1 << 61) - 1;
 
-/// The built-in model of two bodies with d² = s J, where one motor cannot control them. Shares that are equal but for rounding
-/// stand in the order of their names.
+/// The built-in model of two bodies with d² = s J, where one motor cannot control them. What is equal but for rounding
+/// stands in the order of names.
 pub fn two_bodies() -> Analysis {
     let source = builtin("two-bodies").expect("a built-in model").source;
     let source = source.replace("\"2 N m/rad", "\"1 N m/rad").replace("\"0.5 N m s/rad", "\"1 N m s/rad");
@@ -54,6 +54,9 @@ pub fn two_bodies() -> Analysis {
     let mut found = Project::open(source).analyze(&settings, &Silent).expect("an analysis");
     let rounded = |share: &mut f64| *share = (1e9 * *share).round() / 1e9;
     for mode in &mut found.modes {
+        // All motions are of size one or none; the first of them counts as positive.
+        let sign = mode.shape.iter().map(|part| part.value.re.round()).find(|re| *re != 0.0).unwrap_or(1.0);
+        mode.shape.iter_mut().for_each(|part| part.value.re = (sign * part.value.re).round());
         mode.stored.sort_by(|a, b| a.element.cmp(&b.element));
         mode.stored.iter_mut().for_each(|one| rounded(&mut one.share));
         mode.dissipated.sort_by(|a, b| a.element.cmp(&b.element));

@@ -1,15 +1,13 @@
 //! The structure analysis of a model as one JSON object.
 
-use std::f64::consts::TAU;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
-    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, ElementShare, Elimination,
-    FailingMode, Mode, Placement, Sensitivity, ShapePart, StoredShare, Structure, Zeros,
+    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Elimination, Factor, FailingMode,
+    Mode, Placement, Sensitivity, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -88,23 +86,8 @@ pub(super) struct AnalysisView<'a> {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Mode")]
 struct ModeView<'a> {
-    /// λ, 1/s; the one with imaginary part ≥ 0.
-    eigenvalue_per_s: Complex,
-    /// |λ|/(2π), Hz.
-    #[serde(rename = "frequency_Hz")]
-    frequency: f64,
-    /// |λ|, rad/s.
-    natural_frequency_rad_per_s: f64,
-    /// −Re λ/|λ|; 1 for λ = 0.
-    damping_ratio: f64,
-    /// What moves in it.
-    shape: &'a [ShapePart],
-    /// Shares of the energy stored during the motion.
-    stored: &'a [StoredShare],
-    /// Shares of the loss.
-    dissipated: &'a [ElementShare],
-    /// The exact factor of the characteristic polynomial that it is a root of.
-    factor: &'a str,
+    #[serde(flatten)]
+    mode: &'a Mode,
     /// Whether the inputs reach it; `null` where that is not decided.
     controllable: Option<bool>,
     /// Whether the outputs show it; `null` where that is not decided.
@@ -128,14 +111,8 @@ struct Degrees<'a> {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Factor")]
 struct FactorView<'a> {
-    /// Its coefficients are exact.
-    polynomial: &'a str,
-    /// Its roots, 1/s.
-    roots_per_s: &'a [Complex],
-    /// How often each root is an eigenvalue.
-    algebraic: usize,
-    /// Independent eigenvectors of each root.
-    geometric: usize,
+    #[serde(flatten)]
+    factor: &'a Factor,
     /// Rank defect of `[λI − A, B]`; `null` where that is not decided.
     input_defect: Option<usize>,
     /// Rank defect of `[λI − A; C]`; `null` where that is not decided.
@@ -203,13 +180,23 @@ impl<'a> AnalysisView<'a> {
     fn of(analysis: &'a Analysis) -> Self {
         let structure = &analysis.structure;
         let (controllable, observable) = (structure.controllability(), structure.observability());
+        let mode = |mode: &'a Mode| ModeView {
+            mode,
+            controllable: controllable.map(|_| mode.controllable),
+            observable: observable.map(|_| mode.observable),
+        };
+        let factor = |factor: &'a Factor| FactorView {
+            factor,
+            input_defect: controllable.map(|_| factor.input_defect),
+            output_defect: observable.map(|_| factor.output_defect),
+        };
         Self {
             name: &analysis.name,
             description: &analysis.description,
             class: analysis.class.as_ref(),
             coordinates: &analysis.coordinates,
             elimination: analysis.elimination.as_ref(),
-            modes: analysis.modes.iter().map(|found| mode(found, structure)).collect(),
+            modes: analysis.modes.iter().map(mode).collect(),
             controllable,
             observable,
             minimal: structure.minimality(),
@@ -231,7 +218,7 @@ impl<'a> AnalysisView<'a> {
             kind: &structure.kind,
             min_inputs: structure.min_inputs,
             min_outputs: structure.min_outputs,
-            factors: factors(structure),
+            factors: structure.factors.iter().map(factor).collect(),
             invariant_factors: &structure.invariant_factors,
             construction: structure.construction.as_ref(),
             placements: placements(&analysis.placement),
@@ -264,36 +251,6 @@ impl<'a> Short<'a> {
             notes: &analysis.notes,
         }
     }
-}
-
-fn mode<'a>(mode: &'a Mode, structure: &Structure) -> ModeView<'a> {
-    ModeView {
-        eigenvalue_per_s: mode.eigenvalue,
-        frequency: mode.natural_frequency / TAU,
-        natural_frequency_rad_per_s: mode.natural_frequency,
-        damping_ratio: mode.damping_ratio,
-        shape: &mode.shape,
-        stored: &mode.stored,
-        dissipated: &mode.dissipated,
-        factor: &mode.factor,
-        controllable: structure.controllability().map(|_| mode.controllable),
-        observable: structure.observability().map(|_| mode.observable),
-    }
-}
-
-fn factors(structure: &Structure) -> Vec<FactorView<'_>> {
-    structure
-        .factors
-        .iter()
-        .map(|factor| FactorView {
-            polynomial: &factor.polynomial,
-            roots_per_s: &factor.roots,
-            algebraic: factor.algebraic,
-            geometric: factor.geometric,
-            input_defect: structure.controllability().map(|_| factor.input_defect),
-            output_defect: structure.observability().map(|_| factor.output_defect),
-        })
-        .collect()
 }
 
 fn placements(placement: &Placement) -> Vec<PlacedView<'_>> {

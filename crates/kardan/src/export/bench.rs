@@ -10,12 +10,14 @@ use super::printed::printed;
 use crate::results::serial::by_name;
 use crate::results::{BenchPlan, BenchStudy, Experiment, Outcome, PlannedParameter, Response, TrueValue};
 
-/// A log as it is told in JSON: its name, how it ended, its files.
-#[derive(Debug, Clone, PartialEq)]
+/// A log: its name, how it ended, its files.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct WrittenLog {
-    /// Name.
+    /// Its name.
     pub name: String,
     /// How it ended.
+    #[serde(serialize_with = "ending")]
+    #[schemars(with = "OutcomeView")]
     pub outcome: Outcome,
     /// Paths of its files.
     pub files: Vec<String>,
@@ -32,7 +34,7 @@ pub(super) struct BenchView<'a> {
     /// What the plant has and the model does not know.
     truth: &'a [TrueValue],
     /// One log for each repetition.
-    logs: Vec<LogView<'a>>,
+    logs: &'a [WrittenLog],
     /// What the reader must know.
     notes: &'a [String],
 }
@@ -48,7 +50,7 @@ pub(super) struct StudyView<'a> {
     /// What the plant has and the model does not know.
     truth: &'a [TrueValue],
     /// One log for each repetition.
-    logs: Vec<LogView<'a>>,
+    logs: &'a [WrittenLog],
     /// Paths of the files that were written.
     files: &'a [String],
     /// What was found in its logs.
@@ -115,18 +117,6 @@ impl Serialize for ByName<'_> {
     }
 }
 
-/// A log.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "WrittenLog")]
-struct LogView<'a> {
-    /// Its name.
-    name: &'a str,
-    /// How it ended.
-    outcome: OutcomeView<'a>,
-    /// Paths of its files.
-    files: &'a [String],
-}
-
 /// How a run ended.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Outcome")]
@@ -188,7 +178,7 @@ pub fn bench_json(
     logs: &[WrittenLog],
     notes: &[String],
 ) -> String {
-    printed(BenchView { model, plan: plan.map(planned), truth, logs: logs.iter().map(written).collect(), notes })
+    printed(BenchView { model, plan: plan.map(planned), truth, logs, notes })
 }
 
 /// Gives a study on the bench as one JSON object on one line, in SI.
@@ -200,7 +190,7 @@ pub fn bench_study_json(study: &BenchStudy, logs: &[WrittenLog], files: &[String
         model: &study.model,
         plan: planned(&study.plan),
         truth: &study.truth,
-        logs: logs.iter().map(written).collect(),
+        logs,
         files,
         identification: IdentificationView::of(&study.identification),
         controller: &found.design.controller,
@@ -225,8 +215,8 @@ fn outcome(outcome: &Outcome) -> OutcomeView<'_> {
     }
 }
 
-fn written(log: &WrittenLog) -> LogView<'_> {
-    LogView { name: &log.name, outcome: outcome(&log.outcome), files: &log.files }
+fn ending<S: Serializer>(ended: &Outcome, to: S) -> Result<S::Ok, S::Error> {
+    outcome(ended).serialize(to)
 }
 
 fn planned(plan: &BenchPlan) -> PlanView<'_> {

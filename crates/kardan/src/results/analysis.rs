@@ -1,6 +1,7 @@
 //! What an analysis of structure gives: chapters 4 and 5 of the source for one model at one operating point.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
@@ -188,11 +189,14 @@ pub struct ConstraintForces {
 }
 
 /// One mode (a conjugate pair counts once).
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Mode {
     /// λ, 1/s; the one with imaginary part ≥ 0.
+    #[serde(rename = "eigenvalue_per_s")]
     pub eigenvalue: Pole,
     /// |λ|, rad/s.
+    #[serde(flatten, serialize_with = "frequencies")]
+    #[schemars(with = "Frequencies")]
     pub natural_frequency: f64,
     /// −Re λ / |λ|; 1 for λ = 0.
     pub damping_ratio: f64,
@@ -205,9 +209,25 @@ pub struct Mode {
     /// The exact factor of the characteristic polynomial that it is a root of: `s + 2`.
     pub factor: String,
     /// Whether the inputs reach it (Hautus).
+    #[serde(skip)]
     pub controllable: bool,
     /// Whether the outputs show it (Hautus).
+    #[serde(skip)]
     pub observable: bool,
+}
+
+/// How fast a mode is.
+#[derive(Serialize, JsonSchema)]
+struct Frequencies {
+    /// |λ|/(2π), Hz.
+    #[serde(rename = "frequency_Hz")]
+    frequency: f64,
+    /// |λ|, rad/s.
+    natural_frequency_rad_per_s: f64,
+}
+
+fn frequencies<S: Serializer>(natural: &f64, to: S) -> Result<S::Ok, S::Error> {
+    Frequencies { frequency: natural / TAU, natural_frequency_rad_per_s: *natural }.serialize(to)
 }
 
 /// What moves in a mode.
@@ -353,19 +373,22 @@ impl Structure {
 }
 
 /// A square-free factor of the characteristic polynomial, coprime to the others.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Factor {
     /// `s^2 + 3 s + 2`, coefficients exact.
     pub polynomial: String,
     /// Its roots, 1/s.
+    #[serde(rename = "roots_per_s")]
     pub roots: Vec<Pole>,
     /// How often each root is an eigenvalue.
     pub algebraic: usize,
     /// Independent eigenvectors of each root: the rank defect of `λ²H + λD + S`.
     pub geometric: usize,
     /// Rank defect of `[λI − A, B]`.
+    #[serde(skip)]
     pub input_defect: usize,
     /// Rank defect of `[λI − A; C]`.
+    #[serde(skip)]
     pub output_defect: usize,
 }
 

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
+use super::verdict::{counted, early};
 use super::{Interval, Span, Verdict, serial};
 
 /// Parameters found in measured logs.
@@ -123,14 +124,10 @@ impl Identification {
             (determined, all) => format!("{determined} of {all} parameters are determined"),
         };
         let reservations = self.reservations();
-        let warnings = match self.warnings.len() {
-            0 => String::new(),
-            1 => "; 1 warning".into(),
-            many => format!("; {many} warnings"),
-        };
+        let warnings = counted(&self.warnings);
         let sound =
             determined == all && self.warnings.is_empty() && reservations.is_empty() && self.unfinished.is_none();
-        let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
+        let early = early(self.unfinished.as_deref());
         Verdict { sound, text: format!("{early}{parameters}{reservations}{}{warnings}.", self.tested()) }
     }
 

@@ -61,13 +61,9 @@ impl Design {
         let grows = grows || self.margins.as_ref().is_some_and(|margins| margins.stable == Some(false));
         let strained = self.strains.iter().any(|found| found.strain.strained());
         let strained = if strained { "; the scenario drives its motors to their limits" } else { "" };
-        let warnings = match self.warnings.len() {
-            0 => String::new(),
-            1 => "; 1 warning".into(),
-            many => format!("; {many} warnings"),
-        };
+        let warnings = counted(&self.warnings);
         let grows = grows || self.passage.as_ref().is_some_and(|found| !found.stable);
-        let early = self.unfinished.as_ref().map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "));
+        let early = early(self.unfinished.as_deref());
         let hardly = self.margins.as_ref().is_some_and(|margins| margins.hardly);
         let good = decoupled && stable && !grows && !hardly && self.unfinished.is_none();
         Verdict { sound: good, text: format!("{early}{first}{own}{loop_}{hidden}{strained}{warnings}.") }
@@ -120,6 +116,20 @@ pub enum Motion {
     Grows,
     /// Not decided: as near to the axis as floating point may be off.
     Unknown,
+}
+
+/// `; 2 warnings`
+pub(super) fn counted(warnings: &[String]) -> String {
+    match warnings.len() {
+        0 => String::new(),
+        1 => "; 1 warning".into(),
+        many => format!("; {many} warnings"),
+    }
+}
+
+/// What stands before a verdict on something that ended early.
+pub(super) fn early(unfinished: Option<&str>) -> String {
+    unfinished.map_or(String::new(), |why| format!("NOT COMPLETE, {why}. "))
 }
 
 /// How far the proof reaches: `proven exactly`, with its conditions.
