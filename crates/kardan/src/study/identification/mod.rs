@@ -8,6 +8,8 @@ mod extra;
 mod fitting;
 mod group_reader;
 mod open_logs;
+mod parameters;
+mod pictures;
 mod plant;
 mod reading;
 mod recordings;
