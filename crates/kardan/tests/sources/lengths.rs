@@ -17,7 +17,6 @@ const LONG: &[(&str, &str, &str)] = &[
     ("kardan/study/analyze.rs", "analyze_variant", "to be parted with the door"),
     ("kardan/study/analyze.rs", "placement", "to be parted with the door"),
     ("kardan/study/asked.rs", "requirements", "to be parted with the door"),
-    ("kardan/study/bench/spec.rs", "read", "to be parted with the door"),
     ("kardan/study/checks.rs", "reduce_diagnostics", "to be parted with the door"),
     ("kardan/study/checks.rs", "check_matrices", "to be parted with the door"),
     ("kardan/study/circuit.rs", "check_circuit", "to be parted with the door"),

@@ -2,7 +2,7 @@
 
 use super::asked::Asked;
 use super::extra::ExtraTerm;
-use super::summary::{Fitted, short};
+use super::fitted::{Fitted, short};
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Coefficient, Shape};
 use crate::num::{Definiteness, definiteness, rational_from_f64};

@@ -1,7 +1,7 @@
 //! Points of the pictures: torques over time, frictions over speed.
 
+use super::fitted::Fitted;
 use super::plant::in_coordinates;
-use super::summary::{Fitted, row_names};
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::Extra;
 use crate::num::dot;
@@ -24,7 +24,8 @@ pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
         let predicted = unseen.map_or_else(|| fit.prediction(samples, k, row), |unseen| unseen[k * samples.rows + row]);
         TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
     };
-    row_names(fitted)
+    fitted
+        .row_names()
         .into_iter()
         .enumerate()
         .map(|(row, name)| Trace {

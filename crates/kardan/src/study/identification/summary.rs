@@ -1,28 +1,13 @@
 //! What was found, in words and numbers.
 
-use super::asked::Asked;
+use super::fitted::{Fitted, short};
 use super::parameters::{damping, for_file, parameters};
 use super::pictures::{curves, traces};
-use super::plant::{Columns, Plant, in_coordinates};
+use super::plant::{Columns, in_coordinates};
 use crate::assemble::CoefficientKind as Kind;
-use crate::identify::{Fit, Loss, Samples, TestKind, residual_tests};
+use crate::identify::{Loss, TestKind, residual_tests};
 use crate::num::{Rational, dot, rational_to_f64};
 use crate::results::{Found, FoundDamping, Identification, NamedMatrix, ResidualTest, Validation};
-
-pub(super) struct Fitted<'a> {
-    pub plant: &'a Plant,
-    pub asked: &'a Asked,
-    pub columns: &'a Columns,
-    /// The samples of the fit.
-    pub samples: &'a Samples,
-    pub fit: &'a Fit,
-    /// Predictions without having seen, sample by sample, row by row.
-    pub unseen: Option<&'a [f64]>,
-    pub method: &'a str,
-    pub window: f64,
-    /// Standard deviations of a window's angles, speeds and accelerations.
-    pub noise: &'a [Vec<f64>; 3],
-}
 
 /// Parameters that hardly differ from a combination of others.
 const CORRELATED: f64 = 0.99;
@@ -60,8 +45,8 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
         correlation: NamedMatrix {
             title: "correlation of the errors".into(),
             unit: String::new(),
-            rows: column_names(fitted),
-            columns: column_names(fitted),
+            rows: fitted.column_names(),
+            columns: fitted.column_names(),
             values: fit.correlation.to_rows(),
         },
         condition: fit.condition,
@@ -91,14 +76,6 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
     out
 }
 
-/// Names of the columns of the fit, then of the Stribeck speeds.
-fn column_names(fitted: &Fitted<'_>) -> Vec<String> {
-    let kept = fitted.columns.kept.iter().map(|(k, _)| fitted.columns.asked[*k].name.clone());
-    let extras = fitted.asked.extras.iter().map(|extra| extra.name.clone());
-    let speeds = fitted.asked.extras.iter().filter(|extra| extra.shape.is_some());
-    kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
-}
-
 /// `a.inertia up by 1 and b.inertia down by 9`
 fn free_combination(row: &[Rational], columns: &Columns) -> String {
     let parts: Vec<(f64, &str)> = row
@@ -120,19 +97,10 @@ fn free_combination(row: &[Rational], columns: &Columns) -> String {
     format!("{first} and {} give the same torques", words.join(", "))
 }
 
-/// Six digits at most.
-pub(super) fn short(x: f64) -> String {
-    let text = format!("{x:.6}");
-    if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) {
-        return format!("{x:.4e}");
-    }
-    text.trim_end_matches('0').trim_end_matches('.').to_string()
-}
-
 /// What these data hardly tell.
 fn weak(fitted: &Fitted<'_>, parameters: &[Found]) -> Vec<String> {
     let Fitted { fit, columns, .. } = fitted;
-    let names = column_names(fitted);
+    let names = fitted.column_names();
     let mut out = Vec::new();
     for row in &fit.undetermined {
         // The combination in parts of its largest entry, by the size of each column.
@@ -169,18 +137,9 @@ fn weak(fitted: &Fitted<'_>, parameters: &[Found]) -> Vec<String> {
     out
 }
 
-/// Names of the rows of the balance.
-pub(super) fn row_names(fitted: &Fitted<'_>) -> Vec<String> {
-    let names = fitted.plant.reduced.coordinate_names();
-    if fitted.samples.rows == names.len() {
-        return names;
-    }
-    (0..fitted.samples.rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
-}
-
 fn tests(fitted: &Fitted<'_>) -> Vec<ResidualTest> {
     let chosen: Vec<usize> = (0..fitted.samples.len()).collect();
-    let (rows, coordinates) = (row_names(fitted), fitted.plant.reduced.coordinate_names());
+    let (rows, coordinates) = (fitted.row_names(), fitted.plant.reduced.coordinate_names());
     let in_words = |kind: TestKind| {
         match kind {
         TestKind::Mean(row) => (
@@ -219,7 +178,8 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
     let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
         ((0..n).map(|k| of(k, row).powi(2)).sum::<f64>() / n.max(1) as f64).sqrt()
     };
-    row_names(fitted)
+    fitted
+        .row_names()
         .into_iter()
         .enumerate()
         .map(|(row, name)| Validation {
