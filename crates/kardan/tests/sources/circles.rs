@@ -147,6 +147,8 @@ fn module(file: String, code: &str) -> Module {
                     out.bound.entry(name).or_default().push(path);
                 }
             }
+            // A lifetime.
+            "static" if at > 1 && tokens[at - 2] == "'" => {}
             "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "mod" | "macro_rules" if depth == 0 => {
                 let name = tokens[at..].iter().find(|token| is_word(token) && *token != "mut");
                 if let Some(name) = name.filter(|_| !(token == "mod" && tokens.get(at + 1).is_some_and(|t| t == ";"))) {

@@ -52,68 +52,34 @@ pub(super) fn entries(table: &Table, key: &str) -> Option<Vec<Entry>> {
 
 impl Spec {
     pub fn read(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) -> Self {
-        let (reader, table, what) = (TableReader::new(document, settings), &document.bench, "`[bench]`");
-        let number = |key: &str, dimension, sign, out: &mut Vec<Diagnostic>| {
-            quantity(&reader, table, key, (dimension, sign), what, out).map(|value| value.to_f64())
-        };
-        let time = |key: &str, out: &mut Vec<Diagnostic>| number(key, Dimension::TIME, Sign::Positive, out);
-        let spread = number("spread", Dimension::NONE, Sign::NonNegative, out).unwrap_or_default();
+        let table = &document.bench;
+        let mut bench = BenchTable { document, reader: TableReader::new(document, settings), table, out };
+        let spread = bench.number("spread", Dimension::NONE, Sign::NonNegative).unwrap_or_default();
         if spread >= 1.0 {
-            out.push(
-                Diagnostic::error(
-                    "bench::spread",
-                    format!("`spread` of {what}: {spread} would let a value change its sign"),
-                )
-                .at(TableReader::place(table, "spread"), "not below 1")
-                .help("give a part of the values, such as 0.1"),
-            );
+            let wrong = format!("{spread} would let a value change its sign");
+            bench.refuse("bench::spread", "spread", &wrong, "not below 1", "give a part of the values, such as 0.1");
         }
-        let period = time("sample_time", out).unwrap_or(1e-3); // Unreadable: checked on with a usual one.
+        let period = bench.time("sample_time").unwrap_or(1e-3); // Unreadable: checked on with a usual one.
         if !(1e-5..=0.1).contains(&period) {
-            out.push(
-                Diagnostic::error(
-                    "bench::sample_time",
-                    format!("`sample_time` of {what}: a bench cannot sample every {period} s"),
-                )
-                .at(TableReader::place(table, "sample_time"), "out of range")
-                .help("choose a time from 10 us to 0.1 s, such as \"1 ms\""),
-            );
+            let wrong = format!("a bench cannot sample every {period} s");
+            let help = "choose a time from 10 us to 0.1 s, such as \"1 ms\"";
+            bench.refuse("bench::sample_time", "sample_time", &wrong, "out of range", help);
         }
-        let mut count = |key: &str, default: usize, (least, most): (u64, u64)| {
-            let value = whole(&reader, table, key, what, out);
-            if value.is_some_and(|value| !(least..=most).contains(&value)) {
-                out.push(
-                    Diagnostic::error(
-                        "bench::number",
-                        format!("`{key}` of {what}: expected a whole number from {least} to {most}"),
-                    )
-                    .at(TableReader::place(table, key), "out of range")
-                    .help(format!("write a number such as {default}")),
-                );
-                return default;
-            }
-            value.map_or(default, |value| value as usize)
-        };
-        let (levels, points) = (count("levels", 8, (2, 50)), count("points", 16, (1, 1000)));
-        let seed = whole(&reader, table, "seed", what, out).unwrap_or_default();
+        let levels = bench.count("levels", 8, (2, 50));
+        let points = bench.count("points", 16, (1, 1000));
+        let seed = bench.whole("seed").unwrap_or_default();
         let positive = (Sign::Positive, "write the largest speed either way, such as \"60 rad/s\"");
         let nonnegative =
             (Sign::NonNegative, "write the least speed either way, such as \"0.5 rad/s\", or \"0 rad/s\"");
-        let any = (Sign::Any, "write speeds such as \"-60 rad/s\"");
-        let speed_limits = speeds(document, &reader, "speed_limit", positive, out);
-        let least_speeds = speeds(document, &reader, "least_speed", nonnegative, out);
-        let grid = speeds(document, &reader, "speeds", any, out);
-        let bandwidth = number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive, out);
+        let speed_limits = bench.speeds("speed_limit", positive);
+        let least_speeds = bench.speeds("least_speed", nonnegative);
+        let speeds = bench.speeds("speeds", (Sign::Any, "write speeds such as \"-60 rad/s\""));
+        let bandwidth = bench.number("bandwidth", Dimension::ANGULAR_VELOCITY, Sign::Positive);
         let bandwidth = bandwidth.unwrap_or(USUAL.min(FASTEST / period));
         if bandwidth * period > FASTEST * (1.0 + 1e-9) {
-            out.push(
-                Diagnostic::error(
-                    "bench::bandwidth",
-                    format!("`bandwidth` of {what}: servo loops of {bandwidth} rad/s cannot run every {period} s"),
-                )
-                .at(TableReader::place(table, "bandwidth"), "too fast for the sample time")
-                .help(format!("choose at most {} rad/s, or a shorter `sample_time`", FASTEST / period)),
-            );
+            let wrong = format!("servo loops of {bandwidth} rad/s cannot run every {period} s");
+            let help = format!("choose at most {} rad/s, or a shorter `sample_time`", FASTEST / period);
+            bench.refuse("bench::bandwidth", "bandwidth", &wrong, "too fast for the sample time", &help);
         }
         Self {
             truth: entries(table, "truth"),
@@ -125,56 +91,93 @@ impl Spec {
             signals: read_words(table, "signals").to_vec(),
             speed_limits,
             least_speeds,
-            speeds: grid,
+            speeds,
             levels,
             points: table.values.contains_key("points").then_some(points),
-            dwell: time("dwell", out),
-            ramp: time("ramp", out).unwrap_or_default(),
-            duration: time("duration", out).unwrap_or_default(),
-            torque_noise: number("torque_noise", Dimension::TORQUE, Sign::NonNegative, out).unwrap_or_default(),
+            dwell: bench.time("dwell"),
+            ramp: bench.time("ramp").unwrap_or_default(),
+            duration: bench.time("duration").unwrap_or_default(),
+            torque_noise: bench.number("torque_noise", Dimension::TORQUE, Sign::NonNegative).unwrap_or_default(),
             bandwidth,
         }
     }
 }
 
-/// Speeds by shaft, rad/s.
-fn speeds(
-    document: &Document,
-    reader: &TableReader<'_>,
-    key: &str,
-    (sign, help): (Sign, &str),
-    out: &mut Vec<Diagnostic>,
-) -> Vec<(String, f64)> {
-    let mut found = Vec::new();
-    for (name, scalar) in entries(&document.bench, key).unwrap_or_default() {
-        let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
-        let shafts = || document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
-        if !shafts().any(|shaft| shaft == name.value) {
-            if !document.doubts.has(&name.value) {
-                let help = unknown_name(&name.value, shafts());
-                out.push(
-                    Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
-                        .at(name.place.clone(), "not a shaft")
-                        .help(help),
-                );
-            }
-            continue;
-        }
-        let read = of_dimension(reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Any), &label, out);
-        let Some(value) = read.map(|value| value.to_f64()) else { continue };
-        let wrong = match sign {
-            Sign::Positive => (value <= 0.0).then_some("must be more than zero"),
-            Sign::NonNegative => (value < 0.0).then_some("must not be negative"),
-            _ => None,
-        };
-        match wrong {
-            Some(rule) => out.push(
-                Diagnostic::error("number::sign", format!("{label} {rule}"))
-                    .at(scalar.place.clone(), "out of range")
-                    .help(help),
-            ),
-            None => found.push((name.value, value)),
-        }
+const WHAT: &str = "`[bench]`";
+
+/// The table while it is read.
+struct BenchTable<'a> {
+    document: &'a Document,
+    reader: TableReader<'a>,
+    table: &'a Table,
+    out: &'a mut Vec<Diagnostic>,
+}
+
+impl BenchTable<'_> {
+    fn number(&mut self, key: &str, dimension: Dimension, sign: Sign) -> Option<f64> {
+        quantity(&self.reader, self.table, key, (dimension, sign), WHAT, self.out).map(|value| value.to_f64())
     }
-    found
+
+    fn time(&mut self, key: &str) -> Option<f64> {
+        self.number(key, Dimension::TIME, Sign::Positive)
+    }
+
+    fn whole(&mut self, key: &str) -> Option<u64> {
+        whole(&self.reader, self.table, key, WHAT, self.out)
+    }
+
+    fn count(&mut self, key: &str, default: usize, (least, most): (u64, u64)) -> usize {
+        let value = self.whole(key);
+        if value.is_some_and(|value| !(least..=most).contains(&value)) {
+            let wrong = format!("expected a whole number from {least} to {most}");
+            self.refuse("bench::number", key, &wrong, "out of range", &format!("write a number such as {default}"));
+            return default;
+        }
+        value.map_or(default, |value| value as usize)
+    }
+
+    fn refuse(&mut self, code: &'static str, key: &str, wrong: &str, label: &str, help: &str) {
+        self.out.push(
+            Diagnostic::error(code, format!("`{key}` of {WHAT}: {wrong}"))
+                .at(TableReader::place(self.table, key), label)
+                .help(help),
+        );
+    }
+
+    /// Speeds by shaft, rad/s.
+    fn speeds(&mut self, key: &str, (sign, help): (Sign, &str)) -> Vec<(String, f64)> {
+        let mut speeds = Vec::new();
+        for (name, scalar) in entries(self.table, key).unwrap_or_default() {
+            let label = format!("`{}` in `{key}` of `[bench]`", shortened(&name.value));
+            let shafts =
+                || self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str());
+            if !shafts().any(|shaft| shaft == name.value) {
+                if !self.document.doubts.has(&name.value) {
+                    let help = unknown_name(&name.value, shafts());
+                    self.out.push(
+                        Diagnostic::error("name::unknown", format!("{label}: there is no such shaft"))
+                            .at(name.place.clone(), "not a shaft")
+                            .help(help),
+                    );
+                }
+                continue;
+            }
+            let read = of_dimension(&self.reader, &scalar, (Dimension::ANGULAR_VELOCITY, Sign::Any), &label, self.out);
+            let Some(value) = read.map(|value| value.to_f64()) else { continue };
+            let wrong = match sign {
+                Sign::Positive => (value <= 0.0).then_some("must be more than zero"),
+                Sign::NonNegative => (value < 0.0).then_some("must not be negative"),
+                _ => None,
+            };
+            match wrong {
+                Some(rule) => self.out.push(
+                    Diagnostic::error("number::sign", format!("{label} {rule}"))
+                        .at(scalar.place.clone(), "out of range")
+                        .help(help),
+                ),
+                None => speeds.push((name.value, value)),
+            }
+        }
+        speeds
+    }
 }

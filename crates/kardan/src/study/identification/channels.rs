@@ -1,18 +1,13 @@
 //! Which channel of which log is which signal of the model.
 
-use std::sync::Arc;
-
-use super::clocks::{Clock, clocks};
-use super::recordings::table_of;
-use super::settings::LogFile;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Measured, Term};
-use crate::model::{Document, Model, TableReader};
+use crate::model::{Model, TableReader};
 use crate::names::unknown_name;
-use crate::schema::{Sign, Table, Value};
+use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
-use kardan_tables::read::{Bytes, CsvOptions, Group, Log, LogError, open};
+use kardan_tables::read::Group;
 
 /// A measured quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,18 +60,6 @@ pub(super) struct Wired {
     pub noise: Option<f64>,
 }
 
-/// A log with what is read of it.
-pub(super) struct OpenLog {
-    pub name: String,
-    pub log: Box<dyn Log>,
-    pub wired: Vec<Wired>,
-    /// For each group.
-    pub clocks: Vec<Option<Clock>>,
-    pub offset: f64,
-    pub options: CsvOptions,
-    pub file: Arc<dyn Bytes>,
-}
-
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
 pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Option<f64>)> {
     let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
@@ -102,7 +85,7 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
 }
 
 /// All signals that a channel may be.
-fn signals(model: &Model) -> Vec<String> {
+pub(super) fn signals(model: &Model) -> Vec<String> {
     let shafts = model.shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]);
     let inputs = model.terms.iter().filter_map(|named| match named.term {
         Term::Input { .. } => Some(format!("{}.tau", named.element)),
@@ -111,89 +94,18 @@ fn signals(model: &Model) -> Vec<String> {
     shafts.chain(inputs).collect()
 }
 
-/// What went wrong with a log, as a diagnostic.
-pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
-    Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
-}
-
-fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> Option<f64> {
+pub(super) fn number(table: &Table, key: &str, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> Option<f64> {
     quantity(reader, table, key, (Dimension::NONE, Sign::Any), "a log", out).map(|x| x.to_f64())
 }
 
-/// Opens a log and finds its channels.
-pub(super) fn open_log(
-    document: &Document,
-    model: &Model,
-    file: &LogFile,
-    out: &mut Vec<Diagnostic>,
-) -> Option<OpenLog> {
-    let (described, empty) = (table_of(document, &file.name), Table::default());
-    let table = described.map_or(&empty, |(_, table)| table);
-    let reader = TableReader::new(document, &[]);
-    let options = csv_options(table, &reader, out);
-    let log = match open(Arc::clone(&file.bytes), &options) {
-        Ok(log) => log,
-        Err(error) => {
-            out.push(log_error(&file.name, &error));
-            return None;
-        }
-    };
-    let before = out.len();
-    let groups = log.groups().to_vec();
-    let mut wired = Vec::new();
-    if let (Some((number, _)), Some(Value::Tables(channels))) =
-        (described, table.values.get("channel").map(|given| &given.value))
-    {
-        for (k, table) in channels.iter().enumerate() {
-            let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
-            let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
-            wired.extend(channel.wire(model, out));
-        }
-    }
-    wire_by_name(model, &file.name, &groups, &mut wired, out);
-    let clocks = clocks(table, &groups, &wired, &file.name, &reader, out);
-    let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
-    if wired.is_empty() && out.len() == before {
-        let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
-        let message = format!("no channel of `{}` is known to the model", file.name);
-        let notes = log.notes();
-        out.push(Diagnostic::error("log::no-channel", message).help(format!(
-            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
-            quoted(names.take(24)),
-            quoted(signals(model).iter().map(String::as_str)),
-            if notes.is_empty() { "" } else { "; and see what the log says: " },
-            notes.join("; ")
-        )));
-    }
-    (out.len() == before).then(|| OpenLog {
-        name: file.name.clone(),
-        log,
-        wired,
-        clocks,
-        offset: offset.map_or(0.0, |x| x.to_f64()),
-        options,
-        file: Arc::clone(&file.bytes),
-    })
-}
-
-/// How a text is read as a table.
-fn csv_options(table: &Table, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> CsvOptions {
-    let mut row = |key: &str| number(table, key, reader, out).map(|x| x as usize);
-    CsvOptions {
-        delimiter: read_word(table, "delimiter").map(|text| match text {
-            "tab" | "\\t" => b'\t',
-            "space" => b' ',
-            text => text.bytes().next().unwrap_or(b','),
-        }),
-        decimal_comma: read_word(table, "decimal").map(|word| word == "comma"),
-        names_row: row("names_row"),
-        units_row: row("units_row"),
-        first_row: row("first_row"),
-    }
-}
-
 /// Wires columns that are called like a signal.
-fn wire_by_name(model: &Model, file: &str, groups: &[Group], wired: &mut Vec<Wired>, out: &mut Vec<Diagnostic>) {
+pub(super) fn wire_by_name(
+    model: &Model,
+    file: &str,
+    groups: &[Group],
+    wired: &mut Vec<Wired>,
+    out: &mut Vec<Diagnostic>,
+) {
     for (group, own) in groups.iter().enumerate() {
         for (channel, named) in own.channels.iter().enumerate() {
             // In MAT files names cannot have points: wg_motor_tau.
@@ -258,18 +170,18 @@ pub(super) fn find(groups: &[Group], name: Option<&str>, number: Option<usize>) 
 }
 
 /// A table `[[log.NAME.channel]]`, for a file.
-struct Channel<'a, 'd> {
-    table: &'a Table,
+pub(super) struct Channel<'a, 'd> {
+    pub table: &'a Table,
     /// For the messages.
-    what: &'a str,
-    file: &'a str,
-    groups: &'a [Group],
-    reader: &'a TableReader<'d>,
+    pub what: &'a str,
+    pub file: &'a str,
+    pub groups: &'a [Group],
+    pub reader: &'a TableReader<'d>,
 }
 
 impl Channel<'_, '_> {
     /// The channel of the file that is meant, with what it measures.
-    fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<Wired> {
+    pub fn wire(&self, model: &Model, out: &mut Vec<Diagnostic>) -> Option<Wired> {
         let signal = read_word(self.table, "signal")?;
         let Some((quantity, _)) = quantity_of(signal, model) else {
             let all = signals(model);

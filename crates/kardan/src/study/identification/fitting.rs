@@ -1,9 +1,9 @@
 //! Which samples of the logs are fitted, and how.
 
 use super::asked::{Asked, Method};
+use super::fitted::short;
 use super::plant::{Columns, Plant, columns};
 use super::rows::{Built, Material, rows, settled};
-use super::summary::short;
 use crate::assemble::CoefficientKind as Kind;
 use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions, Samples, cross_validate, fit};

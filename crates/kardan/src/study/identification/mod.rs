@@ -5,9 +5,13 @@ mod channels;
 mod clocks;
 mod compare;
 mod extra;
+mod fitted;
 mod fitting;
 mod group_reader;
+mod open_log;
 mod open_logs;
+mod parameters;
+mod pictures;
 mod plant;
 mod reading;
 mod recordings;
@@ -19,12 +23,13 @@ mod wanted;
 
 use asked::asked;
 use compare::{Whole, compare};
+use fitted::Fitted;
 use fitting::{choose, fit_options, unseen};
 use open_logs::OpenLogs;
 use plant::plant;
 use rows::Material;
 pub use settings::{IdentifySettings, LogFile};
-use summary::{Fitted, summary};
+use summary::summary;
 
 use super::prepare::is_error;
 use super::{Part, Progress, Project};

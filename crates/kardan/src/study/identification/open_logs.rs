@@ -4,7 +4,8 @@ use std::io::{Read, Seek, SeekFrom};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::channels::{OpenLog, Quantity, log_error, open_log};
+use super::channels::Quantity;
+use super::open_log::{OpenLog, log_error, open_log};
 use super::reading::{Recording, read, usual_window};
 use super::recordings::recordings;
 use super::settings::LogFile;

@@ -2,7 +2,7 @@
 
 use super::asked::{Asked, Method};
 use super::channels::{Quantity, quantity_of};
-use super::extra::{ExtraTerm, extra_columns};
+use super::extra::extra_columns;
 use super::wanted::{Wanted, coefficients, with_terms};
 use crate::assemble::{CoefficientKind as Kind, Equations, assemble};
 use crate::diagnostics::{Diagnostic, quoted};
@@ -15,6 +15,7 @@ use crate::study::prepare::is_error;
 use crate::units::Exact;
 
 /// A plant whose motion was measured, ready for rows.
+#[derive(Clone)]
 pub(super) struct Plant {
     pub reduced: Reduced,
     pub model: Model,
@@ -51,12 +52,39 @@ pub(super) fn plant(
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
-    let wrong = |message: String, help: String| vec![Diagnostic::error("identify::motion", message).help(help)];
     let equations = assemble(&model.shafts, &model.terms);
     let failed = |error: &dyn std::fmt::Display| {
-        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more".into())
+        wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more")
     };
     let free = reduce(equations.clone(), None).map_err(|error| failed(&error))?;
+    let coordinates = measured_coordinates(&model, &free, slots)?;
+    let reduced = reduce(equations, Some(&coordinates)).map_err(|error| failed(&error))?;
+    let place = |quantity: Quantity| slots.iter().position(|slot| *slot == quantity);
+    let sensors = reduced.coordinate_names().into_iter();
+    let sensors = sensors.map(|shaft| (place(Quantity::Angle(shaft.clone())), place(Quantity::Speed(shaft)))).collect();
+    let inputs = &reduced.equations.inputs;
+    let torques: Vec<_> = inputs.iter().map(|input| place(Quantity::Torque(input.element.clone()))).collect();
+    let unmeasured =
+        (0..inputs.len()).filter(|&k| torques[k].is_none() && !asked.absent.contains(&inputs[k].element)).collect();
+    let step = |slot: &Quantity| {
+        plain.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
+            let (quantity, step) = quantity_of(&named.element, plain)?;
+            (quantity == *slot).then_some(step).flatten()
+        })
+    };
+    let steps = slots.iter().map(step).collect();
+    let plant = Plant { reduced, model, sensors, torques, unmeasured, steps };
+    plant.check_angles()?;
+    plant.check_torques(asked)?;
+    Ok(plant)
+}
+
+fn wrong(message: String, help: impl Into<String>) -> Vec<Diagnostic> {
+    vec![Diagnostic::error("identify::motion", message).help(help)]
+}
+
+/// Shafts whose measured motion tells that of all others; those of the file's coordinates first.
+fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Result<Vec<String>, Vec<Diagnostic>> {
     let mut measured: Vec<String> = Vec::new();
     for slot in slots {
         if let Quantity::Angle(shaft) | Quantity::Speed(shaft) = slot
@@ -65,98 +93,82 @@ pub(super) fn plant(
             measured.push(shaft.clone());
         }
     }
-    // The coordinates of the file first, where they were measured.
-    let preferred: Vec<String> = model.coordinates.clone().unwrap_or_default();
+    let preferred = model.coordinates.as_deref().unwrap_or_default();
     measured.sort_by_key(|shaft| preferred.iter().position(|name| name == shaft).unwrap_or(usize::MAX));
-    let basis = linearise(&free, &vec![0.0; free.degrees_of_freedom()]).basis;
+    let freedom = free.degrees_of_freedom();
+    let basis = linearise(free, &vec![0.0; freedom]).basis;
     let rows: Vec<usize> = measured.iter().filter_map(|shaft| free.shaft(shaft)).collect();
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
-    if pivots.len() < free.degrees_of_freedom() {
-        let others: Vec<&str> = free
-            .equations
-            .shafts
-            .iter()
-            .map(String::as_str)
-            .filter(|shaft| !measured.iter().any(|m| m == shaft))
-            .collect();
-        let message = format!(
-            "the model has {} degrees of freedom, and the logs tell {} of them",
-            free.degrees_of_freedom(),
-            pivots.len()
-        );
+    if pivots.len() < freedom {
+        let message = format!("the model has {freedom} degrees of freedom, and the logs tell {} of them", pivots.len());
         let help = if measured.is_empty() {
             "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
         } else {
-            format!(
-                "measured are {}; log the motion of one of {} too",
-                quoted(measured.iter().map(String::as_str)),
-                quoted(others.into_iter())
-            )
+            let others = free.equations.shafts.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
+            let measured = quoted(measured.iter().map(String::as_str));
+            format!("measured are {measured}; log the motion of one of {} too", quoted(others))
         };
         return Err(wrong(message, help));
     }
-    let coordinates: Vec<String> = pivots.iter().map(|&k| measured[k].clone()).collect();
-    let reduced = reduce(equations, Some(&coordinates)).map_err(|error| failed(&error))?;
-    let names = reduced.coordinate_names();
-    let place = |quantity: &Quantity| slots.iter().position(|slot| slot == quantity);
-    let sensors: Vec<_> = names
-        .iter()
-        .map(|shaft| (place(&Quantity::Angle(shaft.clone())), place(&Quantity::Speed(shaft.clone()))))
-        .collect();
-    let position_matters = !Kinematics::new(&reduced).is_constant() || !reduced.equations.springs.is_empty();
-    let blind: Vec<&str> =
-        names.iter().zip(&sensors).filter(|(_, (angle, _))| angle.is_none()).map(|(name, _)| name.as_str()).collect();
-    if position_matters && !blind.is_empty() {
-        return Err(wrong(
-            format!(
-                "the torques depend on angles, but of {} only the speed is in the logs",
-                quoted(blind.iter().copied())
-            ),
-            "log the angles too: springs and universal joints need them".into(),
-        ));
+    Ok(pivots.iter().map(|&k| measured[k].clone()).collect())
+}
+
+impl Plant {
+    /// Where torques depend on angles, the logs must have them.
+    fn check_angles(&self) -> Result<(), Vec<Diagnostic>> {
+        let reduced = &self.reduced;
+        let names = reduced.coordinate_names();
+        let blind = names.iter().zip(&self.sensors).filter(|(_, (angle, _))| angle.is_none());
+        let blind: Vec<&str> = blind.map(|(name, _)| name.as_str()).collect();
+        let constant = || Kinematics::new(reduced).is_constant() && reduced.equations.springs.is_empty();
+        if blind.is_empty() || constant() {
+            return Ok(());
+        }
+        let blind = quoted(blind.into_iter());
+        let message = format!("the torques depend on angles, but of {blind} only the speed is in the logs");
+        Err(wrong(message, "log the angles too: springs and universal joints need them"))
     }
-    let inputs = &reduced.equations.inputs;
-    let torques: Vec<_> = inputs.iter().map(|input| place(&Quantity::Torque(input.element.clone()))).collect();
-    let unmeasured: Vec<usize> =
-        (0..inputs.len()).filter(|&k| torques[k].is_none() && !asked.absent.contains(&inputs[k].element)).collect();
-    if torques.iter().all(Option::is_none) {
-        let names = quoted(inputs.iter().map(|input| input.element.as_str()));
-        return Err(wrong(
-            "no torque of an input is in the logs: without one only ratios of parameters could be told".into(),
-            format!("log the torque of one of {names}"),
-        ));
+
+    /// The logs must have a torque, those that extra terms go with, and enough of them for a row of the balance to be left.
+    fn check_torques(&self, asked: &Asked) -> Result<(), Vec<Diagnostic>> {
+        let inputs = &self.reduced.equations.inputs;
+        if self.torques.iter().all(Option::is_none) {
+            let names = quoted(inputs.iter().map(|input| input.element.as_str()));
+            return Err(wrong(
+                "no torque of an input is in the logs: without one only ratios of parameters could be told".into(),
+                format!("log the torque of one of {names}"),
+            ));
+        }
+        let unmeasured: Vec<&str> = self.unmeasured.iter().map(|&k| inputs[k].element.as_str()).collect();
+        for extra in &asked.extras {
+            if let Some(motor) = extra.torque.as_deref().filter(|motor| unmeasured.contains(motor)) {
+                return Err(wrong(
+                    format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
+                    format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
+                ));
+            }
+        }
+        if Regressor::new(&self.reduced, &[], &self.unmeasured, 0.0).rows() == 0 {
+            let names = quoted(unmeasured.into_iter());
+            return Err(wrong(
+                format!("nothing is left to compare: the torques of {names} are not in the logs"),
+                "log them, or name those that did nothing under `absent` in `[identification]`",
+            ));
+        }
+        Ok(())
     }
-    let lost = |extra: &&ExtraTerm| {
-        extra.torque.as_ref().is_some_and(|name| unmeasured.iter().any(|&k| inputs[k].element == *name))
-    };
-    if let Some(extra) = asked.extras.iter().find(lost) {
-        let motor = extra.torque.as_deref().unwrap_or_default();
-        return Err(wrong(
-            format!("`{}` goes with the torque of `{motor}`, which is not in the logs", extra.name),
-            format!("log the torque of `{motor}`, or leave `{}` out of the parameters", extra.name),
-        ));
+
+    /// `K` at rest: the angles of the shafts by the coordinates.
+    pub fn basis(&self) -> Matrix<Rational> {
+        linearise(&self.reduced, &vec![0.0; self.reduced.degrees_of_freedom()]).basis
     }
-    let steps = slots
-        .iter()
-        .map(|slot| {
-            plain.terms.iter().filter(|named| matches!(named.term, Term::Output(_))).find_map(|named| {
-                let (quantity, step) = quantity_of(&named.element, plain)?;
-                (quantity == *slot).then_some(step).flatten()
-            })
-        })
-        .collect();
-    let out = Plant { reduced, model, sensors, torques, unmeasured, steps };
-    let regressor = Regressor::new(&out.reduced, &[], &out.unmeasured, 0.0);
-    if regressor.rows() == 0 {
-        let names: Vec<&str> =
-            out.unmeasured.iter().map(|&k| out.reduced.equations.inputs[k].element.as_str()).collect();
-        return Err(wrong(
-            format!("nothing is left to compare: the torques of {} are not in the logs", quoted(names.iter().copied())),
-            "log them, or name those that did nothing under `absent` in `[identification]`".into(),
-        ));
-    }
-    Ok(out)
+}
+
+/// A direction over the shafts by the coordinates of a basis.
+pub(super) fn in_coordinates(row: &[(usize, Rational)], basis: &Matrix<Rational>) -> Vec<f64> {
+    let along = |j: usize| row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum();
+    (0..basis.columns()).map(along).collect()
 }
 
 /// The columns for a kind of excitation: what is dependent by structure is left out.
@@ -183,20 +195,13 @@ pub(super) fn columns(plant: &Plant, asked: &Asked, method: Method) -> Columns {
 
 /// A plant in which some parameters are zero.
 pub(super) fn plant_without(plant: &Plant, silent: &[&Wanted]) -> Plant {
-    let mut reduced = plant.reduced.clone();
+    let mut out = plant.clone();
     for one in silent {
-        for coefficient in coefficients(&reduced.equations, &[(*one).clone()]) {
-            silence(&mut reduced.equations, &coefficient);
+        for coefficient in coefficients(&out.reduced.equations, &[(*one).clone()]) {
+            silence(&mut out.reduced.equations, &coefficient);
         }
     }
-    Plant {
-        reduced,
-        model: plant.model.clone(),
-        sensors: plant.sensors.clone(),
-        torques: plant.torques.clone(),
-        unmeasured: plant.unmeasured.clone(),
-        steps: plant.steps.clone(),
-    }
+    out
 }
 
 /// Sets a coefficient to zero.

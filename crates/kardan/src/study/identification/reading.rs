@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::channels::{OpenLog, Quantity, Wired};
+use super::channels::{Quantity, Wired};
 use super::clocks::Clock;
 use super::group_reader::{GroupReader, SlotWindows, Timing, median, median_step};
+use super::open_log::OpenLog;
 use super::stream::stream;
 use crate::identify::Windows;
 use crate::results::{ChannelRead, LogRead, Span};

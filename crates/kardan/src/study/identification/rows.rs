@@ -2,13 +2,12 @@
 
 use super::asked::Asked;
 use super::channels::Quantity;
-use super::plant::{Columns, Plant, silence};
+use super::plant::{Columns, Plant, in_coordinates, silence};
 use super::reading::Recording;
 use crate::identify::{
     Coefficient, Motion, Reading, Regressor, Samples, Steadiness, Variances, Where, steady_segments,
 };
-use crate::num::{dot, rational_to_f64};
-use crate::reduce::linearise;
+use crate::num::dot;
 use crate::results::{LogRead, WindowCount};
 
 /// Noise that any sensor has, as a part of its largest reading.
@@ -56,102 +55,98 @@ pub(super) struct Built {
 
 /// Rows of the torque balance in every window that tells one.
 pub(super) fn rows(plant: &Plant, asked: &Asked, columns: &Columns, material: &Material<'_>) -> Built {
-    let Material { recorded, slots, window } = *material;
     let mut reduced = plant.reduced.clone();
     // What enters a combination is found with it, not known.
     for &(free, _) in columns.kept.iter().flat_map(|(_, with)| with) {
         silence(&mut reduced.equations, &columns.asked[free]);
     }
-    let reduced = &reduced;
     let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.inputs.len());
     let wanted: Vec<Coefficient> = columns.kept.iter().map(|(k, _)| columns.asked[*k].clone()).collect();
-    // Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
-    let noise: Vec<f64> = (0..slots.len())
-        .map(|slot| {
-            let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
-            let stated = recorded.iter().any(|one| one.noise[slot].1);
-            let readings = || recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
-            let largest = readings().filter(|x| x.is_finite()).fold(0.0, f64::max);
-            if stated {
-                seen
-            } else {
-                seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
-            }
-        })
-        .collect();
-    // The largest speed along each friction, and what noise hides of it.
-    let basis = linearise(reduced, &vec![0.0; r]).basis;
-    let frictions: Vec<Vec<f64>> = reduced
-        .equations
-        .frictions
-        .iter()
-        .map(|term| {
-            (0..r)
-                .map(|j| term.row.iter().map(|(s, a)| rational_to_f64(a) * rational_to_f64(&basis[(*s, j)])).sum())
-                .collect()
-        })
-        .collect();
+    let noise = slot_noise(plant, material);
     let mut motion = Moving::new(r, m);
-    let mut largest = vec![0.0_f64; frictions.len()];
-    let mut hidden = vec![0.0_f64; frictions.len()];
-    for row in recorded.iter().flat_map(|one| one.windows.values()) {
-        if motion.take(plant, row, &noise, window) {
-            for (k, g) in frictions.iter().enumerate() {
+    let rest = match asked.rest_speed {
+        Some(speed) => vec![speed; reduced.equations.frictions.len()],
+        None => rest_speeds(plant, &noise, &mut motion, material),
+    };
+    let mut regressor = Regressor::new(&reduced, &wanted, &plant.unmeasured, 0.0)
+        .with_extras(&columns.extras)
+        .with_window(material.window)
+        .with_rest_speeds(&rest);
+    let samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
+    let noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
+    let mut built = Built { samples, count: WindowCount::default(), noise: noise_of };
+    for (log, recording) in material.recorded.iter().enumerate() {
+        for ((section, number), row) in &recording.windows {
+            built.count.all += 1;
+            if !motion.take(plant, row, &noise, material.window) {
+                built.count.incomplete += 1;
+                continue;
+            }
+            let time = recording.origin + (*number as f64 + 0.5) * material.window;
+            built.add(Where { log, section: *section, time, duration: material.window }, &motion, &mut regressor);
+        }
+    }
+    built
+}
+
+impl Built {
+    /// The row of a window, unless something rests in it or its numbers are too large.
+    fn add(&mut self, place: Where, motion: &Moving, regressor: &mut Regressor) {
+        let Moving { position, speed, acceleration, torques, .. } = motion;
+        let room = self.samples.push(place, [position, speed, acceleration], torques);
+        let variances = Variances {
+            torques: &motion.torque_variance,
+            position: &motion.position_variance,
+            speed: &motion.speed_variance,
+            acceleration: &motion.acceleration_variance,
+        };
+        let at = Motion { position, speed, acceleration };
+        let known = regressor.fill_weighted(at, torques, variances, (room.x, room.y), (room.covariance, room.speeds));
+        let last = self.samples.len() - 1;
+        if !known || !self.samples.x(last).iter().chain(self.samples.y(last)).all(|x| x.is_finite()) {
+            self.samples.pop();
+            self.count.resting += 1;
+            return;
+        }
+        let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];
+        for (most, variances) in self.noise.iter_mut().zip(parts) {
+            most.iter_mut().zip(variances).for_each(|(most, v)| *most = v.sqrt().max(*most));
+        }
+    }
+}
+
+/// Noise of a sample in each slot, over all recordings; an encoder has at least that of its step, any sensor a little.
+fn slot_noise(plant: &Plant, material: &Material<'_>) -> Vec<f64> {
+    let recorded = material.recorded;
+    let noise = |slot: usize| {
+        let seen = recorded.iter().map(|one| one.noise[slot].0).fold(0.0, f64::max);
+        if recorded.iter().any(|one| one.noise[slot].1) {
+            return seen; // It was stated.
+        }
+        let readings = recorded.iter().flat_map(|one| one.windows.values()).map(|row| row[slot].value.abs());
+        let largest = readings.filter(|x| x.is_finite()).fold(0.0, f64::max);
+        seen.max(plant.steps[slot].unwrap_or(0.0) / 12.0_f64.sqrt()).max(FLOOR * largest)
+    };
+    (0..material.slots.len()).map(noise).collect()
+}
+
+/// The speed below which each friction is taken to rest: a part of its largest, and beyond what noise hides.
+fn rest_speeds(plant: &Plant, noise: &[f64], motion: &mut Moving, material: &Material<'_>) -> Vec<f64> {
+    let basis = plant.basis();
+    let frictions = plant.reduced.equations.frictions.iter();
+    let directions: Vec<Vec<f64>> = frictions.map(|term| in_coordinates(&term.row, &basis)).collect();
+    let mut largest = vec![0.0_f64; directions.len()];
+    let mut hidden = vec![0.0_f64; directions.len()];
+    for row in material.recorded.iter().flat_map(|one| one.windows.values()) {
+        if motion.take(plant, row, noise, material.window) {
+            for (k, g) in directions.iter().enumerate() {
                 largest[k] = largest[k].max(dot(g, &motion.speed).abs());
                 let spread: f64 = g.iter().zip(&motion.speed_variance).map(|(g, v)| g * g * v).sum();
                 hidden[k] = hidden[k].max(spread.sqrt());
             }
         }
     }
-    let rest: Vec<f64> = largest
-        .iter()
-        .zip(&hidden)
-        .map(|(largest, hidden)| asked.rest_speed.unwrap_or((0.01 * largest).max(3.0 * hidden)))
-        .collect();
-    let mut regressor = Regressor::new(reduced, &wanted, &plant.unmeasured, 0.0)
-        .with_extras(&columns.extras)
-        .with_window(window)
-        .with_rest_speeds(&rest);
-    let mut samples = Samples::new(regressor.rows(), regressor.columns(), columns.extras.len(), r, m);
-    let mut count = WindowCount::default();
-    let mut noise_of = [vec![0.0_f64; r], vec![0.0_f64; r], vec![0.0_f64; r]];
-    for (log, recording) in recorded.iter().enumerate() {
-        for ((section, number), row) in &recording.windows {
-            count.all += 1;
-            if !motion.take(plant, row, &noise, window) {
-                count.incomplete += 1;
-                continue;
-            }
-            let time = recording.origin + (*number as f64 + 0.5) * window;
-            let place = Where { log, section: *section, time, duration: window };
-            let room = samples.push(place, [&motion.position, &motion.speed, &motion.acceleration], &motion.torques);
-            let at = Motion { position: &motion.position, speed: &motion.speed, acceleration: &motion.acceleration };
-            let variances = Variances {
-                torques: &motion.torque_variance,
-                position: &motion.position_variance,
-                speed: &motion.speed_variance,
-                acceleration: &motion.acceleration_variance,
-            };
-            let known = regressor.fill_weighted(
-                at,
-                &motion.torques,
-                variances,
-                (room.x, room.y),
-                (room.covariance, room.speeds),
-            );
-            let finite = samples.x(samples.len() - 1).iter().chain(samples.y(samples.len() - 1)).all(|x| x.is_finite());
-            if !known || !finite {
-                samples.pop();
-                count.resting += 1;
-                continue;
-            }
-            let parts = [&motion.position_variance, &motion.speed_variance, &motion.acceleration_variance];
-            for (most, variances) in noise_of.iter_mut().zip(parts) {
-                most.iter_mut().zip(variances).for_each(|(most, v)| *most = v.sqrt().max(*most));
-            }
-        }
-    }
-    Built { samples, count, noise: noise_of }
+    largest.iter().zip(&hidden).map(|(largest, hidden)| (0.01 * largest).max(3.0 * hidden)).collect()
 }
 
 /// The motion and the torques in a window, with their variances.

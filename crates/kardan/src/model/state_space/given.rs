@@ -1,0 +1,281 @@
+//! Matrices and names as they are given, and whether they fit together.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::analysis::LinearSystem;
+use crate::diagnostics::{Diagnostic, shortened};
+use crate::num::{Matrix, Rational, exact_rank};
+
+/// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
+pub(super) const MOST: usize = 2000;
+/// Mistakes of one kind that are told one by one for a matrix.
+pub(super) const TOLD: usize = 8;
+/// The longest name.
+const NAME_LIMIT: usize = 100;
+
+pub(super) const MATRICES: [&str; 5] = ["A", "B", "C", "D", "E"];
+pub(super) const NAMES: [&str; 3] = ["states", "inputs", "outputs"];
+/// Keys that say how long a sample takes.
+pub(super) const SAMPLE_TIMES: [&str; 3] = ["Ts", "dt", "sample_time"];
+
+/// A matrix as it is given.
+#[derive(Debug)]
+pub(super) struct GivenMatrix {
+    pub matrix: Matrix<Rational>,
+    /// Written as a list of numbers, hence neither a row nor a column.
+    pub list: bool,
+    /// In a text.
+    pub span: Option<Range<usize>>,
+}
+
+/// What a file says, as far as it could be read; what is wrong in itself has been told already and is `None`.
+#[derive(Debug, Default)]
+pub(super) struct Given {
+    pub matrices: BTreeMap<&'static str, Option<GivenMatrix>>,
+    pub names: BTreeMap<&'static str, Option<GivenNames>>,
+}
+
+#[derive(Debug)]
+pub(super) struct GivenNames {
+    pub names: Vec<String>,
+    pub spans: Vec<Range<usize>>,
+    pub span: Option<Range<usize>>,
+}
+
+fn place(diagnostic: Diagnostic, span: &Option<Range<usize>>) -> Diagnostic {
+    match span {
+        Some(span) => diagnostic.at(span.clone(), ""),
+        None => diagnostic,
+    }
+}
+
+impl Given {
+    /// Puts the parts together; all that does not fit is told.
+    pub fn system(mut self, mut mistakes: Vec<Diagnostic>) -> Result<LinearSystem, Vec<Diagnostic>> {
+        let mut given = |key| self.matrices.remove(key);
+        let (a, b, c, d, e) = (given("A"), given("B"), given("C"), given("D"), given("E"));
+        // Some(None): known to be wrong. Sizes that are not known are not complained about.
+        let states = match &a {
+            None => {
+                mistakes.push(
+                    Diagnostic::error(
+                        "state-space::missing",
+                        "there is no matrix `A`, and without it there is no system",
+                    )
+                    .help("give the square matrix A of ẋ = A x + B u under the name `A`"),
+                );
+                None
+            }
+            Some(None) => None,
+            Some(Some(a)) if a.matrix.rows() != a.matrix.columns() => {
+                let message =
+                    format!("`A` is {}, but it must be square: a row and a column per state", size(&a.matrix));
+                let mistake = Diagnostic::error("state-space::shape", message);
+                mistakes.push(place(mistake, &a.span).help("write one list per row: [[0, 1], [-2, -3]]"));
+                None
+            }
+            Some(Some(a)) if a.matrix.rows() == 0 => {
+                let mistake =
+                    Diagnostic::error("state-space::empty", "`A` is 0×0: a system without states has no motion");
+                mistakes.push(place(mistake, &a.span).help("give at least one state: {\"A\": [[-1]]}"));
+                None
+            }
+            Some(Some(a)) => Some(a.matrix.rows()),
+        };
+        let e = e.map(|e| e.map(|e| self::square(e, states, &mut mistakes)));
+        let b = b.map(|b| b.map(|b| beside_states("B", b, states, &mut mistakes)));
+        let c = c.map(|c| c.map(|c| beside_states("C", c, states, &mut mistakes)));
+        let inputs = match &b {
+            None => Some(0),
+            Some(b) => b.as_ref().and_then(|b| b.as_ref().map(Matrix::columns)),
+        };
+        let outputs = match &c {
+            None => Some(0),
+            Some(c) => c.as_ref().and_then(|c| c.as_ref().map(Matrix::rows)),
+        };
+        let d = d.map(|d| d.map(|d| feedthrough(d, outputs, inputs, &mut mistakes)));
+        let mut name = |key, letter, count: Option<usize>, what| {
+            self.names.remove(key).flatten().map_or_else(
+                || (1..=count.unwrap_or(0)).map(|i| format!("{letter}{i}")).collect(),
+                |names| checked_names(key, names, count, what, &mut mistakes),
+            )
+        };
+        let states_named = name("states", "x", states, "states (rows of `A`)");
+        let inputs_named = name("inputs", "u", inputs, "inputs (columns of `B`)");
+        let outputs_named = name("outputs", "y", outputs, "outputs (rows of `C`)");
+        let in_order = |mut mistakes: Vec<Diagnostic>| {
+            mistakes.sort_by_key(|mistake| mistake.labels.first().map_or(usize::MAX, |label| label.place.span().start));
+            mistakes
+        };
+        let (Some(n), Some(Some(a)), true) = (states, a, mistakes.is_empty()) else { return Err(in_order(mistakes)) };
+        let (m, p) = (inputs.unwrap_or(0), outputs.unwrap_or(0));
+        let or = |matrix: Option<Option<Option<Matrix<Rational>>>>, rows, columns| {
+            matrix.flatten().flatten().unwrap_or_else(|| Matrix::zeros(rows, columns))
+        };
+        Ok(LinearSystem {
+            states: states_named,
+            inputs: inputs_named,
+            outputs: outputs_named,
+            e: e.flatten().flatten().unwrap_or_else(|| Matrix::identity(n)),
+            a: a.matrix,
+            b: or(b, n, m),
+            c: or(c, p, n),
+            d: or(d, p, m),
+            degrees_of_freedom: None,
+        })
+    }
+}
+
+fn size(matrix: &Matrix<Rational>) -> String {
+    format!("{}×{}", matrix.rows(), matrix.columns())
+}
+
+fn square(e: GivenMatrix, states: Option<usize>, mistakes: &mut Vec<Diagnostic>) -> Option<Matrix<Rational>> {
+    let (rows, columns) = (e.matrix.rows(), e.matrix.columns());
+    if rows != columns || states.is_some_and(|n| n != rows) {
+        let expected = match states {
+            Some(n) => format!("it must be {n}×{n} as `A` is"),
+            None => "it must be square".into(),
+        };
+        let mistake = Diagnostic::error("state-space::shape", format!("`E` is {}, but {expected}", size(&e.matrix)));
+        mistakes.push(place(mistake, &e.span).help("leave `E` out if it is the identity"));
+        return None;
+    }
+    let rank = exact_rank(&e.matrix);
+    if rank < rows {
+        let message = format!(
+            "`E` is singular (rank {rank} of {rows}): this is a descriptor system with algebraic equations, which is not \
+             accepted"
+        );
+        let mistake = Diagnostic::error("state-space::singular", message);
+        mistakes.push(place(mistake, &e.span).help(
+            "solve the algebraic equations for some of the states and give what remains, with a regular `E` or without one",
+        ));
+        return None;
+    }
+    Some(e.matrix)
+}
+
+/// `B` has a row for each state, `C` a column.
+fn beside_states(
+    name: &str,
+    given: GivenMatrix,
+    states: Option<usize>,
+    mistakes: &mut Vec<Diagnostic>,
+) -> Option<Matrix<Rational>> {
+    let by_rows = name == "B";
+    let (rows, columns) = (given.matrix.rows(), given.matrix.columns());
+    if rows == 0 || columns == 0 {
+        let n = states.unwrap_or(0);
+        return Some(if by_rows { Matrix::zeros(n, 0) } else { Matrix::zeros(0, n) });
+    }
+    let n = states?;
+    let (along, across) = if by_rows { (rows, columns) } else { (columns, rows) };
+    if along == n {
+        return Some(given.matrix);
+    }
+    if along == 1 && across == n {
+        return Some(given.matrix.transpose());
+    }
+    let what = if by_rows { "rows" } else { "columns" };
+    let message = format!("`{name}` is {}, but it needs {n} {what}, one per state (`A` is {n}×{n})", shape(&given));
+    let help = match (across == n, by_rows) {
+        (true, true) => "is it transposed? a column belongs to an input",
+        (true, false) => "is it transposed? a row belongs to an output",
+        (false, true) => "give one row per state and one column per input",
+        (false, false) => "give one row per output and one column per state",
+    };
+    mistakes.push(place(Diagnostic::error("state-space::shape", message), &given.span).help(help));
+    None
+}
+
+fn shape(given: &GivenMatrix) -> String {
+    if given.list { format!("a list of {} numbers", given.matrix.columns()) } else { size(&given.matrix) }
+}
+
+fn feedthrough(
+    d: GivenMatrix,
+    outputs: Option<usize>,
+    inputs: Option<usize>,
+    mistakes: &mut Vec<Diagnostic>,
+) -> Option<Matrix<Rational>> {
+    let (p, m) = (outputs?, inputs?);
+    let (rows, columns) = (d.matrix.rows(), d.matrix.columns());
+    let nothing = rows == 0 || columns == 0;
+    // `D = 0` is zero of any size.
+    if nothing || (rows == 1 && columns == 1 && d.matrix[(0, 0)].is_zero()) {
+        return Some(Matrix::zeros(p, m));
+    }
+    if rows == p && columns == m {
+        return Some(d.matrix);
+    }
+    if d.list && m == 1 && columns == p {
+        return Some(d.matrix.transpose());
+    }
+    let message = format!(
+        "`D` is {}, but it must be {p}×{m}: a row per output (row of `C`), a column per input (column of `B`)",
+        shape(&d)
+    );
+    mistakes.push(
+        place(Diagnostic::error("state-space::shape", message), &d.span)
+            .help("leave `D` out if there is no feedthrough"),
+    );
+    None
+}
+
+fn checked_names(
+    key: &str,
+    given: GivenNames,
+    count: Option<usize>,
+    what: &str,
+    mistakes: &mut Vec<Diagnostic>,
+) -> Vec<String> {
+    let GivenNames { names, spans, span } = given;
+    if let Some(count) = count
+        && names.len() != count
+    {
+        let message = format!("`{key}` has {} names for {count} {what}", names.len());
+        mistakes.push(
+            place(Diagnostic::error("state-space::names", message), &span).help("give one name each, or leave it out"),
+        );
+    }
+    let mut first = BTreeMap::new();
+    for (i, name) in names.iter().enumerate() {
+        let span = spans.get(i).cloned();
+        let mut complain = |message, help: &str| {
+            mistakes.push(place(Diagnostic::error("state-space::names", message), &span).help(help));
+        };
+        let number = i + 1;
+        if name.trim().is_empty() {
+            complain(format!("name {number} of `{key}` is empty"), "give it a name, such as `x1`");
+        } else if name.chars().count() > NAME_LIMIT || name.contains(char::is_control) {
+            complain(
+                format!("name {number} of `{key}`, `{}`, is no name", shortened(&name.escape_debug().to_string())),
+                "use at most 100 letters and no line breaks or other control characters",
+            );
+        } else if let Some(earlier) = first.insert(name, number) {
+            complain(
+                format!("name {number} of `{key}` is `{}` as is name {earlier}", shortened(name)),
+                "every name may occur once in a list",
+            );
+        }
+    }
+    names
+}
+
+/// A key that says how long a sample takes.
+pub(super) fn discrete(key: &str) -> Diagnostic {
+    let message = format!("`{key}` gives a sample time: this is a discrete-time system, which is not accepted");
+    Diagnostic::error("state-space::discrete", message)
+        .help("give the continuous-time system (d2c), or leave the key out")
+}
+
+/// Says how many mistakes are not told one by one.
+pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, mistakes: &mut Vec<Diagnostic>) {
+    if count > TOLD {
+        let message = format!("`{name}` has {} more entries that are no finite numbers", count - TOLD);
+        let mistake = Diagnostic::error("state-space::entry", message).help("correct the entries that are told first");
+        mistakes.push(place(mistake, &span.cloned()));
+    }
+}

@@ -1,0 +1,48 @@
+//! A fit with what was fitted.
+
+use super::asked::Asked;
+use super::plant::{Columns, Plant};
+use crate::identify::{Fit, Samples};
+
+pub(super) struct Fitted<'a> {
+    pub plant: &'a Plant,
+    pub asked: &'a Asked,
+    pub columns: &'a Columns,
+    /// The samples of the fit.
+    pub samples: &'a Samples,
+    pub fit: &'a Fit,
+    /// Predictions without having seen, sample by sample, row by row.
+    pub unseen: Option<&'a [f64]>,
+    pub method: &'a str,
+    pub window: f64,
+    /// Standard deviations of a window's angles, speeds and accelerations.
+    pub noise: &'a [Vec<f64>; 3],
+}
+
+impl Fitted<'_> {
+    /// Names of the columns of the fit, then of the Stribeck speeds.
+    pub fn column_names(&self) -> Vec<String> {
+        let kept = self.columns.kept.iter().map(|(k, _)| self.columns.asked[*k].name.clone());
+        let extras = self.asked.extras.iter().map(|extra| extra.name.clone());
+        let speeds = self.asked.extras.iter().filter(|extra| extra.shape.is_some());
+        kept.chain(extras).chain(speeds.map(|extra| format!("{}.stribeck_speed", extra.element))).collect()
+    }
+
+    /// Names of the rows of the balance.
+    pub fn row_names(&self) -> Vec<String> {
+        let names = self.plant.reduced.coordinate_names();
+        if self.samples.rows == names.len() {
+            return names;
+        }
+        (0..self.samples.rows).map(|k| format!("row {}, without the torques not measured", k + 1)).collect()
+    }
+}
+
+/// Six digits at most.
+pub(super) fn short(x: f64) -> String {
+    let text = format!("{x:.6}");
+    if x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) {
+        return format!("{x:.4e}");
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
+}

@@ -1,0 +1,103 @@
+//! A log, open, with what is read of it.
+
+use std::sync::Arc;
+
+use super::channels::{Channel, Wired, number, signals, wire_by_name};
+use super::clocks::{Clock, clocks};
+use super::recordings::table_of;
+use super::settings::LogFile;
+use crate::diagnostics::{Diagnostic, quoted};
+use crate::model::{Document, Model, TableReader};
+use crate::schema::{Sign, Table, Value};
+use crate::study::read::{quantity, read_word};
+use crate::units::Dimension;
+use kardan_tables::read::{Bytes, CsvOptions, Log, LogError, open};
+
+/// A log with what is read of it.
+pub(super) struct OpenLog {
+    pub name: String,
+    pub log: Box<dyn Log>,
+    pub wired: Vec<Wired>,
+    /// For each group.
+    pub clocks: Vec<Option<Clock>>,
+    pub offset: f64,
+    pub options: CsvOptions,
+    pub file: Arc<dyn Bytes>,
+}
+
+/// What went wrong with a log, as a diagnostic.
+pub(super) fn log_error(name: &str, error: &LogError) -> Diagnostic {
+    Diagnostic::error("log::unreadable", format!("`{name}`: {error}"))
+}
+
+/// Opens a log and finds its channels.
+pub(super) fn open_log(
+    document: &Document,
+    model: &Model,
+    file: &LogFile,
+    out: &mut Vec<Diagnostic>,
+) -> Option<OpenLog> {
+    let (described, empty) = (table_of(document, &file.name), Table::default());
+    let table = described.map_or(&empty, |(_, table)| table);
+    let reader = TableReader::new(document, &[]);
+    let options = csv_options(table, &reader, out);
+    let log = match open(Arc::clone(&file.bytes), &options) {
+        Ok(log) => log,
+        Err(error) => {
+            out.push(log_error(&file.name, &error));
+            return None;
+        }
+    };
+    let before = out.len();
+    let groups = log.groups().to_vec();
+    let mut wired = Vec::new();
+    if let (Some((number, _)), Some(Value::Tables(channels))) =
+        (described, table.values.get("channel").map(|given| &given.value))
+    {
+        for (k, table) in channels.iter().enumerate() {
+            let what = format!("channel {} of log `{}`", k + 1, document.logs[number].0);
+            let channel = Channel { table, what: &what, file: &file.name, groups: &groups, reader: &reader };
+            wired.extend(channel.wire(model, out));
+        }
+    }
+    wire_by_name(model, &file.name, &groups, &mut wired, out);
+    let clocks = clocks(table, &groups, &wired, &file.name, &reader, out);
+    let offset = quantity(&reader, table, "time_offset", (Dimension::TIME, Sign::Any), "a log", out);
+    if wired.is_empty() && out.len() == before {
+        let names = groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str()));
+        let message = format!("no channel of `{}` is known to the model", file.name);
+        let notes = log.notes();
+        out.push(Diagnostic::error("log::no-channel", message).help(format!(
+            "say which is which in `[log.NAME]` (`kardan elements log`); the file has {}, the model {}{}{}",
+            quoted(names.take(24)),
+            quoted(signals(model).iter().map(String::as_str)),
+            if notes.is_empty() { "" } else { "; and see what the log says: " },
+            notes.join("; ")
+        )));
+    }
+    (out.len() == before).then(|| OpenLog {
+        name: file.name.clone(),
+        log,
+        wired,
+        clocks,
+        offset: offset.map_or(0.0, |x| x.to_f64()),
+        options,
+        file: Arc::clone(&file.bytes),
+    })
+}
+
+/// How a text is read as a table.
+fn csv_options(table: &Table, reader: &TableReader<'_>, out: &mut Vec<Diagnostic>) -> CsvOptions {
+    let mut row = |key: &str| number(table, key, reader, out).map(|x| x as usize);
+    CsvOptions {
+        delimiter: read_word(table, "delimiter").map(|text| match text {
+            "tab" | "\\t" => b'\t',
+            "space" => b' ',
+            text => text.bytes().next().unwrap_or(b','),
+        }),
+        decimal_comma: read_word(table, "decimal").map(|word| word == "comma"),
+        names_row: row("names_row"),
+        units_row: row("units_row"),
+        first_row: row("first_row"),
+    }
+}

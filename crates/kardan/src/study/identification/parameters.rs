@@ -1,0 +1,197 @@
+//! The parameters that were found, and what they mean for the model file.
+
+use super::asked::Asked;
+use super::extra::ExtraTerm;
+use super::fitted::{Fitted, short};
+use crate::assemble::CoefficientKind as Kind;
+use crate::identify::{Coefficient, Shape};
+use crate::num::{Definiteness, definiteness, rational_from_f64};
+use crate::reduce::linearise;
+use crate::results::{FileValue, IdentifiedDamping, IdentifiedParameter, Interval};
+use crate::units::Exact;
+
+/// Parameters by the file's order of what was asked for, then those of the extra terms.
+pub(super) fn parameters(fitted: &Fitted<'_>) -> Vec<IdentifiedParameter> {
+    let Fitted { asked, columns, .. } = fitted;
+    let mut out: Vec<IdentifiedParameter> = (0..columns.asked.len()).map(|number| fitted.coefficient(number)).collect();
+    let first = columns.kept.len();
+    let mut speed = first + asked.extras.len();
+    for (k, extra) in asked.extras.iter().enumerate() {
+        let unit = if extra.shape.is_some() { "N m" } else { "1" };
+        out.push(fitted.column(extra.name.clone(), unit, first + k, None));
+        if extra.shape.is_some() {
+            out.push(fitted.stribeck_speed(k, extra, speed));
+            speed += 1;
+        }
+    }
+    out
+}
+
+fn published(asked: &Asked, name: &str) -> Option<f64> {
+    asked.published.iter().find(|(other, _)| other == name).map(|(_, value)| *value)
+}
+
+impl Fitted<'_> {
+    /// What was found in a column of the fit.
+    fn column(&self, name: String, unit: &'static str, column: usize, before: Option<f64>) -> IdentifiedParameter {
+        let fit = self.fit;
+        let (value, error) = (fit.values[column], fit.standard_errors[column]);
+        let (bounded, undetermined) = (fit.bounded.contains(&column), error.is_infinite());
+        let half = fit.quantile(column, self.asked.confidence) * error;
+        IdentifiedParameter {
+            interval: (!bounded && !undetermined && half.is_finite())
+                .then_some(Interval { lower: value - half, upper: value + half }),
+            remark: match (bounded, undetermined) {
+                (true, _) => "at its bound, zero".into(),
+                (_, true) => "these data do not determine it".into(),
+                _ if half.is_nan() => {
+                    "no interval: the fit leaves nothing that could tell how large the errors are".into()
+                }
+                _ => String::new(),
+            },
+            published: published(self.asked, &name),
+            standard_error: (!bounded && !error.is_nan()).then_some(error),
+            name,
+            unit,
+            before,
+            value: Some(value),
+            combination: String::new(),
+        }
+    }
+
+    /// A coefficient that was asked for: with others in a combination, or left out as no test of this kind determines it.
+    fn coefficient(&self, number: usize) -> IdentifiedParameter {
+        let (columns, before) = (self.columns, self.asked.wanted[number].before);
+        let Coefficient { name, kind, .. } = &columns.asked[number];
+        let Some(column) = columns.kept.iter().position(|(kept, _)| *kept == number) else {
+            return IdentifiedParameter {
+                name: name.clone(),
+                unit: kind.unit(),
+                before,
+                value: before,
+                standard_error: Some(f64::INFINITY),
+                remark: "not determined by a test of this kind, whatever is logged".into(),
+                published: published(self.asked, name),
+                ..IdentifiedParameter::default()
+            };
+        };
+        let mut found = self.column(name.clone(), kind.unit(), column, before);
+        let with = &columns.kept[column].1;
+        let part = |(other, factor): &(usize, f64)| {
+            let sign = if *factor < 0.0 { "-" } else { "+" };
+            format!(" {sign} {} {}", short(factor.abs()), columns.asked[*other].name)
+        };
+        found.combination = with.iter().map(part).collect();
+        if !with.is_empty() {
+            found.remark = "only this combination can be told".into();
+        }
+        found
+    }
+
+    /// The speed of the extra term `number`, in its column.
+    fn stribeck_speed(&self, number: usize, extra: &ExtraTerm, column: usize) -> IdentifiedParameter {
+        let mut found = self.column(format!("{}.stribeck_speed", extra.element), "rad/s", column, None);
+        if extra.speed.is_some() {
+            found.remark = "given".into();
+            found.interval = None;
+        } else if self.fit.at_end.contains(&number) {
+            found.remark = "at the end of the speeds measured: these data do not determine it".into();
+            found.interval = None;
+            found.standard_error = Some(f64::INFINITY);
+        }
+        found
+    }
+}
+
+/// What a model file can hold of what was found, and what not. Stribeck friction goes there as the torque at which it breaks away.
+pub(super) fn for_file(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> (Vec<FileValue>, Vec<String>) {
+    let Fitted { asked, columns, .. } = fitted;
+    let (mut values, mut left) = (Vec::new(), Vec::new());
+    let determined =
+        |one: &IdentifiedParameter| one.value.filter(|_| one.combination.is_empty() && one.interval.is_some());
+    let plain = parameters.iter().take(columns.asked.len());
+    for one in plain {
+        if let Some(value) = determined(one) {
+            values.push(FileValue { name: one.name.clone(), value, interval: one.interval });
+        } else if one.value == Some(0.0) && one.standard_error.is_none() {
+            // At its bound: all others were fitted with it at zero.
+            values.push(FileValue { name: one.name.clone(), value: 0.0, interval: None });
+        } else {
+            left.push(format!("{}: {}", one.name, one.remark));
+        }
+    }
+    for extra in &asked.extras {
+        let named = |name: &str| parameters.iter().find(|one| one.name == name);
+        let Some(own) = named(&extra.name) else { continue };
+        let speed = named(&format!("{}.stribeck_speed", extra.element));
+        let friction = format!("{}.friction", extra.element);
+        let own_friction = |key: &(String, Kind)| key.0 == extra.element && key.1 == Kind::Friction;
+        let with = asked.wanted.iter().position(|one| one.keys.iter().any(own_friction));
+        let sliding = match with {
+            Some(k) => parameters.get(k).and_then(determined),
+            None => fitted
+                .plant
+                .reduced
+                .equations
+                .frictions
+                .iter()
+                .find(|term| term.element == extra.element)
+                .map(|term| term.value.torque.to_f64()),
+        };
+        let speed = speed.filter(|one| determined(one).is_some() || extra.speed.is_some());
+        let speed = speed.and_then(|one| Some((one.value?, determined(one).and(one.interval))));
+        let both = determined(own).filter(|own| *own > 0.0).zip(sliding);
+        match (extra.shape, speed, both) {
+            (None, ..) => left.push(format!("{}: a model file has no loss in proportion to a torque", extra.name)),
+            (Some(Shape::Gaussian), Some((speed, interval)), Some((own, sliding))) => {
+                let value = |name: &str, value: f64, interval| FileValue {
+                    name: format!("{}.{name}", extra.element),
+                    value,
+                    interval,
+                };
+                values.push(value("breakaway", sliding + own, None));
+                values.push(value("stribeck_speed", speed, interval));
+            }
+            (Some(Shape::Gaussian), ..) => {
+                left.push(format!("{}: it is not told well enough, or {friction} is not", extra.name));
+            }
+            (Some(_), ..) => left.push(format!("{}: a model file has the gaussian shape only", extra.name)),
+        }
+    }
+    (values, left)
+}
+
+/// Kᵀ D K at what was found, where dampings were asked for.
+pub(super) fn damping(fitted: &Fitted<'_>, parameters: &[IdentifiedParameter]) -> Option<IdentifiedDamping> {
+    let Fitted { plant, columns, .. } = fitted;
+    let asked = || columns.asked.iter().filter(|one| one.kind == Kind::Damping);
+    let determined = |one: &Coefficient| {
+        let known = |found: &IdentifiedParameter| found.interval.is_some() || found.standard_error.is_none();
+        parameters.iter().any(|found| found.name == one.name && known(found))
+    };
+    if asked().next().is_none() || !asked().all(determined) {
+        return None;
+    }
+    let mut reduced = plant.reduced.clone();
+    for one in asked() {
+        let value = rational_from_f64(alone(&one.name, parameters, fitted)?)?;
+        for &term in &one.terms {
+            reduced.equations.dampers[term].value = Exact::new(value.clone(), 0);
+        }
+    }
+    let damping = linearise(&reduced, &vec![0.0; reduced.degrees_of_freedom()]).damping;
+    let passive = !matches!(definiteness(&damping), Definiteness::Indefinite { .. });
+    Some(IdentifiedDamping { coordinates: reduced.coordinate_names(), values: damping.to_rows(), passive })
+}
+
+/// The value of a parameter with the others of its combination as the file gives them.
+fn alone(name: &str, parameters: &[IdentifiedParameter], fitted: &Fitted<'_>) -> Option<f64> {
+    let found = parameters.iter().find(|one| one.name == name)?;
+    let columns = fitted.columns;
+    let number = columns.asked.iter().position(|one| one.name == name)?;
+    let with = columns.kept.iter().find(|(kept, _)| *kept == number).map_or(&[][..], |(_, with)| with);
+    let others: f64 =
+        with.iter().map(|(other, factor)| factor * fitted.asked.wanted[*other].before.unwrap_or(0.0)).sum();
+    let value = found.value? - others;
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,95 @@
+//! Points of the pictures: torques over time, frictions over speed.
+
+use super::fitted::Fitted;
+use super::plant::in_coordinates;
+use crate::assemble::CoefficientKind as Kind;
+use crate::identify::Extra;
+use crate::num::dot;
+use crate::results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
+
+/// Points of a picture.
+const POINTS: usize = 2000;
+
+/// Every so many of a list that it stays short.
+fn stride(count: usize) -> usize {
+    count.div_ceil(POINTS).max(1)
+}
+
+/// Torques as they were measured and as they are predicted.
+pub(super) fn traces(fitted: &Fitted<'_>) -> Vec<Trace> {
+    let Fitted { samples, fit, unseen, .. } = fitted;
+    let step = stride(samples.len());
+    let point = |k: usize, row: usize| {
+        let place = samples.places[k];
+        let predicted = unseen.map_or_else(|| fit.prediction(samples, k, row), |unseen| unseen[k * samples.rows + row]);
+        TracePoint { log: place.log, time: place.time, measured: samples.y(k)[row], predicted }
+    };
+    fitted
+        .row_names()
+        .into_iter()
+        .enumerate()
+        .map(|(row, name)| Trace {
+            row: name,
+            points: (0..samples.len()).step_by(step).map(|k| point(k, row)).collect(),
+        })
+        .collect()
+}
+
+/// For each friction asked for: what is measured along it less all other terms, over its speed.
+pub(super) fn curves(fitted: &Fitted<'_>) -> Vec<FrictionCurve> {
+    let Fitted { plant, asked, samples, .. } = fitted;
+    // Rows are those of the coordinates only where nothing was eliminated.
+    if samples.rows != plant.reduced.degrees_of_freedom() {
+        return Vec::new();
+    }
+    let basis = plant.basis();
+    let keys = asked.wanted.iter().flat_map(|one| &one.keys).filter(|(_, kind)| *kind == Kind::Friction);
+    let all = keys.map(|(element, _)| element).chain(asked.extras.iter().map(|extra| &extra.element));
+    let mut elements: Vec<&String> = Vec::new();
+    for element in all {
+        if !elements.contains(&element) {
+            elements.push(element);
+        }
+    }
+    let frictions = &plant.reduced.equations.frictions;
+    let curve = |element: &String| {
+        let term = frictions.iter().find(|term| term.element == *element)?;
+        curve(fitted, element, &in_coordinates(&term.row, &basis))
+    };
+    elements.into_iter().filter_map(curve).collect()
+}
+
+/// The curve of a friction along a direction, in the row of the balance that has most of it.
+fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<FrictionCurve> {
+    let Fitted { asked, columns, samples, fit, .. } = fitted;
+    let row = (0..direction.len()).max_by(|&a, &b| direction[a].abs().total_cmp(&direction[b].abs()))?;
+    let share = direction[row];
+    if share == 0.0 {
+        return None;
+    }
+    let losses = |kind: &Kind| matches!(kind, Kind::Damping | Kind::Friction);
+    let of_element = |number: usize| {
+        let one = &asked.wanted[number];
+        one.keys.iter().any(|(other, kind)| other == element && losses(kind))
+            && (one.parameter || one.name.rsplit_once('.').is_some_and(|(head, _)| head == element))
+    };
+    let kept = columns.kept.iter().map(|(number, _)| of_element(*number));
+    let extras = asked.extras.iter().zip(&columns.extras);
+    let own = kept.chain(extras.map(|(one, extra)| one.element == element && matches!(extra, Extra::Stribeck { .. })));
+    let mut own_fit = (*fit).clone();
+    for (value, own) in own_fit.values.iter_mut().zip(own) {
+        if !own {
+            *value = 0.0;
+        }
+    }
+    let (mut points, mut line) = (Vec::new(), Vec::new());
+    for k in (0..samples.len()).step_by(stride(samples.len())) {
+        let speed = dot(direction, samples.motion(k, 1));
+        let model = own_fit.prediction(samples, k, row) / share;
+        let left = (samples.y(k)[row] - fit.prediction(samples, k, row)) / share;
+        points.push(FrictionPoint { speed, torque: model + left });
+        line.push(FrictionPoint { speed, torque: model });
+    }
+    line.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    Some(FrictionCurve { element: element.to_string(), points, line })
+}
