@@ -1,43 +1,21 @@
 //! What `kardan analyze` asks for.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
-use super::analysis::output;
-use super::checks::signals_of;
 use super::massless::{Mechanical, not_eliminated, state_name};
-
+use super::prepare::is_error;
 use super::sensitivity::sensitivity;
-use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress, Project};
+use super::signals::{charges, choose, named, signals};
+use super::{AnalysisSpec, AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError,
-    bases, certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil,
-    failing_modes, linear_system, place, reduction, structure, with_candidates,
+    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, Side, StructureError, bases,
+    certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes,
+    linear_system, place, reduction, structure, with_candidates,
 };
-use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind};
+use crate::diagnostics::Diagnostic;
 use crate::model::read_state_space;
-use crate::names::unknown_name;
 use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
-use crate::reduce::Reduced;
 use crate::results::{Analysis, Mode, Placement, Structure};
-use crate::simulate::signal_names;
-
-/// What to analyse and how, beyond what the model file says.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct AnalyzeSettings {
-    /// Variant to analyse; `None`: the first.
-    pub variant: Option<String>,
-    /// Inputs; empty: those of `[analysis]`, else all motors.
-    pub inputs: Vec<String>,
-    /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
-    /// that the laws control, else the angles of all coordinates.
-    pub outputs: Vec<String>,
-    /// Prove every answer over the rationals, however long it takes.
-    pub certify: bool,
-    /// Eliminate motions without inertia instead of refusing them.
-    pub eliminate_massless: bool,
-}
 
 /// Analyses a model file.
 ///
@@ -55,22 +33,24 @@ pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress
     Project::open(source).analyze(settings, progress)
 }
 
-pub(super) fn of_project(
-    project: &Project,
-    settings: &AnalyzeSettings,
-    progress: &dyn Progress,
-) -> Result<Analysis, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = project.for_analysis();
-    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(diagnostics.to_vec());
+impl Project {
+    /// Analyses one variant; see [`analyze`](super::analyze()).
+    ///
+    /// # Errors
+    /// All mistakes, or why it cannot be analysed.
+    pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
+        let (prepared, diagnostics) = self.for_analysis();
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics.to_vec());
+        }
+        let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+        let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
+        keep(progress, &analysis, "what the tolerances allow");
+        sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
+        analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
+        progress.release();
+        Ok(analysis)
     }
-    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
-    let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-    keep(progress, &analysis, "what the tolerances allow");
-    sensitivity(project.read().0, prepared, variant, settings, &mut analysis, progress)?;
-    analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
-    progress.release();
-    Ok(analysis)
 }
 
 /// Keeps what is found of an analysis, without what it has not come to.
@@ -171,13 +151,6 @@ fn list(analysis: &mut Analysis, modes: Option<Vec<Mode>>) {
         analysis.notes.push(note.into());
         Vec::new()
     });
-}
-
-/// Coordinates that are charges of a circuit, not angles.
-fn charges(reduced: &Reduced) -> BTreeSet<String> {
-    let equations = &reduced.equations;
-    let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
-    equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
 }
 
 /// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is a JSON or MAT file as it is.
@@ -360,127 +333,4 @@ fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
         places.iter().map(|place| place.name.as_str()).collect::<Vec<_>>().join(", "),
         missed.join(" and of ")
     )
-}
-
-pub(super) fn choose<'a>(
-    variants: &'a [Arc<PreparedVariant>],
-    name: Option<&str>,
-) -> Result<&'a PreparedVariant, Diagnostic> {
-    let Some(name) = name else {
-        return variants
-            .first()
-            .map(|variant| &**variant)
-            .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
-    };
-    variants.iter().map(|variant| &**variant).find(|variant| variant.name == name).ok_or_else(|| {
-        let help = unknown_name(name, variants.iter().map(|variant| variant.name.as_str()));
-        Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
-    })
-}
-
-/// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
-pub(super) fn signals(
-    variant: &PreparedVariant,
-    settings: &AnalyzeSettings,
-    notes: &mut Vec<String>,
-) -> Result<(Vec<String>, Vec<OutputSignal>), Vec<Diagnostic>> {
-    let equations = &variant.reduced.equations;
-    let spec = &variant.analysis;
-    let mut wrong = Vec::new();
-    let all_inputs: Vec<String> = equations.inputs.iter().map(|input| input.element.clone()).collect();
-    let inputs = if !settings.inputs.is_empty() {
-        settings.inputs.clone()
-    } else if let Some(named) = &spec.inputs {
-        named.clone()
-    } else {
-        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
-        notes.push(if motors.is_empty() {
-            "the model has no motor: nothing is controllable".into()
-        } else {
-            let what = if charges(&variant.reduced).is_empty() { "motors" } else { "motors and sources" };
-            format!("inputs: all {what} ({})", motors.join(", "))
-        });
-        motors
-    };
-    let inputs = named("input", &inputs, &all_inputs, &mut wrong);
-    let names = if !settings.outputs.is_empty() {
-        settings.outputs.clone()
-    } else if let Some(named) = &spec.outputs {
-        named.clone()
-    } else if !equations.sensors.is_empty() {
-        let names: Vec<String> = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
-        notes.push(format!("outputs: all sensors ({})", names.join(", ")));
-        names
-    } else {
-        let controlled: BTreeSet<String> = variant
-            .model
-            .controls
-            .iter()
-            .flat_map(|control| signals_of(control.law.fields, &control.values))
-            .filter(|signal| signal.ends_with(".phi"))
-            .collect();
-        let names: Vec<String> = if controlled.is_empty() {
-            variant
-                .reduced
-                .coordinate_names()
-                .iter()
-                .map(|shaft| state_name(&format!("{shaft}.phi"), &charges(&variant.reduced)))
-                .collect()
-        } else {
-            controlled.into_iter().collect()
-        };
-        notes.push(format!("outputs: {}", names.join(", ")));
-        names
-    };
-    let known = signal_names(&variant.reduced, &variant.scenario);
-    let mut outputs: Vec<OutputSignal> = Vec::new();
-    for name in names.iter().map(|name| name.trim()) {
-        match output(name, equations, &known, &|_, _| false) {
-            _ if name.is_empty() => wrong.push(empty_name("output")),
-            Ok(found) if outputs.iter().any(|other| other.name == found.name) => {
-                wrong.push(twice("output", &found.name))
-            }
-            Ok(found) => outputs.push(found),
-            Err(why) => {
-                let (message, help) = why.unwrap_or_default();
-                wrong.push(Diagnostic::error("name::unknown", message).help(help));
-            }
-        }
-    }
-    if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
-}
-
-/// The names asked for that are there; the others are told.
-fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    for name in asked.iter().map(|name| name.trim()) {
-        let names = || all.iter().map(String::as_str);
-        if name.is_empty() {
-            wrong.push(empty_name(what));
-        } else if !all.iter().any(|other| other == name) {
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if all.is_empty() => format!("there are no {what}s at all"),
-                None => format!("there are {}", quoted(names())),
-            };
-            let message = format!("there is no {what} `{}`", shortened(name));
-            wrong.push(Diagnostic::error("name::unknown", message).help(help));
-        } else if found.iter().any(|other| other == name) {
-            wrong.push(twice(what, name));
-        } else {
-            found.push(name.to_string());
-        }
-    }
-    found
-}
-
-fn empty_name(what: &str) -> Diagnostic {
-    Diagnostic::error("name::empty", format!("the name of an {what} is empty"))
-        .help(format!("separate the names by single commas, or leave `--{what}s` out to have them chosen"))
-}
-
-fn twice(what: &str, name: &str) -> Diagnostic {
-    Diagnostic::error("name::duplicate", format!("the {what} `{}` is named twice", shortened(name)))
-        .help("name it once")
 }

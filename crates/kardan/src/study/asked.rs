@@ -1,7 +1,8 @@
 //! What a study asks for: requirements, plots, accuracy.
 
+use super::Requirement;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
-use super::{Requirement, motor_of};
+use super::requirement::motor_of;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;

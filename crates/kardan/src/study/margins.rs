@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::PreparedVariant;
 use crate::analysis::OutputSignal;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, Severity};
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, eigenvalues, multiply, split_off};
 use crate::reduce::{LinearModel, linearise};
@@ -127,7 +127,15 @@ pub(super) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPla
 }
 
 /// Codes of mistakes that `--force` overrules.
-pub(super) const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
+const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
+
+/// What stands in the way of a run only for its user's good becomes a warning.
+pub fn overrule(diagnostics: &mut [Diagnostic]) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| FORCED.contains(&diagnostic.code)) {
+        diagnostic.severity = Severity::Warning;
+    }
+}
+
 /// An unstable loop.
 const UNSTABLE: &str = "control::unstable";
 /// A reference that no motor can hold.

@@ -1,76 +1,28 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
-use super::analysis::{AnalysisSpec, Point, analysis_spec};
+use super::analysis::{Point, analysis_spec};
 use super::asked::{Known, plots, requirements, tolerance};
 use super::checks::{
-    check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, places_in_control,
-    reduce_diagnostics, signals_of,
+    check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, reduce_diagnostics, signals_of,
 };
 use super::circuit::check_circuit;
 use super::effort::check_effort;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
+use super::places::places_in_control;
 use super::scenario::scenario;
-use super::{Project, Requirement};
+use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
-use crate::results::Plot;
-use crate::simulate::{Scenario, Tolerance, signal_names};
-use crate::synthesis::{Law, Plant, design_law, running};
+use crate::simulate::signal_names;
+use crate::synthesis::{Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
-
-/// A study that is ready to run, as far as the file is right.
-#[derive(Debug, Default)]
-pub struct Prepared {
-    /// Name of the model.
-    pub name: String,
-    /// A sentence.
-    pub description: String,
-    /// One entry for each run.
-    pub variants: Vec<Arc<PreparedVariant>>,
-    /// Bounds on signals.
-    pub requirements: Vec<Requirement>,
-    /// Plots of the report.
-    pub plots: Vec<Plot>,
-    /// Accuracy of the runs.
-    pub tolerance: Tolerance,
-}
-
-impl Prepared {
-    /// The runs, in order.
-    pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
-        self.variants.iter().map(|variant| &**variant)
-    }
-}
-
-/// One run, ready to start.
-#[derive(Debug)]
-pub struct PreparedVariant {
-    /// Its name: `beta-10deg`, or the model's name if there are no variants.
-    pub name: String,
-    /// The model with its parameter values.
-    pub model: Model,
-    /// In explicit form.
-    pub reduced: Reduced,
-    /// The models that the laws are designed on, in the order of `model.controls`.
-    pub design_models: Vec<Plant>,
-    /// The laws as they were designed, in the same order.
-    pub designed: Vec<Arc<dyn Law>>,
-    /// The laws as they run: those with a sample time at that.
-    pub running: Vec<Arc<dyn Law>>,
-    /// What happens.
-    pub scenario: Scenario,
-    /// What to analyse.
-    pub analysis: AnalysisSpec,
-    /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
-    pub(super) massless: Vec<Diagnostic>,
-}
 
 /// What a file is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,25 +33,11 @@ pub(super) enum Purpose {
     Analysis,
 }
 
-/// All mistakes and warnings of a model file, in the order of the file.
-pub fn check(source: &str) -> Vec<Diagnostic> {
-    prepare(source).1
-}
-
 pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error
 }
 
-/// Reads, checks and designs a study. The result can be run only if no diagnostic is an error.
-///
-/// Mistakes in one part do not hide those in others: the equations are reduced if everything that makes them could be
-/// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
-/// over in silence.
-pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
-    Project::open(source).into_prepared()
-}
-
-/// [`prepare`] of a document; what is wrong with it is added to what is known.
+/// What a document asks for, ready to run; what is wrong with it is added to what is known.
 pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut Vec<Diagnostic>) -> Prepared {
     let mut prepared = Prepared::default();
     let all_settings = document.variant_settings();

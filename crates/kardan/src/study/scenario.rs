@@ -1,8 +1,8 @@
 //! The scenario of a run: signals from outside, what they do, output times, initial state.
 
 use super::asked::Known;
-use super::checks::places_in_control;
 use super::faults::faults;
+use super::places::places_in_control;
 use super::read::{of_dimension, physical_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::analyze::signals;
+use super::signals::signals;
 use super::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
     BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan,

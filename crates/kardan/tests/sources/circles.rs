@@ -20,12 +20,7 @@ const ALLOWED: &[(&str, &str, &str, &str)] = &[
         "what elements share stands beside their registry: to be untied with the door",
     ),
     ("kardan", "model/resolve.rs", "model/", "places and tables know each other: to be untied with the door"),
-    ("kardan", "study/", "study/mod.rs", "progress and requirements stand beside the run: to be untied with the door"),
-    ("kardan", "study/", "study/prepare.rs", "what is prepared stands beside all checks: to be untied with the door"),
-    ("kardan", "study/", "study/project.rs", "a project is opened by what it runs: to be untied with the door"),
     ("kardan", "study/identification/", "study/identification/mod.rs", "to be untied with the door"),
-    ("kardan", "study/sensitivity.rs", "study/analyze.rs", "to be untied with the door"),
-    ("kardan", "study/circuit.rs", "study/checks.rs", "to be untied with the door"),
 ];
 
 /// One file of a crate as a module.
