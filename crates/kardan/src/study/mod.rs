@@ -16,6 +16,7 @@ mod identification;
 mod margins;
 mod massless;
 mod passage;
+mod placement;
 mod places;
 mod prepare;
 mod prepared;

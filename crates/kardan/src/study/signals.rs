@@ -1,4 +1,4 @@
-//! Which variant is looked at, and by which inputs and outputs.
+//! What is analysed: a variant, where it stands, its inputs and outputs.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use super::PreparedVariant;
 use super::analysis::output;
 use super::checks::signals_of;
 use super::massless::state_name;
-use crate::analysis::OutputSignal;
+use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::unknown_name;
@@ -28,6 +28,33 @@ pub struct AnalyzeSettings {
     pub certify: bool,
     /// Eliminate motions without inertia instead of refusing them.
     pub eliminate_massless: bool,
+}
+
+/// Where a variant is analysed, with its equations there.
+pub(super) struct WorkingPoint {
+    /// The reduced position, rad.
+    pub position: Vec<f64>,
+    /// Elements whose friction holds.
+    pub stuck: BTreeSet<String>,
+    pub inputs: Vec<String>,
+    pub outputs: Vec<OutputSignal>,
+    pub system: ConstrainedSystem,
+}
+
+impl WorkingPoint {
+    /// That of the settings and of `[analysis]`; which defaults were taken goes into the notes.
+    pub fn of(
+        variant: &PreparedVariant,
+        settings: &AnalyzeSettings,
+        notes: &mut Vec<String>,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let (reduced, spec) = (&variant.reduced, &variant.analysis);
+        let (inputs, outputs) = signals(variant, settings, notes)?;
+        let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
+        let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+        let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+        Ok(Self { position, stuck, inputs, outputs, system })
+    }
 }
 
 /// Coordinates that are charges of a circuit, not angles.
