@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::robustness::{Shown, Subject, WITHOUT_MAP, subject, window};
+use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;

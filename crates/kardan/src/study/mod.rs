@@ -10,6 +10,7 @@ mod coupling;
 mod design;
 mod effort;
 mod equations;
+mod events;
 mod explore;
 mod faults;
 mod identification;
@@ -30,6 +31,7 @@ mod run;
 mod scenario;
 mod sensitivity;
 mod signals;
+mod stepped_loop;
 mod strain;
 mod summary;
 

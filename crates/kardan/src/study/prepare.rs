@@ -19,7 +19,7 @@ use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSe
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::simulate::signal_names;
-use crate::synthesis::{Plant, design_law, running};
+use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -184,29 +184,10 @@ fn prepare_variant(
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
-    let mut massless = Vec::new();
-    let fine = check_circuit(document, &model, out, &mut massless);
-    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
-        out.append(&mut massless);
-        return None;
-    }
-    let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
-        Ok(reduced) => reduced,
-        Err(error) => {
-            out.extend(reduce_diagnostics(document, &model, &error));
-            return None;
-        }
-    };
-    if !check_matrices(document, &reduced, out, &mut massless) {
-        return None;
-    }
-    if purpose == Purpose::Run && !massless.is_empty() {
-        out.append(&mut massless);
-        return None;
-    }
+    let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let design_models: Vec<Option<Plant>> =
+    let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
     if !is_finite_at(&reduced, &scenario.position) {
@@ -220,62 +201,18 @@ fn prepare_variant(
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
-    let (mut plants, mut designed, mut in_loop) = (Vec::new(), Vec::new(), Vec::new());
-    for (control, design) in controls.iter().zip(design_models) {
-        let Some(mut design) = design else { continue };
-        design.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
-        let before = out.len();
-        for signal in signals_of(control.law.fields, &control.values) {
-            let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
-            if shaft.is_some_and(|shaft| design.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
-                let message =
-                    format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
-                out.push(
-                    Diagnostic::error("control::design", message)
-                        .at(places_in_control(document, control, &signal)[0].clone(), "held still")
-                        .help("choose an output that can move, or remove the constraint"),
-                );
-            }
-        }
-        if out.len() > before {
-            continue;
-        }
-        let law = design_law(control.law, &control.name, &control.values, &design);
-        match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
-            Ok((law, running)) => {
-                if running.linear().fits_single() {
-                    plants.push(design);
-                    designed.push(law);
-                    in_loop.push(running);
-                } else {
-                    out.push(
-                        Diagnostic::error(
-                            "number::range",
-                            format!(
-                                "control `{}`: a gain is too large for single precision, in which firmware runs",
-                                control.name
-                            ),
-                        )
-                        .at(control.place.clone(), "this controller")
-                        .help("check the exponents of its frequencies and of the model's numbers"),
-                    );
-                }
-            }
-            Err(error) => out.push(design_diagnostic(document, control, &error)),
-        }
+    let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
+    for (control, plant) in controls.iter().zip(plants) {
+        let Some(mut plant) = plant else { continue };
+        plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
+        let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
+        design_models.push(plant);
+        designed.push(law);
+        running.push(as_it_runs);
     }
     let complete = designed.len() == controls.len();
-    let variant = PreparedVariant {
-        name,
-        model,
-        reduced,
-        design_models: plants,
-        designed,
-        running: in_loop,
-        scenario,
-        analysis,
-        massless,
-    };
+    let variant =
+        PreparedVariant { name, model, reduced, design_models, designed, running, scenario, analysis, massless };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
         if !out.iter().any(is_error) {
@@ -285,6 +222,80 @@ fn prepare_variant(
         check_passage(&variant, out);
     }
     complete.then_some(variant)
+}
+
+/// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
+fn reduced_model(
+    purpose: Purpose,
+    document: &Document,
+    model: &Model,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(Reduced, Vec<Diagnostic>)> {
+    let mut massless = Vec::new();
+    let fine = check_circuit(document, model, out, &mut massless);
+    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
+        out.append(&mut massless);
+        return None;
+    }
+    let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
+        Ok(reduced) => reduced,
+        Err(error) => {
+            out.extend(reduce_diagnostics(document, model, &error));
+            return None;
+        }
+    };
+    if !check_matrices(document, &reduced, out, &mut massless) {
+        return None;
+    }
+    if purpose == Purpose::Run && !massless.is_empty() {
+        out.append(&mut massless);
+        return None;
+    }
+    Some((reduced, massless))
+}
+
+/// The law of a controller as it is designed, and as it runs.
+fn designed_law(
+    document: &Document,
+    reduced: &Reduced,
+    control: &ControlSpec,
+    plant: &Plant,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
+    let before = out.len();
+    for signal in signals_of(control.law.fields, &control.values) {
+        let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
+        if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
+            let message =
+                format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
+            out.push(
+                Diagnostic::error("control::design", message)
+                    .at(places_in_control(document, control, &signal)[0].clone(), "held still")
+                    .help("choose an output that can move, or remove the constraint"),
+            );
+        }
+    }
+    if out.len() > before {
+        return None;
+    }
+    let law = design_law(control.law, &control.name, &control.values, plant);
+    match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
+        Ok((law, running)) if running.linear().fits_single() => Some((law, running)),
+        Ok(_) => {
+            let message =
+                format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
+            out.push(
+                Diagnostic::error("number::range", message)
+                    .at(control.place.clone(), "this controller")
+                    .help("check the exponents of its frequencies and of the model's numbers"),
+            );
+            None
+        }
+        Err(error) => {
+            out.push(design_diagnostic(document, control, &error));
+            None
+        }
+    }
 }
 
 /// The model that a law is designed on: its own parameter values, no friction.

@@ -26,11 +26,6 @@ const LONG: &[(&str, &str, &str)] = &[
     ("kardan/study/identification/reading.rs", "read", "to be parted with the door"),
     ("kardan/study/identification/rows.rs", "rows", "to be parted with the door"),
     ("kardan/study/identification/summary.rs", "parameters", "to be parted with the door"),
-    ("kardan/study/margins.rs", "verdict", "to be parted with the door"),
-    ("kardan/study/prepare.rs", "prepare_variant", "to be parted with the door"),
-    ("kardan/study/robustness.rs", "robustness", "to be parted with the door"),
-    ("kardan/study/robustness.rs", "any_subject", "to be parted with the door"),
-    ("kardan/study/scenario.rs", "scenario", "to be parted with the door"),
     ("kardan/synthesis/error.rs", "advice", "one arm for each error, side by side"),
 ];
 
