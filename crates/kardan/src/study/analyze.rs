@@ -1,43 +1,21 @@
 //! What `kardan analyze` asks for.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use super::analysis::output;
-use super::checks::signals_of;
 use super::massless::{Mechanical, not_eliminated, state_name};
-
+use super::placement::Places;
+use super::prepare::is_error;
 use super::sensitivity::sensitivity;
-use super::{AnalysisSpec, Part, Prepared, PreparedVariant, Progress, Project};
+use super::signals::{WorkingPoint, charges, choose, named};
+use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, Candidate, ConstrainedSystem, LinearSystem, Measure, Mechanics, OutputSignal, Side, StructureError,
-    bases, certified_structure, class, constraint_forces, construction, exact_modes, exact_modes_of_pencil,
-    failing_modes, linear_system, place, reduction, structure, with_candidates,
+    BasisError, ConstrainedSystem, LinearSystem, Mechanics, StructureError, bases, certified_structure, class,
+    constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes, linear_system, reduction,
+    structure,
 };
-use crate::diagnostics::{Diagnostic, Severity, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind};
+use crate::diagnostics::Diagnostic;
 use crate::model::read_state_space;
-use crate::names::unknown_name;
-use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
+use crate::num::{Definiteness, Matrix, definiteness};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, Mode, Placement, Structure};
-use crate::simulate::signal_names;
-
-/// What to analyse and how, beyond what the model file says.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct AnalyzeSettings {
-    /// Variant to analyse; `None`: the first.
-    pub variant: Option<String>,
-    /// Inputs; empty: those of `[analysis]`, else all motors.
-    pub inputs: Vec<String>,
-    /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
-    /// that the laws control, else the angles of all coordinates.
-    pub outputs: Vec<String>,
-    /// Prove every answer over the rationals, however long it takes.
-    pub certify: bool,
-    /// Eliminate motions without inertia instead of refusing them.
-    pub eliminate_massless: bool,
-}
+use crate::results::{Analysis, Mode};
 
 /// Analyses a model file.
 ///
@@ -55,22 +33,24 @@ pub fn analyze(source: &str, settings: &AnalyzeSettings, progress: &dyn Progress
     Project::open(source).analyze(settings, progress)
 }
 
-pub(super) fn of_project(
-    project: &Project,
-    settings: &AnalyzeSettings,
-    progress: &dyn Progress,
-) -> Result<Analysis, Vec<Diagnostic>> {
-    let (prepared, diagnostics) = project.for_analysis();
-    if diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        return Err(diagnostics.to_vec());
+impl Project {
+    /// Analyses one variant; see [`analyze`](super::analyze()).
+    ///
+    /// # Errors
+    /// All mistakes, or why it cannot be analysed.
+    pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
+        let (prepared, diagnostics) = self.for_analysis();
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics.to_vec());
+        }
+        let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+        let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
+        keep(progress, &analysis, "what the tolerances allow");
+        sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;
+        analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
+        progress.release();
+        Ok(analysis)
     }
-    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
-    let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
-    keep(progress, &analysis, "what the tolerances allow");
-    sensitivity(project.read().0, prepared, variant, settings, &mut analysis, progress)?;
-    analysis.notes.extend(diagnostics.iter().map(|warning| warning.message.clone()));
-    progress.release();
-    Ok(analysis)
 }
 
 /// Keeps what is found of an analysis, without what it has not come to.
@@ -90,11 +70,7 @@ pub(super) fn analyze_variant(
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let reduced = &variant.reduced;
     let mut notes = Vec::new();
-    let (inputs, outputs) = signals(variant, settings, &mut notes)?;
-    let spec = &variant.analysis;
-    let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
-    let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
-    let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+    let WorkingPoint { position, stuck, outputs, system, .. } = &WorkingPoint::of(variant, settings, &mut notes)?;
     let (coordinates, basis) = system.explicit_basis(&reduced.coordinates);
     if coordinates.is_empty() {
         return Err(vec![
@@ -104,24 +80,25 @@ pub(super) fn analyze_variant(
     }
     let names: Vec<String> = coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect();
     let charges = charges(reduced);
-    let pencil = linear_system(&system, &coordinates, &basis, &outputs);
+    let pencil = linear_system(system, &coordinates, &basis, outputs);
     let mechanical = Mechanical::new(&pencil, names.clone());
-    let regular = mechanical.is_regular();
-    if !regular && !settings.eliminate_massless {
+    let massless = (!mechanical.is_regular()).then_some(&mechanical);
+    if massless.is_some() && !settings.eliminate_massless {
         return Err(mechanical.refusal(variant));
     }
-    let (mut linear, elimination) = if regular {
-        (pencil.clone(), None)
-    } else {
-        let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
-        let told = mechanical.elimination(&rest, &charges);
-        (rest.system, Some(told))
+    let (mut linear, elimination) = match massless {
+        None => (pencil.clone(), None),
+        Some(mechanical) => {
+            let rest = mechanical.eliminate().map_err(|error| not_eliminated(error, &charges, variant))?;
+            let elimination = mechanical.elimination(&rest, &charges);
+            (rest.system, Some(elimination))
+        }
     };
     linear.states.iter_mut().for_each(|state| *state = state_name(state, &charges));
     let mut analysis = Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
-        class: Some(class(reduced, &position, &stuck)),
+        class: Some(class(reduced, position, stuck)),
         coordinates: names,
         elimination,
         notes,
@@ -129,39 +106,46 @@ pub(super) fn analyze_variant(
     };
     let rest = "modes, the construction of inputs, bases and places";
     decide(&mut analysis, &linear, settings.certify, (progress, &variant.name), rest)?;
-    let found = if regular {
-        exact_modes(&system, &reduction(&system, &reduced.coordinates), &analysis.structure.factors)
+    let modes = if massless.is_none() {
+        exact_modes(system, &reduction(system, &reduced.coordinates), &analysis.structure.factors)
     } else {
         let note = "after the elimination the modes are those of the states that remain: without energies";
         analysis.notes.push(note.into());
         exact_modes_of_pencil(&linear, &analysis.structure.factors)
     };
-    list(&mut analysis, found);
-    let mechanics = regular.then_some(Mechanics { system: &system, basis: &basis });
+    list(&mut analysis, modes);
+    let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
     keep(progress, &analysis, "the construction of inputs, bases and places");
     construct(&mut analysis, &linear);
     keep(progress, &analysis, "bases and places");
-    let notes = &mut analysis.notes;
-    let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
-    let (bases, constraint_forces) = if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
-        let forces =
-            (!system.constraints.is_empty()).then(|| constraint_forces(&system)).transpose().map_err(refused)?;
-        (bases(&system, &reduced.coordinates).map_err(refused)?, forces)
-    } else {
-        notes.push(if charges.is_empty() {
-            "some shafts have no inertia of their own: orthogonal bases and the projector are left out".into()
-        } else {
-            "some charges have no inductance of their own: orthogonal bases and the projector are left out".into()
-        });
-        (Vec::new(), None)
-    };
-    let massless = (!regular).then_some(&mechanical);
-    (analysis.bases, analysis.constraint_forces) = (bases, constraint_forces);
+    add_bases(&mut analysis, system, reduced)?;
     keep(progress, &analysis, "places");
-    let notes = &mut analysis.notes;
-    analysis.placement = placement(spec, &system, &basis, (&linear, massless), &analysis.structure, notes);
+    let places = Places {
+        spec: &variant.analysis,
+        system,
+        basis: &basis,
+        linear: &linear,
+        massless,
+        structure: &analysis.structure,
+    };
+    analysis.placement = places.placement(&mut analysis.notes);
     Ok(analysis)
+}
+
+/// Orthogonal bases and constraint forces, or a note that there are none.
+fn add_bases(analysis: &mut Analysis, system: &ConstrainedSystem, reduced: &Reduced) -> Result<(), Vec<Diagnostic>> {
+    let refused = |error: BasisError| vec![Diagnostic::error("analysis::basis", error.to_string())];
+    if definiteness(&system.inertia_matrix()) == Definiteness::Positive {
+        let constrained = !system.constraints.is_empty();
+        analysis.constraint_forces = constrained.then(|| constraint_forces(system)).transpose().map_err(refused)?;
+        analysis.bases = bases(system, &reduced.coordinates).map_err(refused)?;
+    } else {
+        let what = if charges(reduced).is_empty() { "shafts have no inertia" } else { "charges have no inductance" };
+        let note = format!("some {what} of their own: orthogonal bases and the projector are left out");
+        analysis.notes.push(note);
+    }
+    Ok(())
 }
 
 /// The modes, or a note that there are none.
@@ -171,13 +155,6 @@ fn list(analysis: &mut Analysis, modes: Option<Vec<Mode>>) {
         analysis.notes.push(note.into());
         Vec::new()
     });
-}
-
-/// Coordinates that are charges of a circuit, not angles.
-fn charges(reduced: &Reduced) -> BTreeSet<String> {
-    let equations = &reduced.equations;
-    let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
-    equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
 }
 
 /// Analyses a plain state space `E ẋ = A x + B u`, `y = C x + D u`; `bytes` is a JSON or MAT file as it is.
@@ -250,237 +227,4 @@ fn construct(analysis: &mut Analysis, system: &LinearSystem) {
     if analysis.structure.construction.is_none() {
         analysis.notes.push("the model is too large to construct the least number of inputs step by step".into());
     }
-}
-
-/// Ranks the places of `[analysis]` for motors and sensors; of a system with motions without inertia (`massless`) by what
-/// remains of it with the places as inputs (outputs).
-fn placement(
-    spec: &AnalysisSpec,
-    system: &ConstrainedSystem,
-    basis: &Matrix<Rational>,
-    (linear, massless): (&LinearSystem, Option<&Mechanical<'_>>),
-    structure: &Structure,
-    notes: &mut Vec<String>,
-) -> Placement {
-    let r = basis.columns();
-    let horizon = spec.horizon.to_f64();
-    let shaft = |name: &str| system.shafts.iter().position(|shaft| shaft == name).expect("the place was checked");
-    let column = |name: &str, begin: usize| -> Vec<Rational> {
-        let row = shaft(name);
-        (0..2 * r)
-            .map(|j| if (begin..begin + r).contains(&j) { basis[(row, j - begin)].clone() } else { Rational::ZERO })
-            .collect()
-    };
-    // The system with the columns of the places, and what its states are made of.
-    let rest = |side: Side, places: &mut [Candidate]| -> Option<(LinearSystem, Vec<Combination>)> {
-        let itself = |state: &String| vec![(state.clone(), Rational::ONE)];
-        let Some(mechanical) = massless else {
-            return Some((linear.clone(), linear.states.iter().map(itself).collect()));
-        };
-        let columns: Vec<Vec<Rational>> = places.iter().map(|place| place.column.clone()).collect();
-        let found = mechanical.eliminate_for(side, &columns).ok()?;
-        let n = found.system.states.len();
-        for (k, place) in places.iter_mut().enumerate() {
-            let entry = |i| if side == Side::Inputs { &found.system.b[(i, k)] } else { &found.system.c[(k, i)] };
-            place.column = (0..n).map(|i| entry(i).clone()).collect();
-        }
-        let made = |state: &String| {
-            let definition = found.definitions.iter().find(|(name, _)| name == state);
-            definition.map_or_else(|| itself(state), |(_, terms)| terms.clone())
-        };
-        let made = found.system.states.iter().map(made).collect();
-        Some((found.system, made))
-    };
-    let search = |side: Side, mut places: Vec<Candidate>, measure: &mut Choice<'_>, unit: &str| {
-        let least = if side == Side::Inputs { structure.min_inputs } else { structure.min_outputs };
-        let (linear, states) = rest(side, &mut places)?;
-        let mut found = place(&linear, side, &places, least, horizon, &measure(&states)?)?;
-        found.unit = unit.into();
-        if found.sets.is_empty() {
-            found.none_because = Some(why_not(&linear, side, &places));
-        }
-        Some(found)
-    };
-    // Speeds times the horizon are angles too.
-    let scale = |states: &[Combination], angle: f64, speed: f64| {
-        let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| name.ends_with(".w") || name.ends_with(".i"));
-        Measure::SmallestEigenvalue(states.iter().map(|s| if is_speed(s) { speed } else { angle }).collect())
-    };
-    let motors: Vec<Candidate> = spec
-        .actuators
-        .iter()
-        .map(|place| Candidate { name: place.shaft.clone(), cost: place.cost, column: column(&place.shaft, r) })
-        .collect();
-    let value = |name: &String| spec.motion.iter().find(|(signal, _)| signal == name).map_or(0.0, |(_, x)| *x);
-    let mut target = |states: &[Combination]| {
-        if spec.motion.is_empty() {
-            return Some(scale(states, 1.0, horizon));
-        }
-        let moved = spec.motion.iter().filter(|(_, value)| *value != 0.0).map(|(name, _)| name);
-        if let Some(name) = moved.into_iter().find(|name| states.iter().flatten().all(|(other, _)| other != *name)) {
-            notes.push(format!(
-                "motors are not placed: the motion to reach names `{name}`, which is no state after the elimination"
-            ));
-            return None;
-        }
-        let sum = |terms: &Combination| terms.iter().map(|(name, x)| rational_to_f64(x) * value(name)).sum();
-        Some(Measure::Energy(states.iter().map(sum).collect()))
-    };
-    let unit = if spec.motion.is_empty() { "rad^2/(N^2 m^2 s)" } else { "N^2 m^2 s" };
-    let inputs = (!motors.is_empty()).then(|| search(Side::Inputs, motors, &mut target, unit));
-    let sensors: Vec<Candidate> = spec
-        .sensors
-        .iter()
-        .map(|place| {
-            let begin = if place.signal.ends_with(".w") { r } else { 0 };
-            Candidate { name: place.signal.clone(), cost: place.cost, column: column(&place.shaft, begin) }
-        })
-        .collect();
-    let mut measure = |states: &[Combination]| Some(scale(states, 1.0, horizon.recip()));
-    let unit = if spec.sensors.iter().all(|place| place.signal.ends_with(".phi")) { "s" } else { "SI" };
-    let outputs = (!sensors.is_empty()).then(|| search(Side::Outputs, sensors, &mut measure, unit));
-    Placement { inputs: inputs.flatten(), outputs: outputs.flatten() }
-}
-
-/// A state as a combination of angles and speeds.
-type Combination = Vec<(String, Rational)>;
-
-/// What ranks the sets of places of a system with these states.
-type Choice<'a> = dyn FnMut(&[Combination]) -> Option<Measure> + 'a;
-
-/// Why all places together are not enough: which motions they miss.
-fn why_not(system: &LinearSystem, side: Side, places: &[Candidate]) -> String {
-    let (what, verb) = if side == Side::Inputs { ("motor", "reach") } else { ("sensor", "show") };
-    let missed: Vec<String> = structure(&with_candidates(system, side, places)).map_or_else(
-        |_| Vec::new(),
-        |found| found.factors.into_iter().filter(|f| f.input_defect > 0).map(|f| f.polynomial).collect(),
-    );
-    format!(
-        "a {what} at every place ({}) does not {verb} the modes that are roots of {}",
-        places.iter().map(|place| place.name.as_str()).collect::<Vec<_>>().join(", "),
-        missed.join(" and of ")
-    )
-}
-
-pub(super) fn choose<'a>(
-    variants: &'a [Arc<PreparedVariant>],
-    name: Option<&str>,
-) -> Result<&'a PreparedVariant, Diagnostic> {
-    let Some(name) = name else {
-        return variants
-            .first()
-            .map(|variant| &**variant)
-            .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
-    };
-    variants.iter().map(|variant| &**variant).find(|variant| variant.name == name).ok_or_else(|| {
-        let help = unknown_name(name, variants.iter().map(|variant| variant.name.as_str()));
-        Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
-    })
-}
-
-/// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
-pub(super) fn signals(
-    variant: &PreparedVariant,
-    settings: &AnalyzeSettings,
-    notes: &mut Vec<String>,
-) -> Result<(Vec<String>, Vec<OutputSignal>), Vec<Diagnostic>> {
-    let equations = &variant.reduced.equations;
-    let spec = &variant.analysis;
-    let mut wrong = Vec::new();
-    let all_inputs: Vec<String> = equations.inputs.iter().map(|input| input.element.clone()).collect();
-    let inputs = if !settings.inputs.is_empty() {
-        settings.inputs.clone()
-    } else if let Some(named) = &spec.inputs {
-        named.clone()
-    } else {
-        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
-        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
-        notes.push(if motors.is_empty() {
-            "the model has no motor: nothing is controllable".into()
-        } else {
-            let what = if charges(&variant.reduced).is_empty() { "motors" } else { "motors and sources" };
-            format!("inputs: all {what} ({})", motors.join(", "))
-        });
-        motors
-    };
-    let inputs = named("input", &inputs, &all_inputs, &mut wrong);
-    let names = if !settings.outputs.is_empty() {
-        settings.outputs.clone()
-    } else if let Some(named) = &spec.outputs {
-        named.clone()
-    } else if !equations.sensors.is_empty() {
-        let names: Vec<String> = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
-        notes.push(format!("outputs: all sensors ({})", names.join(", ")));
-        names
-    } else {
-        let controlled: BTreeSet<String> = variant
-            .model
-            .controls
-            .iter()
-            .flat_map(|control| signals_of(control.law.fields, &control.values))
-            .filter(|signal| signal.ends_with(".phi"))
-            .collect();
-        let names: Vec<String> = if controlled.is_empty() {
-            variant
-                .reduced
-                .coordinate_names()
-                .iter()
-                .map(|shaft| state_name(&format!("{shaft}.phi"), &charges(&variant.reduced)))
-                .collect()
-        } else {
-            controlled.into_iter().collect()
-        };
-        notes.push(format!("outputs: {}", names.join(", ")));
-        names
-    };
-    let known = signal_names(&variant.reduced, &variant.scenario);
-    let mut outputs: Vec<OutputSignal> = Vec::new();
-    for name in names.iter().map(|name| name.trim()) {
-        match output(name, equations, &known, &|_, _| false) {
-            _ if name.is_empty() => wrong.push(empty_name("output")),
-            Ok(found) if outputs.iter().any(|other| other.name == found.name) => {
-                wrong.push(twice("output", &found.name))
-            }
-            Ok(found) => outputs.push(found),
-            Err(why) => {
-                let (message, help) = why.unwrap_or_default();
-                wrong.push(Diagnostic::error("name::unknown", message).help(help));
-            }
-        }
-    }
-    if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
-}
-
-/// The names asked for that are there; the others are told.
-fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    for name in asked.iter().map(|name| name.trim()) {
-        let names = || all.iter().map(String::as_str);
-        if name.is_empty() {
-            wrong.push(empty_name(what));
-        } else if !all.iter().any(|other| other == name) {
-            let help = match nearest(name, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if all.is_empty() => format!("there are no {what}s at all"),
-                None => format!("there are {}", quoted(names())),
-            };
-            let message = format!("there is no {what} `{}`", shortened(name));
-            wrong.push(Diagnostic::error("name::unknown", message).help(help));
-        } else if found.iter().any(|other| other == name) {
-            wrong.push(twice(what, name));
-        } else {
-            found.push(name.to_string());
-        }
-    }
-    found
-}
-
-fn empty_name(what: &str) -> Diagnostic {
-    Diagnostic::error("name::empty", format!("the name of an {what} is empty"))
-        .help(format!("separate the names by single commas, or leave `--{what}s` out to have them chosen"))
-}
-
-fn twice(what: &str, name: &str) -> Diagnostic {
-    Diagnostic::error("name::duplicate", format!("the {what} `{}` is named twice", shortened(name)))
-        .help("name it once")
 }

@@ -1,7 +1,8 @@
 //! What a study asks for: requirements, plots, accuracy.
 
+use super::Requirement;
 use super::read::{physical_dimension, quantity, read_scalar, read_word, read_words};
-use super::{Requirement, motor_of};
+use super::requirement::motor_of;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
@@ -96,85 +97,102 @@ pub(super) fn known_variants(
 }
 
 pub(super) fn requirements(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Requirement> {
-    let document = known.document;
-    let reader = TableReader::new(document, &[]);
-    let time = (Dimension::TIME, Sign::NonNegative);
-    let mut silent = Vec::new();
-    let duration = quantity(&reader, &document.scenario, "duration", time, "", &mut silent).map(|x| x.to_f64());
-    let mut requirements = Vec::new();
-    for table in &document.requirements {
-        let what = "`[[requirement]]`";
-        let variants = known_variants(table, variants, known, what, out);
-        let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
-        if !here("below") && !here("above") {
-            out.push(
-                Diagnostic::error("key::missing", format!("{what}: a bound is missing"))
-                    .at(table.place.clone(), "neither `below` nor `above`")
-                    .help("add `below = \"...\"`, `above = \"...\"` or both"),
-            );
-        }
-        for key in ["below", "above", "from", "until"] {
-            if let Some(Placed { value: Written::Parameter(name), place }) = read_scalar(table, key)
-                && document.is_varied(&name)
-            {
-                let message = format!("`{key}` of {what}: `{name}` differs between the variants");
-                out.push(
-                    Diagnostic::error("requirement::varied", message)
-                        .at(place, "a varied parameter")
-                        .help("write a number, and one requirement for each variant: `variants = [...]`"),
-                );
-            }
-        }
+    let reader = &TableReader::new(known.document, &[]);
+    let duration = quantity(reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
+    let end = duration.map_or(f64::INFINITY, |x| x.to_f64());
+    let asked = Requirements { known, reader, variants, end };
+    known.document.requirements.iter().filter_map(|table| asked.read(table, out)).collect()
+}
+
+/// A time that is zero or more.
+const TIME: (Dimension, Sign) = (Dimension::TIME, Sign::NonNegative);
+/// The table of a requirement in messages.
+const REQUIREMENT: &str = "`[[requirement]]`";
+
+/// What the tables of requirements are read with.
+struct Requirements<'a> {
+    known: &'a Known<'a>,
+    reader: &'a TableReader<'a>,
+    variants: &'a [String],
+    /// The end of a run, s.
+    end: f64,
+}
+
+impl Requirements<'_> {
+    fn read(&self, table: &Table, out: &mut Vec<Diagnostic>) -> Option<Requirement> {
+        let (known, document) = (self.known, self.known.document);
+        let variants = known_variants(table, self.variants, known, REQUIREMENT, out);
+        check_keys(table, document, out);
         let signal = read_word(table, "signal");
-        let physical =
-            signal.and_then(|name| known_signal(name, &TableReader::place(table, "signal"), known, what, out));
-        let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
-        let (from, until) = (number("from", time), number("until", time));
+        let place = TableReader::place(table, "signal");
+        let physical = signal.and_then(|name| known_signal(name, &place, known, REQUIREMENT, out));
+        let (from, until) = (self.number(table, "from", TIME, out), self.number(table, "until", TIME, out));
         let measure = read_word(table, "measure").and_then(Measure::of);
         let timed = measure == Some(Measure::TimeAtLimit);
         if let (true, Some(name), Some(_)) = (timed, signal, physical) {
-            check_limited(name, &TableReader::place(table, "signal"), document, out);
+            check_limited(name, &place, document, out);
         }
-        let mut number = |key: &str, expected| quantity(&reader, table, key, expected, what, out).map(|x| x.to_f64());
         let bounds = physical.map(|physical| {
-            let dimension =
-                if timed { (Dimension::TIME, Sign::Any) } else { (physical_dimension(physical), Sign::Any) };
-            (number("below", dimension), number("above", dimension))
+            let dimension = if timed { Dimension::TIME } else { physical_dimension(physical) };
+            ["below", "above"].map(|key| self.number(table, key, (dimension, Sign::Any), out))
         });
-        let end = until.unwrap_or(f64::INFINITY).min(duration.unwrap_or(f64::INFINITY));
-        let begin = from.unwrap_or_default();
-        if begin > end {
-            let (key, other) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
-            let message = format!("{what}: the window is empty: it begins at {begin} s and ends at {other} s");
-            out.push(
-                Diagnostic::error("requirement::window", message)
-                    .at(TableReader::place(table, key), "no time is left")
-                    .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
-            );
-        }
-        if let Some((Some(below), Some(above))) = bounds
+        self.check_window(table, from.unwrap_or_default(), until, out);
+        if let Some([Some(below), Some(above)]) = bounds
             && above >= below
         {
-            let message = format!("{what}: nothing is above {above} and below {below}");
+            let message = format!("{REQUIREMENT}: nothing is above {above} and below {below}");
             out.push(
                 Diagnostic::error("requirement::bounds", message)
                     .at(TableReader::place(table, "below"), "not above `above`")
                     .help("let `above` be less than `below`, or write two requirements"),
             );
         }
-        if let (Some(signal), Some(measure), Some((below, above))) = (signal, measure, bounds) {
-            requirements.push(Requirement {
-                signal: signal.into(),
-                measure,
-                below,
-                above,
-                from: begin,
-                until: until.unwrap_or(f64::INFINITY),
-                variants,
-            });
+        let ([below, above], signal, measure) = (bounds?, signal?.into(), measure?);
+        let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
+        Some(Requirement { signal, measure, below, above, from, until, variants })
+    }
+
+    fn number(&self, table: &Table, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
+        quantity(self.reader, table, key, expected, REQUIREMENT, out).map(|x| x.to_f64())
+    }
+
+    /// Tells of a window in which no time is left.
+    fn check_window(&self, table: &Table, begin: f64, until: Option<f64>, out: &mut Vec<Diagnostic>) {
+        let end = until.unwrap_or(f64::INFINITY).min(self.end);
+        if begin > end {
+            let (key, other) = if until.is_some_and(|until| until <= end) { ("until", end) } else { ("from", end) };
+            let message = format!("{REQUIREMENT}: the window is empty: it begins at {begin} s and ends at {other} s");
+            out.push(
+                Diagnostic::error("requirement::window", message)
+                    .at(TableReader::place(table, key), "no time is left")
+                    .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
+            );
         }
     }
-    requirements
+}
+
+/// Tells of a requirement without a bound, and of one that differs between the variants.
+fn check_keys(table: &Table, document: &Document, out: &mut Vec<Diagnostic>) {
+    let here = |key: &str| table.values.contains_key(key) || table.unread.contains(&key);
+    if !here("below") && !here("above") {
+        out.push(
+            Diagnostic::error("key::missing", format!("{REQUIREMENT}: a bound is missing"))
+                .at(table.place.clone(), "neither `below` nor `above`")
+                .help("add `below = \"...\"`, `above = \"...\"` or both"),
+        );
+    }
+    for key in ["below", "above", "from", "until"] {
+        if let Some(Placed { value: Written::Parameter(name), place }) = read_scalar(table, key)
+            && document.is_varied(&name)
+        {
+            let message = format!("`{key}` of {REQUIREMENT}: `{name}` differs between the variants");
+            out.push(
+                Diagnostic::error("requirement::varied", message)
+                    .at(place, "a varied parameter")
+                    .help("write a number, and one requirement for each variant: `variants = [...]`"),
+            );
+        }
+    }
 }
 
 /// Tells of a requirement on the time at a torque limit that the signal is not the torque of a motor with such a limit.

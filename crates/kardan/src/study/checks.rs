@@ -1,53 +1,18 @@
 //! Checks of a model: connected, reducible, with inertia, passive; and what to say when it is not.
 
 use super::circuit::massless_loop;
+use super::places::{MOST_LABELS, at_all, at_each, at_places, place_of, place_of_value, places_in_control};
 use crate::analysis::{combination, massless_direction};
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::Term;
-use crate::model::{ControlSpec, Document, Model, TableReader, words};
+use crate::model::{ControlSpec, Document, Model, TableReader};
 use crate::num::{Definiteness, Rational, Scalar, definiteness, rational_to_f64};
 use crate::reduce::{Dependency, Kinematics, LinearModel, ReduceError, Reduced, linearise};
-use crate::schema::{Field, Kind, Value};
+use crate::schema::{Field, Kind};
 use crate::synthesis::{Advice, SynthesisError};
 use std::collections::BTreeMap;
-
-/// Places shown for one mistake.
-pub(super) const MOST_LABELS: usize = 8;
-
-/// The place of an element's header; of a charge that of its element, of a node its first mention.
-pub(super) fn place_of(document: &Document, name: &str) -> Place {
-    let named = document.elements.iter().find(|e| e.name == name);
-    match named.or_else(|| document.elements.iter().find(|e| e.kind.charges(&e.name).iter().any(|c| c == name))) {
-        Some(element) => element.place.clone(),
-        None => places_of_node(document, name).into_iter().next().unwrap_or_default(),
-    }
-}
-
-/// The places where branches name a node, in the order of the file.
-pub(super) fn places_of_node(document: &Document, node: &str) -> Vec<Place> {
-    let keys = document.elements.iter().flat_map(|e| e.kind.node_keys().filter_map(|key| e.table.values.get(key)));
-    let mut places: Vec<Place> =
-        keys.filter(|value| value.value == Value::Word(node.to_string())).map(|value| value.place.clone()).collect();
-    places.sort_by_key(Place::start);
-    places
-}
-
-/// The place of a key's value of an element, of its header if the key is absent.
-pub(super) fn place_of_value(document: &Document, element: &str, key: &str) -> Place {
-    let element = document.elements.iter().find(|e| e.name == element);
-    element.map_or_else(Place::default, |e| {
-        e.table.values.get(key).map_or_else(|| e.place.clone(), |value| value.place.clone())
-    })
-}
-
-/// The places of a word in a controller's table, of its header if the word is not there.
-pub(super) fn places_in_control(document: &Document, control: &ControlSpec, word: &str) -> Vec<Place> {
-    let table = document.controls.iter().find(|c| c.place == control.place).map(|c| &c.table);
-    let places = table.map(|table| words(table, word)).unwrap_or_default();
-    if places.is_empty() { vec![control.place.clone()] } else { places }
-}
 
 /// The signals that the keys of a law name.
 pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
@@ -69,18 +34,13 @@ pub(super) fn signals_of(fields: &[Field], values: &Values) -> Vec<String> {
 
 pub(super) fn design_diagnostic(document: &Document, control: &ControlSpec, error: &SynthesisError) -> Diagnostic {
     let Advice { named, label, help } = error.advice();
-    let mut out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
+    let out = Diagnostic::error("control::design", format!("control `{}`: {error}", control.name)).help(help);
     let mut places: Vec<Place> =
         named.iter().flat_map(|word| places_in_control(document, control, word)).take(MOST_LABELS).collect();
     if places.is_empty() {
         places.push(control.place.clone());
     }
-    places.sort_by_key(Place::start);
-    places.dedup();
-    for place in places {
-        out = out.at(place, label);
-    }
-    out
+    at_places(places, label, out)
 }
 
 /// Whether all angles, and the way they depend on the coordinates, are finite at a position.
@@ -158,7 +118,6 @@ pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<
 }
 
 pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &ReduceError) -> Vec<Diagnostic> {
-    let coordinates = TableReader::place(&document.model, "coordinates");
     let suggest = |names: &[String]| {
         if names.is_empty() {
             "leave `coordinates` out to have them chosen".to_string()
@@ -167,85 +126,74 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
             format!("coordinates = [{}] would do", names.join(", "))
         }
     };
-    match error {
-        ReduceError::ConstraintsDependent { rank, dependencies } => dependencies
-            .iter()
-            .map(|Dependency { elements, contradiction }| {
-                let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
-                let verdict =
-                    if *contradiction { "their offsets contradict each other" } else { "one of them is superfluous" };
-                let rows = rank + dependencies.len();
-                // Shares so that the first is one.
-                let unit = elements.first().map_or(1.0, |(_, x)| *x);
-                let mut sum = String::new();
-                for (name, x) in elements {
-                    let share = x / unit;
-                    let sign = match (sum.is_empty(), share < 0.0) {
-                        (true, false) => "",
-                        (true, true) => "-",
-                        (false, false) => " + ",
-                        (false, true) => " - ",
-                    };
-                    let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
-                    sum += &format!("{sign}{size}{name}");
-                }
-                let message = format!(
-                    "the constraints {names} are linearly dependent ({sum} = 0), and {verdict}; \
-                     {rows} rows have the rank {rank}"
-                );
-                let mut out = Diagnostic::error("constraint::dependent", message);
-                for (name, x) in elements.iter().take(MOST_LABELS) {
-                    out = out.at(place_of(document, name), format!("this row, times {}", x / unit));
-                }
-                let help = if *contradiction {
-                    "remove one of them, or correct a ratio or an offset"
-                } else {
-                    "remove one of them, or correct a ratio"
-                };
-                out.help(help)
-            })
-            .collect(),
+    let one = match error {
+        ReduceError::ConstraintsDependent { rank, dependencies } => {
+            let rows = rank + dependencies.len();
+            return dependencies.iter().map(|one| dependent_rows(document, one, *rank, rows)).collect();
+        }
         ReduceError::NoMotion { .. } if model.shafts.len() == document.charges().len() => {
-            let mut out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
+            let out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
                 .help("close a loop: from a voltage_source through an inductor and back to `ground`");
-            let mut places: Vec<Place> = model.shafts.iter().map(|name| place_of(document, name)).collect();
-            places.sort_by_key(Place::start);
-            places.dedup();
-            for place in places.into_iter().take(MOST_LABELS) {
-                out = out.at(place, "carries no current");
-            }
-            vec![out]
+            at_all(document, model.shafts.iter().map(String::as_str), "carries no current", out)
         }
         ReduceError::NoMotion { .. } => {
-            let mut out = Diagnostic::error("constraint::no-motion", error.to_string())
+            let out = Diagnostic::error("constraint::no-motion", error.to_string())
                 .help("remove a constraint, or add a shaft: a model needs at least one degree of freedom");
             let rows =
                 model.terms.iter().filter(|t| matches!(t.term, Term::Constraint { .. } | Term::Transmission { .. }));
             let mut places: Vec<Place> = rows.map(|named| place_of(document, &named.element)).collect();
             places.sort_by_key(Place::start);
-            for place in places.into_iter().take(MOST_LABELS) {
-                out = out.at(place, "a constraint");
-            }
-            vec![out]
+            places.into_iter().take(MOST_LABELS).fold(out, |out, place| out.at(place, "a constraint"))
         }
-        ReduceError::CoordinateCount { suggestion, .. } | ReduceError::CoordinatesDependent { suggestion, .. } => vec![
+        ReduceError::CoordinateCount { suggestion, .. } | ReduceError::CoordinatesDependent { suggestion, .. } => {
             Diagnostic::error("coordinates::choice", error.to_string())
-                .at(coordinates, "these coordinates")
-                .help(suggest(suggestion)),
-        ],
+                .at(TableReader::place(&document.model, "coordinates"), "these coordinates")
+                .help(suggest(suggestion))
+        }
         ReduceError::NotExplicit { elements, suggestion } => {
-            let mut out = Diagnostic::error("constraint::loop", error.to_string());
-            for name in elements.iter().take(MOST_LABELS) {
-                out = out.at(place_of(document, name), "part of the loop");
-            }
-            let help = if model.coordinates.is_some() {
+            let out = Diagnostic::error("constraint::loop", error.to_string());
+            let out = at_each(document, elements.iter().map(String::as_str), "part of the loop", out);
+            out.help(if model.coordinates.is_some() {
                 suggest(suggestion)
             } else {
                 "break the loop: two transmissions between the same shafts leave no motion".to_string()
-            };
-            vec![out.help(help)]
+            })
         }
+    };
+    vec![one]
+}
+
+/// Constraints of which one follows from the others, or contradicts them.
+fn dependent_rows(document: &Document, dependency: &Dependency, rank: usize, rows: usize) -> Diagnostic {
+    let Dependency { elements, contradiction } = dependency;
+    let names = quoted(elements.iter().map(|(name, _)| name.as_str()));
+    let (verdict, help) = if *contradiction {
+        ("their offsets contradict each other", "remove one of them, or correct a ratio or an offset")
+    } else {
+        ("one of them is superfluous", "remove one of them, or correct a ratio")
+    };
+    // Shares so that the first is one.
+    let unit = elements.first().map_or(1.0, |(_, x)| *x);
+    let mut sum = String::new();
+    for (name, x) in elements {
+        let share = x / unit;
+        let sign = match (sum.is_empty(), share < 0.0) {
+            (true, false) => "",
+            (true, true) => "-",
+            (false, false) => " + ",
+            (false, true) => " - ",
+        };
+        let size = if share.abs() == 1.0 { String::new() } else { format!("{}·", share.abs()) };
+        sum += &format!("{sign}{size}{name}");
     }
+    let message = format!(
+        "the constraints {names} are linearly dependent ({sum} = 0), and {verdict}; {rows} rows have the rank {rank}"
+    );
+    let mut out = Diagnostic::error("constraint::dependent", message);
+    for (name, x) in elements.iter().take(MOST_LABELS) {
+        out = out.at(place_of(document, name), format!("this row, times {}", x / unit));
+    }
+    out.help(help)
 }
 
 /// Inertia must be positive definite and damping positive semidefinite in every position; both are decided exactly at
@@ -259,31 +207,21 @@ pub(super) fn check_matrices(
     massless: &mut Vec<Diagnostic>,
 ) -> bool {
     let r = reduced.degrees_of_freedom();
-    let constant = Kinematics::new(reduced).is_constant();
-    let positions: Vec<Vec<f64>> = if constant {
+    let positions: Vec<Vec<f64>> = if Kinematics::new(reduced).is_constant() {
         vec![vec![0.0; r]]
     } else {
         (0..8).map(|k| vec![f64::from(k) * std::f64::consts::PI / 8.0; r]).collect()
     };
-    let negative: Vec<&str> = reduced
-        .equations
-        .dampers
-        .iter()
-        .filter(|damper| damper.value.signum() < 0)
-        .map(|damper| damper.element.as_str())
-        .collect();
+    let dampers = reduced.equations.dampers.iter().filter(|damper| damper.value.signum() < 0);
+    let negative: Vec<&str> = dampers.map(|damper| damper.element.as_str()).collect();
     let mut passive = true;
     for position in &positions {
-        let model = is_finite_at(reduced, position).then(|| linearise(reduced, position));
-        let Some(model) = model else {
-            let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
-            let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
-            let mut diagnostic = Diagnostic::error("number::range", "an angle of the model is too large for a number");
-            for name in ratios.take(MOST_LABELS) {
-                diagnostic = diagnostic.at(place_of(document, name), "through this constraint");
+        let model = match model_at(document, reduced, position) {
+            Ok(model) => model,
+            Err(mistake) => {
+                out.push(mistake);
+                return false;
             }
-            out.push(diagnostic.help("check the exponents of ratios, coefficients and offsets"));
-            return false;
         };
         match definiteness(&model.inertia) {
             Definiteness::Positive => {}
@@ -292,25 +230,17 @@ pub(super) fn check_matrices(
             }
             Definiteness::PositiveSemi { .. } => {}
             Definiteness::Indefinite { witness } => {
-                let shafts = moving(reduced, &model, &witness);
-                let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
-                let message = format!("a motion of {names} has a negative kinetic energy");
-                let mut diagnostic = Diagnostic::error("model::massless", message);
-                for (name, _) in shafts.iter().take(MOST_LABELS) {
-                    diagnostic = diagnostic.at(place_of(document, name), "moves with it");
-                }
-                out.push(diagnostic.help("correct the sign of an inertia"));
+                out.push(negative_energy(document, &moving(reduced, &model, &witness)));
                 return false;
             }
         }
         if !is_representable(&model) {
             let message = "the numbers of the model lie too far apart: a reduced inertia, damping, stiffness or ratio is too \
                            large or too small for a number";
-            let mut diagnostic = Diagnostic::error("number::range", message);
-            for name in reduced.coordinate_names().iter().take(MOST_LABELS) {
-                diagnostic = diagnostic.at(place_of(document, name), "moves with it");
-            }
-            out.push(diagnostic.help("check the exponents of inertias, dampings, stiffnesses and ratios"));
+            let mistake = Diagnostic::error("number::range", message)
+                .help("check the exponents of inertias, dampings, stiffnesses and ratios");
+            let names = reduced.coordinate_names();
+            out.push(at_each(document, names.iter().map(String::as_str), "moves with it", mistake));
             return false;
         }
         if passive
@@ -318,33 +248,55 @@ pub(super) fn check_matrices(
             && let Definiteness::Indefinite { witness } = definiteness(&model.damping)
         {
             passive = false;
-            let shafts = moving(reduced, &model, &witness);
-            let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
-            let message = format!(
-                "the damping is not passive: a motion of {names} gains energy from it (the reduced damping matrix is not \
-                 positive semidefinite)"
-            );
-            let mut diagnostic = Diagnostic::error("damping::not-passive", message);
-            for name in negative.iter().take(MOST_LABELS) {
-                diagnostic = diagnostic.at(place_of_value(document, name, "damping"), "negative damping");
-            }
-            out.push(diagnostic.help("make this damping less negative, or add damping to the shafts named"));
+            out.push(not_passive(document, &negative, &moving(reduced, &model, &witness)));
         }
     }
-    if passive {
-        for name in negative {
-            let message = format!(
-                "`{name}` has a negative damping; the model as a whole is passive (its reduced damping matrix is positive \
-                 semidefinite)"
-            );
-            out.push(
-                Diagnostic::warning("damping::negative", message)
-                    .at(place_of_value(document, name, "damping"), "negative damping")
-                    .help("fine for an equivalent damping identified on a gear; otherwise correct its sign"),
-            );
-        }
+    for name in negative.into_iter().filter(|_| passive) {
+        let message = format!(
+            "`{name}` has a negative damping; the model as a whole is passive (its reduced damping matrix is positive \
+             semidefinite)"
+        );
+        out.push(
+            Diagnostic::warning("damping::negative", message)
+                .at(place_of_value(document, name, "damping"), "negative damping")
+                .help("fine for an equivalent damping identified on a gear; otherwise correct its sign"),
+        );
     }
     true
+}
+
+/// The linear model at a position.
+fn model_at(document: &Document, reduced: &Reduced, position: &[f64]) -> Result<LinearModel, Diagnostic> {
+    if is_finite_at(reduced, position) {
+        return Ok(linearise(reduced, position));
+    }
+    let ratios = reduced.equations.constraints.iter().map(|row| row.element.as_str());
+    let ratios = ratios.chain(reduced.equations.transmissions.iter().map(|row| row.element.as_str()));
+    let mistake = Diagnostic::error("number::range", "an angle of the model is too large for a number")
+        .help("check the exponents of ratios, coefficients and offsets");
+    Err(at_each(document, ratios, "through this constraint", mistake))
+}
+
+/// A motion of shafts with a negative kinetic energy.
+fn negative_energy(document: &Document, shafts: &[(String, Rational)]) -> Diagnostic {
+    let names = || shafts.iter().map(|(name, _)| name.as_str());
+    let message = format!("a motion of {} has a negative kinetic energy", quoted(names()));
+    let mistake = Diagnostic::error("model::massless", message).help("correct the sign of an inertia");
+    at_each(document, names(), "moves with it", mistake)
+}
+
+/// A motion of shafts that gains energy from dampers with a negative value.
+fn not_passive(document: &Document, dampers: &[&str], shafts: &[(String, Rational)]) -> Diagnostic {
+    let names = quoted(shafts.iter().map(|(name, _)| name.as_str()));
+    let message = format!(
+        "the damping is not passive: a motion of {names} gains energy from it (the reduced damping matrix is not \
+         positive semidefinite)"
+    );
+    let mut out = Diagnostic::error("damping::not-passive", message);
+    for name in dampers.iter().take(MOST_LABELS) {
+        out = out.at(place_of_value(document, name, "damping"), "negative damping");
+    }
+    out.help("make this damping less negative, or add damping to the shafts named")
 }
 
 /// A motion that no mass resists: the shafts that move, and in which proportion.
@@ -371,11 +323,9 @@ fn massless_motion(document: &Document, reduced: &Reduced, model: &LinearModel) 
         [] => String::new(),
     };
     let message = format!("a motion without inertia is possible: {names} can move while no mass does{proportion}");
-    let mut diagnostic = Diagnostic::error("model::massless", message);
-    for (name, _) in moves.iter().take(MOST_LABELS) {
-        diagnostic = diagnostic.at(place_of(document, name), "moves without inertia");
-    }
-    diagnostic.help("give one of these shafts an inertia, or tie it to another shaft by a gear")
+    let mistake = Diagnostic::error("model::massless", message)
+        .help("give one of these shafts an inertia, or tie it to another shaft by a gear");
+    at_each(document, moves.iter().map(|(name, _)| name.as_str()), "moves without inertia", mistake)
 }
 
 /// Shafts that take part in a reduced motion with their shares, the largest first.

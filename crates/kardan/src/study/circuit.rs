@@ -1,8 +1,7 @@
 //! Checks of the circuits of a model: nodes, ground, loops that nothing slows down.
 
-use super::checks::{MOST_LABELS, place_of, places_of_node};
+use super::places::{at_all, place_of_node};
 use crate::diagnostics::{Diagnostic, nearest, quoted};
-use crate::entries::Place;
 use crate::equations::{GROUND, NamedTerm, Term};
 use crate::model::{Document, Model};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,22 +80,12 @@ fn path<'m>(forest: &[&'m Branch<'m>], from: &str, to: &str) -> Option<Vec<&'m s
     None
 }
 
-fn at_all(document: &Document, names: &[&str], label: &str, mut diagnostic: Diagnostic) -> Diagnostic {
-    let mut places: Vec<_> = names.iter().map(|name| place_of(document, name)).collect();
-    places.sort_by_key(Place::start);
-    places.dedup();
-    for place in places.into_iter().take(MOST_LABELS) {
-        diagnostic = diagnostic.at(place, label);
-    }
-    diagnostic
-}
-
 /// A loop of branches whose current could change without limit.
 pub(super) fn massless_loop(document: &Document, branches: &[impl AsRef<str>]) -> Diagnostic {
     let mut names: Vec<&str> = branches.iter().map(AsRef::as_ref).collect();
     names.sort_unstable();
     let message = format!("the loop through {} has no inductance", quoted(names.iter().copied()));
-    at_all(document, &names, "no inductance", Diagnostic::error("model::massless", message))
+    at_all(document, names.iter().copied(), "no inductance", Diagnostic::error("model::massless", message))
         .help("put an inductor into this loop; a real one has the inductance of its wires, some 1 uH per metre")
 }
 
@@ -109,26 +98,40 @@ pub(super) fn check_circuit(
     massless: &mut Vec<Diagnostic>,
 ) -> bool {
     let branches = branches(model);
-    let before = out.len();
-    let mut at_node: BTreeMap<&str, Vec<&Branch<'_>>> = BTreeMap::new();
+    let mut at_node: Nodes<'_> = BTreeMap::new();
     for branch in &branches {
         for node in &branch.ends {
             at_node.entry(node).or_default().push(branch);
         }
     }
+    let before = out.len();
+    check_node_names(document, &at_node, out);
+    check_ground(document, &at_node, out);
+    check_loops(document, &branches, out, massless);
+    let fine = out.len() == before;
+    check_open_ends(document, &at_node, out);
+    fine
+}
+
+/// The branches that end at each node.
+type Nodes<'m> = BTreeMap<&'m str, Vec<&'m Branch<'m>>>;
+
+/// Tells of nodes with the name of an element.
+fn check_node_names(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     for node in at_node.keys() {
-        if let Some(element) = document.elements.iter().find(|e| e.name == *node) {
-            let message = format!("the name `{node}` is used for a {} and a node", element.kind.keyword);
-            let place = places_of_node(document, node).into_iter().next().unwrap_or_default();
-            out.push(
-                Diagnostic::error("name::duplicate", message)
-                    .at(place, "as a node here")
-                    .at(element.place.clone(), "first here")
-                    .help("give each element and each node a name of its own"),
-            );
-        }
+        let Some(element) = document.elements.iter().find(|e| e.name == *node) else { continue };
+        let message = format!("the name `{node}` is used for a {} and a node", element.kind.keyword);
+        out.push(
+            Diagnostic::error("name::duplicate", message)
+                .at(place_of_node(document, node), "as a node here")
+                .at(element.place.clone(), "first here")
+                .help("give each element and each node a name of its own"),
+        );
     }
-    // Parts of the circuits that no branch connects with ground; a transformer does not.
+}
+
+/// Tells of parts of the circuits that no branch connects with ground; a transformer does not.
+fn check_ground(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
     let mut left: BTreeSet<&str> = at_node.keys().copied().collect();
     let reached = |start: &str, left: &mut BTreeSet<&str>| {
         let mut part: BTreeSet<String> = BTreeSet::new();
@@ -144,17 +147,23 @@ pub(super) fn check_circuit(
     reached(GROUND, &mut left);
     while let Some(node) = left.first().copied() {
         let part = reached(node, &mut left);
-        let names = quoted(part.iter().map(String::as_str));
-        let message =
-            format!("nothing connects the node{} {names} with `{GROUND}`", if part.len() == 1 { "" } else { "s" });
-        out.push(
-            at_all(document, &part.iter().map(String::as_str).collect::<Vec<_>>(), "floats", Diagnostic::error("circuit::floating", message))
-                .help(format!(
-                    "let one branch of this part end at `{GROUND}` in place of one of its nodes: potentials count from there, \
-                     and no current flows through a single connection"
-                )),
-        );
+        let names = || part.iter().map(String::as_str);
+        let s = if part.len() == 1 { "" } else { "s" };
+        let message = format!("nothing connects the node{s} {} with `{GROUND}`", quoted(names()));
+        out.push(at_all(document, names(), "floats", Diagnostic::error("circuit::floating", message)).help(format!(
+            "let one branch of this part end at `{GROUND}` in place of one of its nodes: potentials count from there, and no \
+             current flows through a single connection"
+        )));
     }
+}
+
+/// Tells of loops that fix no current; those that merely lack an inductance go into `massless`.
+fn check_loops(
+    document: &Document,
+    branches: &[Branch<'_>],
+    out: &mut Vec<Diagnostic>,
+    massless: &mut Vec<Diagnostic>,
+) {
     let shorts = loops(branches.iter().filter(|b| !b.inductance && !b.coupled && !b.passive));
     for short in &shorts {
         let message = format!(
@@ -163,27 +172,26 @@ pub(super) fn check_circuit(
             quoted(short.iter().copied())
         );
         out.push(
-            at_all(document, short, "part of the loop", Diagnostic::error("circuit::short", message))
+            at_all(document, short.iter().copied(), "part of the loop", Diagnostic::error("circuit::short", message))
                 .help("remove one of them, or put the inductance and the resistance of the wires between them"),
         );
     }
     if shorts.is_empty() {
-        let found = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));
-        massless.extend(found.iter().map(|branches| massless_loop(document, branches)));
+        let slow = loops(branches.iter().filter(|b| !b.inductance && !b.coupled));
+        massless.extend(slow.iter().map(|branches| massless_loop(document, branches)));
     }
-    let fine = out.len() == before;
-    for (node, branches) in &at_node {
+}
+
+/// Warns of nodes at which a single branch ends.
+fn check_open_ends(document: &Document, at_node: &Nodes<'_>, out: &mut Vec<Diagnostic>) {
+    for (node, branches) in at_node.iter().filter(|(node, _)| **node != GROUND) {
         let [only] = branches[..] else { continue };
-        if *node == GROUND {
-            continue;
-        }
         let help = match nearest(node, at_node.keys().copied().filter(|other| other != node)) {
             Some(near) => format!("did you mean `{near}`? Otherwise lead the current on to another node"),
             None => format!("lead the current on to another node or to `{GROUND}`, or leave an open end on purpose"),
         };
         let message = format!("no current can flow through `{}`: nothing else ends at the node `{node}`", only.charge);
-        let place = places_of_node(document, node).into_iter().next().unwrap_or_default();
-        out.push(Diagnostic::warning("circuit::open", message).at(place, "an open end").help(help));
+        let warning = Diagnostic::warning("circuit::open", message);
+        out.push(warning.at(place_of_node(document, node), "an open end").help(help));
     }
-    fine
 }

@@ -22,20 +22,26 @@ const STEPS_PER_SAMPLE: f64 = 20.0;
 /// Part of the run before the step.
 const BEFORE: f64 = 0.02;
 
+/// What the steps do to the outputs and ask of the motors.
+#[derive(Default)]
+pub(super) struct Coupling {
+    pub outputs: Vec<CrossCoupling>,
+    pub peaks: Vec<TorquePeak>,
+    pub warnings: Vec<String>,
+}
+
 /// Steps every reference of a channel by one unit, from rest, with all controllers of the variant in the loop. What moves
-/// without a step (springs that are not relaxed) is taken off. `decay` is that of the slowest motion of a sampled loop, 1/s. With the couplings come the torques that the steps ask of the
-/// motors, and warnings.
+/// without a step (springs that are not relaxed) is taken off. `decay` is that of the slowest motion of a sampled loop, 1/s.
 pub(super) fn cross_coupling(
     variant: &PreparedVariant,
     references: &[Reference],
     design: &Design,
     decay: Option<f64>,
     progress: &dyn Progress,
-) -> (Vec<CrossCoupling>, Vec<TorquePeak>, Vec<String>) {
+) -> Coupling {
     let poles = design.closed_loop_poles.iter().map(|pole| -pole.re);
     let slowest = poles.chain(decay).filter(|rate| *rate > 1e-3).fold(f64::MAX, f64::min);
-    let running = &variant.running;
-    let samples: f64 = running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
+    let samples: f64 = variant.running.iter().filter_map(|law| law.clock()).map(|clock| 1.0 / clock.period).sum();
     let longest = if samples > 0.0 { LONGEST.min(MOST_SAMPLES / samples) } else { LONGEST };
     let window = (8.0 / slowest).max(SHORTEST).min(longest);
     let stepped: Vec<(&Reference, &str)> = design
@@ -43,62 +49,91 @@ pub(super) fn cross_coupling(
         .iter()
         .filter_map(|channel| Some((references.iter().find(|r| r.name == channel.reference)?, channel.output.as_str())))
         .collect();
-    let run = |number: usize, reference: Option<&str>| {
-        let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
-        progress.advance(number, &name, 0.0);
-        let scenario = step(&variant.scenario, reference, window);
-        let setup = Setup { reduced: &variant.reduced, laws: running, scenario: &scenario };
-        let most_steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
-        let most_steps = most_steps.min(progress.most_steps());
-        let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-        let run = simulate(setup, tolerance, &mut |part| {
-            progress.advance(number, &name, part);
-            progress.stop()
-        });
-        progress.advance(number, &name, 1.0);
-        run
-    };
-    let numbers: Vec<usize> = (0..=stepped.len()).collect();
-    let runs: Vec<RunResult> =
-        numbers.par_iter().map(|&k| run(k, stepped.get(k).map(|(reference, _)| reference.name.as_str()))).collect();
+    let steps = MOST_STEPS + (STEPS_PER_SAMPLE * samples * (1.0 + BEFORE) * window) as usize;
+    let most_steps = steps.min(progress.most_steps());
+    let runs: Vec<RunResult> = (0..=stepped.len())
+        .into_par_iter()
+        .map(|k| {
+            let reference = stepped.get(k).map(|(reference, _)| reference.name.as_str());
+            run(variant, (k, reference), window, most_steps, progress)
+        })
+        .collect();
     let (still, moved) = runs.split_last().expect("one run without a step");
-    let mut warnings = Vec::new();
-    let (mut found, mut peaks) = (Vec::new(), Vec::new());
+    let mut out = Coupling::default();
     for ((reference, own), run) in stepped.iter().zip(moved) {
+        out.add(variant, design, &Stepped { reference, own, run, still, window });
+    }
+    out
+}
+
+/// A run in which a reference steps, or none; `number` is that of its progress.
+fn run(
+    variant: &PreparedVariant,
+    (number, reference): (usize, Option<&str>),
+    window: f64,
+    most_steps: usize,
+    progress: &dyn Progress,
+) -> RunResult {
+    let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
+    progress.advance(number, &name, 0.0);
+    let scenario = step(&variant.scenario, reference, window);
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+    let tolerance = Tolerance { most_steps, ..Tolerance::default() };
+    let run = simulate(setup, tolerance, &mut |part| {
+        progress.advance(number, &name, part);
+        progress.stop()
+    });
+    progress.advance(number, &name, 1.0);
+    run
+}
+
+/// A run with the step of a reference, beside the one without.
+struct Stepped<'a> {
+    reference: &'a Reference,
+    /// The output of its own channel.
+    own: &'a str,
+    run: &'a RunResult,
+    still: &'a RunResult,
+    window: f64,
+}
+
+impl Coupling {
+    /// What one step shows.
+    fn add(&mut self, variant: &PreparedVariant, design: &Design, stepped: &Stepped<'_>) {
+        let Stepped { reference, own, run, still, window } = *stepped;
         let failure = [&still.outcome, &run.outcome].into_iter().find_map(|outcome| match outcome {
             Outcome::Completed => None,
             Outcome::Failed { cause, .. } => Some(cause.clone()),
         });
+        let (name, unit) = (&reference.name, reference.physical.unit());
         if let Some(cause) = &failure {
-            warnings.push(format!("the simulated step of {} fails: {cause}", reference.name));
+            self.warnings.push(format!("the simulated step of {name} fails: {cause}"));
         }
         if let Some(event) = run.events.iter().find(|event| event.what.contains(" limit")) {
-            warnings.push(format!(
-                "the step of {} by 1 {} drives a motor to its limit ({}): cross coupling then tells of the limit too",
-                reference.name,
-                reference.physical.unit(),
+            self.warnings.push(format!(
+                "the step of {name} by 1 {unit} drives a motor to its limit ({}): cross coupling then tells of the limit too",
                 event.what
             ));
         }
         for input in design.inputs.iter().filter(|_| failure.is_none()) {
             let Some(peak) = run.series.largest_torque_asked(input) else { continue };
-            peaks.push(TorquePeak {
-                reference: reference.name.clone(),
+            self.peaks.push(TorquePeak {
+                reference: name.clone(),
                 step: 1.0,
-                step_unit: reference.physical.unit().into(),
+                step_unit: unit.into(),
                 input: input.clone(),
                 peak,
                 limit: torque_limit(variant, input),
             });
         }
         for output in &design.outputs {
-            let (unit, size) = deviation(&run.series, &still.series, output, BEFORE * window);
-            found.push(CrossCoupling {
-                reference: reference.name.clone(),
+            let (unit_of_output, size) = deviation(&run.series, &still.series, output, BEFORE * window);
+            self.outputs.push(CrossCoupling {
+                reference: name.clone(),
                 step: 1.0,
-                step_unit: reference.physical.unit().into(),
+                step_unit: unit.into(),
                 output: output.clone(),
-                unit: unit.into(),
+                unit: unit_of_output.into(),
                 own: output == own,
                 peak: size.map(|(peak, _)| peak),
                 rms: size.map(|(_, rms)| rms),
@@ -107,7 +142,6 @@ pub(super) fn cross_coupling(
             });
         }
     }
-    (found, peaks, warnings)
 }
 
 fn torque_limit(variant: &PreparedVariant, input: &str) -> Option<f64> {

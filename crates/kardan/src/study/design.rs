@@ -1,6 +1,5 @@
 //! The design of one controller, from what a model file or a caller asks for.
 
-use super::analyze::{AnalyzeSettings, choose, signals};
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::margins::{decay, survey, verdict, warnings as margin_warnings};
@@ -8,6 +7,7 @@ use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
+use super::signals::{AnalyzeSettings, choose, signals};
 use super::strain::scenario_strains;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
@@ -69,45 +69,62 @@ pub fn design(source: &str, settings: &DesignSettings, progress: &dyn Progress) 
     Project::open(source).design(settings, progress)
 }
 
-pub(super) fn of_project(
-    project: &Project,
-    settings: &DesignSettings,
-    progress: &dyn Progress,
-) -> Result<Design, Vec<Diagnostic>> {
-    let prepared = project.prepared();
-    let mut diagnostics = project.mistakes().to_vec();
+impl Project {
+    /// Designs one controller; see [`design`](super::design()).
+    ///
+    /// # Errors
+    /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
+    pub fn design(&self, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
+        let prepared = without_mistakes(self, settings)?;
+        let variant = variant_of(prepared, settings)?;
+        let (model, asked) = (&variant.model, settings.control.as_deref());
+        let own = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
+        if own || (model.controls.is_empty() && asked.is_none()) {
+            return design_own(self, variant, settings, progress);
+        }
+        let number = which(&model.controls, asked)?;
+        let Some(feedback) = &settings.feedback else {
+            return Ok(tried(prepared, variant, number, settings, progress));
+        };
+        let name = &model.controls[number].name;
+        let changed = with_feedback(self, name, feedback)?;
+        let settings = DesignSettings { variant: Some(variant.name.clone()), ..settings.clone() };
+        design_named(&changed, name, &settings, progress)
+    }
+}
+
+/// What is prepared of a model; its mistakes, if there are any that `force` does not overrule.
+fn without_mistakes<'a>(project: &'a Project, settings: &DesignSettings) -> Result<&'a Prepared, Vec<Diagnostic>> {
+    let mut mistakes = project.mistakes().to_vec();
     if settings.force {
-        overrule(&mut diagnostics);
+        overrule(&mut mistakes);
     }
-    if diagnostics.iter().any(is_error) {
-        return Err(diagnostics);
-    }
+    if mistakes.iter().any(is_error) { Err(mistakes) } else { Ok(project.prepared()) }
+}
+
+/// The variant to design for: a controller that only some variants use is designed for the first of those.
+fn variant_of<'a>(prepared: &'a Prepared, settings: &DesignSettings) -> Result<&'a PreparedVariant, Vec<Diagnostic>> {
     let named = |variant: &&PreparedVariant| {
         variant.model.controls.iter().any(|control| Some(&control.name) == settings.control.as_ref())
     };
-    // A controller that only some variants use is designed for the first of those.
     let first = prepared.all().find(named).filter(|_| settings.variant.is_none());
-    let variant = match first {
-        Some(variant) => variant,
-        None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?,
-    };
-    let asked = settings.law.is_some() || !settings.inputs.is_empty() || !settings.outputs.is_empty();
-    if !asked && (!variant.model.controls.is_empty() || settings.control.is_some()) {
-        let Some(feedback) = &settings.feedback else {
-            let number = which(&variant.model.controls, settings.control.as_deref())?;
-            return Ok(tried(prepared, variant, number, settings, progress));
-        };
-        let number = which(&variant.model.controls, settings.control.as_deref())?;
-        let name = variant.model.controls[number].name.clone();
-        check_feedback(project, &name, feedback)?;
-        let changed = project.changed(|model| model.set(&["control", &name, "feedback"], feedback.clone()));
-        let settings = DesignSettings { variant: Some(variant.name.clone()), ..settings.clone() };
-        return of_changed(&changed, &name, &settings, progress);
+    match first {
+        Some(variant) => Ok(variant),
+        None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem]),
     }
-    let is_motor = |input: &&Along<InputKind>| {
+}
+
+/// Designs a controller that is not in the file, in place of those of the file.
+fn design_own(
+    project: &Project,
+    variant: &PreparedVariant,
+    settings: &DesignSettings,
+    progress: &dyn Progress,
+) -> Result<Design, Vec<Diagnostic>> {
+    let is_motor = |input: &Along<InputKind>| {
         variant.reduced.equations.domain_of(input) == Domain::Rotation && matches!(input.value, InputKind::Motor(_))
     };
-    if variant.reduced.equations.inputs.iter().find(is_motor).is_none() {
+    if !variant.reduced.equations.inputs.iter().any(is_motor) {
         return Err(vec![
             Diagnostic::error("control::no-motor", "the model has no motor that a controller could command")
                 .help("add one: `[motor.NAME]` with `shaft = \"...\"`"),
@@ -132,29 +149,21 @@ pub(super) fn of_project(
     let keys = keys(keyword, &inputs, &outputs, &taken)?;
     let mut changed = project.changed(|model| model.control_of(&own, keyword, keys).alone(&own));
     if let Some(feedback) = &settings.feedback {
-        check_feedback(&changed, &own, feedback)?;
-        changed = changed.changed(|model| model.set(&["control", &own, "feedback"], feedback.clone()));
+        changed = with_feedback(&changed, &own, feedback)?;
     }
-    let mut design = of_changed(&changed, &own, settings, progress)?;
+    let mut design = design_named(&changed, &own, settings, progress)?;
     design.notes.extend(notes);
     Ok(design)
 }
 
-/// Designs a controller of a model that is not quite the file.
-fn of_changed(
+/// Designs the controller of that name.
+fn design_named(
     project: &Project,
     name: &str,
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
-    let mut out = project.mistakes().to_vec();
-    if settings.force {
-        overrule(&mut out);
-    }
-    if out.iter().any(is_error) {
-        return Err(out);
-    }
-    let prepared = project.prepared();
+    let prepared = without_mistakes(project, settings)?;
     let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
     let number = which(&variant.model.controls, Some(name))?;
     Ok(tried(prepared, variant, number, settings, progress))
@@ -244,8 +253,8 @@ fn free(name: &str, taken: &[&str]) -> String {
     std::iter::once(name.to_string()).chain(numbered).find(|name| !taken.contains(&name.as_str())).unwrap_or_default()
 }
 
-/// Whether the law of a controller can decouple in that way.
-fn check_feedback(project: &Project, name: &str, feedback: &str) -> Result<(), Vec<Diagnostic>> {
+/// The model with another way to decouple of a controller, if its law has that.
+fn with_feedback(project: &Project, name: &str, feedback: &str) -> Result<Project, Vec<Diagnostic>> {
     let law = project.read().0.controls.iter().find(|control| control.name == name).map(|control| control.law);
     let field = law.and_then(|law| law.fields.iter().find(|field| field.name == "feedback"));
     match field {
@@ -254,7 +263,7 @@ fn check_feedback(project: &Project, name: &str, feedback: &str) -> Result<(), V
             let message = format!("there is no feedback `{}`", shortened(feedback));
             Err(vec![Diagnostic::error("choice::unknown", message).help(help)])
         }
-        Some(_) => Ok(()),
+        Some(_) => Ok(project.changed(|model| model.set(&["control", name, "feedback"], feedback.to_string()))),
         None => {
             let law = law.map_or("", |law| law.keyword);
             let message = format!("the law `{law}` of control `{name}` has no choice of feedback");
@@ -291,70 +300,15 @@ pub(super) fn designed(
     settings: &DesignSettings,
     progress: &dyn Progress,
 ) -> Design {
-    let laws = &variant.designed;
-    let (control, plant) = (&variant.model.controls[number], &variant.design_models[number]);
-    let mut design = laws[number].describe();
-    design.model.clone_from(&variant.model.name);
-    design.description = description.into();
-    design.variant.clone_from(&variant.name);
-    design.others = laws_but(&variant.model.controls, number);
-    if design.design_model.is_empty() {
-        design.design_model = "linear, at zero angles".into();
-    }
-    let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
-    if !values.is_empty() {
-        design.design_model += &format!(", {}", values.join(", "));
-    }
-    if let Some(time) = control.values.number("sample_time") {
-        for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
-            data.single = control.values.word("precision") == Some("single");
-            if data.sample_time.is_none() && !sample(data, time) {
-                design.notes.push(format!(
-                    "the controller cannot be written for a sample time of {time} s: its numbers overflow"
-                ));
-            }
-        }
-    }
-    if let Some(exact) = laws[number].exact() {
-        prove(&exact, plant, &mut design);
-        check_others(&exact, plant, laws, number, &mut design);
-        if laws.len() == 1 {
-            // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
-            design.closed_loop_poles = exact_poles(&exact, &design);
-            // The poles of a Kalman filter come from its Riccati equation.
-            design.exact_poles = design.observer.as_ref().is_none_or(|observer| observer.method != "kalman");
-            check_rounding(&closed_loop_poles(&plant.linear, laws).unwrap_or_default(), &mut design);
-        }
-    }
-    // Of a law that is designed for its sample time the sampled loop tells.
-    if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
-        match closed_loop_poles(&plant.linear, laws) {
-            Some(poles) => design.closed_loop_poles = poles,
-            None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
-        }
-    }
+    let mut design = described(description, variant, number);
+    add_poles(variant, number, &mut design);
     judge(&mut design);
     let mut rest = vec!["margins", "cross coupling", "the loop with the parameters of the variant"];
     rest.extend(settings.explore.then_some("other designs"));
     rest.extend(settings.tolerance.map(|_| "the box of plants"));
     rest.extend(settings.simulate.then_some("the scenario"));
     keep(progress, &design, &rest);
-    let mut margins = survey(variant, number, laws, &design);
-    if settings.simulate {
-        let references = laws[number].references().to_vec();
-        let (found, peaks, warnings) =
-            cross_coupling(variant, &references, &design, decay(variant, &margins), progress);
-        design.cross_coupling = found;
-        margins.peaks = peaks;
-        design.warnings.extend(warnings);
-    }
-    margins.verdict = verdict(&margins);
-    if margins.stable == Some(false) {
-        let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
-        design.warnings.push(format!("{when} the loop is unstable: this is not a design"));
-    }
-    design.warnings.extend(margin_warnings(&margins));
-    design.margins = Some(margins);
+    add_margins(variant, number, settings.simulate, &mut design, progress);
     keep(progress, &design, &rest[2..]);
     match passage(variant, number, &variant.running, true) {
         Some(Ok(found)) => {
@@ -384,6 +338,83 @@ pub(super) fn designed(
         }
     }
     design
+}
+
+/// The law in its own words, the model that it is designed on, and its numbers for firmware.
+fn described(description: &str, variant: &PreparedVariant, number: usize) -> Design {
+    let control = &variant.model.controls[number];
+    let mut design = variant.designed[number].describe();
+    design.model.clone_from(&variant.model.name);
+    design.description = description.into();
+    design.variant.clone_from(&variant.name);
+    let others = variant.model.controls.iter().enumerate().filter(|(k, _)| *k != number);
+    design.others = others.map(|(_, other)| other.name.clone()).collect();
+    if design.design_model.is_empty() {
+        design.design_model = "linear, at zero angles".into();
+    }
+    let values: Vec<String> = control.design.iter().map(|set| format!("{} = {}", set.name, set.text)).collect();
+    if !values.is_empty() {
+        design.design_model += &format!(", {}", values.join(", "));
+    }
+    if let Some(time) = control.values.number("sample_time") {
+        for data in std::iter::once(&mut design.controller_data).chain(&mut design.observer_data) {
+            data.single = control.values.word("precision") == Some("single");
+            if data.sample_time.is_none() && !sample(data, time) {
+                design.notes.push(format!(
+                    "the controller cannot be written for a sample time of {time} s: its numbers overflow"
+                ));
+            }
+        }
+    }
+    design
+}
+
+/// What is proven of the linear loop, and its poles.
+fn add_poles(variant: &PreparedVariant, number: usize, design: &mut Design) {
+    let (laws, plant) = (&variant.designed, &variant.design_models[number]);
+    if let Some(exact) = laws[number].exact() {
+        prove(&exact, plant, design);
+        check_others(&exact, plant, laws, number, design);
+        if laws.len() == 1 {
+            // Alone in the loop, whose poles are exact; those of an observer's error stand beside them.
+            design.closed_loop_poles = exact_poles(&exact, design);
+            // The poles of a Kalman filter come from its Riccati equation.
+            design.exact_poles = design.observer.as_ref().is_none_or(|observer| observer.method != "kalman");
+            check_rounding(&closed_loop_poles(&plant.linear, laws).unwrap_or_default(), design);
+        }
+    }
+    // Of a law that is designed for its sample time the sampled loop tells.
+    if design.closed_loop_poles.is_empty() && laws.iter().all(|law| law.clock().is_none()) {
+        match closed_loop_poles(&plant.linear, laws) {
+            Some(poles) => design.closed_loop_poles = poles,
+            None => design.notes.push("the eigenvalue iteration failed: no poles of the closed loop are listed".into()),
+        }
+    }
+}
+
+/// How far the loop is from instability; simulated, also what each reference does to the other outputs and asks of the motors.
+fn add_margins(
+    variant: &PreparedVariant,
+    number: usize,
+    simulated: bool,
+    design: &mut Design,
+    progress: &dyn Progress,
+) {
+    let laws = &variant.designed;
+    let mut margins = survey(variant, number, laws, design);
+    if simulated {
+        let coupling = cross_coupling(variant, laws[number].references(), design, decay(variant, &margins), progress);
+        design.cross_coupling = coupling.outputs;
+        margins.peaks = coupling.peaks;
+        design.warnings.extend(coupling.warnings);
+    }
+    margins.verdict = verdict(&margins);
+    if margins.stable == Some(false) {
+        let when = if margins.sample_time.is_some() { "at its sample time" } else { "in continuous time" };
+        design.warnings.push(format!("{when} the loop is unstable: this is not a design"));
+    }
+    design.warnings.extend(margin_warnings(&margins));
+    design.margins = Some(margins);
 }
 
 /// A block with states for firmware that runs it at a sample time, its signals held in between: `ξ⁺ = e^{AT} ξ + ∫ e^{At} B dt s`.
@@ -418,8 +449,4 @@ fn sample(data: &mut ControllerData, time: f64) -> bool {
     data.matrices[b].values = found.b.to_rows();
     data.sample_time = Some(time);
     true
-}
-
-fn laws_but(controls: &[ControlSpec], number: usize) -> Vec<String> {
-    controls.iter().enumerate().filter(|(k, _)| *k != number).map(|(_, control)| control.name.clone()).collect()
 }

@@ -1,11 +1,12 @@
 //! How many steps a run will take, before it begins, and what asks for most of them.
 
 use super::PreparedVariant;
+use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, InputKind};
 use crate::model::{Document, TableReader};
 use crate::num::{Random, dot};
-use crate::reduce::{Dynamics, linearise};
+use crate::reduce::{Dynamics, Work, linearise};
 use crate::synthesis::closed_loop_poles;
 
 /// Steps beyond which a run is warned of.
@@ -85,93 +86,123 @@ pub fn expected_effort(variant: &PreparedVariant) -> Effort {
 /// The fastest motion of the model without its laws, and the element that makes it.
 fn fastest(variant: &PreparedVariant) -> Effort {
     let reduced = &variant.reduced;
-    let (equations, r) = (&reduced.equations, reduced.degrees_of_freedom());
-    let mut found = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
+    let r = reduced.degrees_of_freedom();
+    let mut out = Effort { steps: 0.0, rate: 0.0, element: None, cause: "nothing moves by itself".into() };
     let (dynamics, mut work) = Dynamics::new(reduced);
     if r == 0 || !dynamics.update(&variant.scenario.position, &vec![0.0; r], &mut work) {
-        return found;
+        return out;
     }
-    let project = |row: Vec<(usize, f64)>| {
-        let mut out = vec![0.0; r];
-        for (shaft, c) in row {
-            out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
+    let terms = Terms::at(&reduced.equations, &work);
+    if let Some(motion) = terms.fastest_motion(&work) {
+        out.rate = motion.rate;
+        if let Some((element, cause)) = terms.cause(&reduced.equations, &motion) {
+            (out.element, out.cause) = (Some(element), cause);
         }
-        out
-    };
-    let dampers: Vec<_> = equations.dampers.iter().map(|d| (project(d.row_f64()), d.value.to_f64())).collect();
-    let springs: Vec<_> =
-        equations.springs.iter().map(|s| (project(s.row_f64()), s.value.stiffness.to_f64())).collect();
-    let inertias: Vec<_> = equations.inertias.iter().map(|j| (project(j.row_f64()), j.value.to_f64())).collect();
-    let mut random = Random::new(SEED);
-    let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
-    let (mut q, mut v) = (draw(), draw());
-    let mut logarithm = 0.0;
-    for k in 0..PRODUCTS {
-        let mut next = vec![0.0; r];
-        for (terms, x) in [(&dampers, &v), (&springs, &q)] {
-            for (row, value) in terms {
-                let torque = value * dot(row, x);
-                next.iter_mut().zip(row).for_each(|(sum, g)| *sum -= torque * g);
+    }
+    out
+}
+
+/// The elements of a model at a position: of each its row over the coordinates and its value.
+struct Terms {
+    dampers: Vec<(Vec<f64>, f64)>,
+    springs: Vec<(Vec<f64>, f64)>,
+    inertias: Vec<(Vec<f64>, f64)>,
+}
+
+/// The motion of the largest eigenvalue.
+struct Motion {
+    /// 1/s
+    rate: f64,
+    /// Speeds of the coordinates.
+    speed: Vec<f64>,
+    /// Their angles: the speeds of the product before.
+    angle: Vec<f64>,
+}
+
+impl Terms {
+    fn at(equations: &Equations, work: &Work) -> Self {
+        let project = |row: Vec<(usize, f64)>| {
+            let mut out = vec![0.0; work.kinematics.row(0).len()];
+            for (shaft, c) in row {
+                out.iter_mut().zip(work.kinematics.row(shaft)).for_each(|(sum, x)| *sum += c * x);
             }
-        }
-        work.factor.solve(&mut next);
-        let size = |x: &[f64]| inertias.iter().map(|(row, j)| j * dot(row, x) * dot(row, x)).sum::<f64>().sqrt();
-        let (before, after) = (size(&v), size(&next));
-        if !(after > 0.0 && before > 0.0 && after.is_finite()) {
-            return found;
-        }
-        if k >= PRODUCTS / 2 {
-            logarithm += (after / before).ln();
-        }
-        q = v.iter().map(|x| x / after).collect();
-        v = next.iter().map(|x| x / after).collect();
-    }
-    found.rate = (logarithm / (PRODUCTS - PRODUCTS / 2) as f64).exp();
-    // Power that each element turns over in this motion; q is the velocity of the product before.
-    let shares = |terms: &[(Vec<f64>, f64)], weight: f64| -> Option<(usize, f64)> {
-        let power = |(row, value): &(Vec<f64>, f64)| {
-            let speeds = dot(row, &v).powi(2) + (found.rate * dot(row, &q)).powi(2);
-            weight * value * speeds
+            out
         };
-        let all = terms.iter().map(power).enumerate();
-        all.max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let damper = shares(&dampers, 1.0);
-    let spring = shares(&springs, 1.0 / found.rate);
-    let mover = shares(&inertias, found.rate).map(|(k, _)| k);
-    let stiff = spring.filter(|(_, power)| damper.is_none_or(|(_, loss)| *power > loss));
-    let of = mover.map_or(String::new(), |k| {
-        format!(" of `{}` ({})", equations.inertias[k].element, {
-            let unit = if equations.domain_of(&equations.inertias[k]) == Domain::Charge { "H" } else { "kg m^2" };
-            format!("{} {unit}", short(inertias[k].1))
-        })
-    });
-    match (stiff, damper) {
-        (Some((k, _)), _) => {
+        Self {
+            dampers: equations.dampers.iter().map(|d| (project(d.row_f64()), d.value.to_f64())).collect(),
+            springs: equations.springs.iter().map(|s| (project(s.row_f64()), s.value.stiffness.to_f64())).collect(),
+            inertias: equations.inertias.iter().map(|j| (project(j.row_f64()), j.value.to_f64())).collect(),
+        }
+    }
+
+    /// The motion that products of a vector with the state matrix tend to; nothing if they vanish.
+    fn fastest_motion(&self, work: &Work) -> Option<Motion> {
+        let r = work.kinematics.row(0).len();
+        let mut random = Random::new(SEED);
+        let mut draw = || (0..r).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
+        let (mut angle, mut speed) = (draw(), draw());
+        let size = |x: &[f64]| self.inertias.iter().map(|(row, j)| j * dot(row, x) * dot(row, x)).sum::<f64>().sqrt();
+        let mut logarithm = 0.0;
+        for k in 0..PRODUCTS {
+            let mut next = vec![0.0; r];
+            for (terms, x) in [(&self.dampers, &speed), (&self.springs, &angle)] {
+                for (row, value) in terms {
+                    let torque = value * dot(row, x);
+                    next.iter_mut().zip(row).for_each(|(sum, g)| *sum -= torque * g);
+                }
+            }
+            work.factor.solve(&mut next);
+            let (before, after) = (size(&speed), size(&next));
+            if !(after > 0.0 && before > 0.0 && after.is_finite()) {
+                return None;
+            }
+            if k >= PRODUCTS / 2 {
+                logarithm += (after / before).ln();
+            }
+            angle = speed.iter().map(|x| x / after).collect();
+            speed = next.iter().map(|x| x / after).collect();
+        }
+        Some(Motion { rate: (logarithm / (PRODUCTS - PRODUCTS / 2) as f64).exp(), speed, angle })
+    }
+
+    /// The element that turns over most power in a motion, with its key, and what it does in words.
+    fn cause(&self, equations: &Equations, motion: &Motion) -> Option<((String, &'static str), String)> {
+        let Motion { rate, speed, angle } = motion;
+        let largest = |terms: &[(Vec<f64>, f64)], weight: f64| -> Option<(usize, f64)> {
+            let power = |(row, value): &(Vec<f64>, f64)| {
+                weight * value * (dot(row, speed).powi(2) + (rate * dot(row, angle)).powi(2))
+            };
+            terms.iter().map(power).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let damper = largest(&self.dampers, 1.0);
+        let spring =
+            largest(&self.springs, 1.0 / rate).filter(|(_, power)| damper.is_none_or(|(_, loss)| *power > loss));
+        let of = largest(&self.inertias, *rate).map_or(String::new(), |(k, _)| {
+            let term = &equations.inertias[k];
+            let unit = if equations.domain_of(term) == Domain::Charge { "H" } else { "kg m^2" };
+            format!(" of `{}` ({} {unit})", term.element, short(self.inertias[k].1))
+        });
+        if let Some((k, _)) = spring {
             let term = &equations.springs[k];
             let unit = if equations.domain_of(term) == Domain::Charge { "1/F" } else { "N m/rad" };
-            found.cause = format!(
+            let cause = format!(
                 "the stiffness of `{}` ({} {unit}) lets the inertia{of} oscillate at {} rad/s",
                 term.element,
-                short(springs[k].1),
-                short(found.rate)
+                short(self.springs[k].1),
+                short(*rate)
             );
-            found.element = Some((term.element.clone(), "stiffness"));
+            return Some(((term.element.clone(), "stiffness"), cause));
         }
-        (None, Some((k, _))) => {
-            let term = &equations.dampers[k];
-            let unit = if equations.domain_of(term) == Domain::Charge { "Ohm" } else { "N m s/rad" };
-            found.cause = format!(
-                "the damping of `{}` ({} {unit}) brakes the inertia{of} with a time constant of {} s",
-                term.element,
-                short(dampers[k].1),
-                short(1.0 / found.rate)
-            );
-            found.element = Some((term.element.clone(), "damping"));
-        }
-        (None, None) => {}
+        let term = &equations.dampers[damper?.0];
+        let unit = if equations.domain_of(term) == Domain::Charge { "Ohm" } else { "N m s/rad" };
+        let cause = format!(
+            "the damping of `{}` ({} {unit}) brakes the inertia{of} with a time constant of {} s",
+            term.element,
+            short(self.dampers[damper?.0].1),
+            short(1.0 / rate)
+        );
+        Some(((term.element.clone(), "damping"), cause))
     }
-    found
 }
 
 /// Three digits.

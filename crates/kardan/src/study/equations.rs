@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::Project;
-use super::matrix_words;
-use super::prepare::PreparedVariant;
+use super::prepare::is_error;
+use super::summary::matrix_words;
+use super::{PreparedVariant, Project};
 use crate::assemble::Along;
-use crate::diagnostics::{Diagnostic, Severity};
+use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, InputKind};
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::reduce::{Kinematics, LinearModel, linearise};
@@ -31,16 +31,22 @@ pub fn equations(source: &str, form: EquationsForm) -> Result<(String, Vec<Diagn
     Project::open(source).equations(form)
 }
 
-pub(super) fn of_project(project: &Project, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let (prepared, diagnostics) = (project.prepared(), project.mistakes().to_vec());
-    let error = diagnostics.iter().any(|d| d.severity == Severity::Error);
-    let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
-    let model = linearise(&variant.reduced, &variant.scenario.position);
-    let text = match form {
-        EquationsForm::Text => text(variant, &model),
-        EquationsForm::Latex => latex(variant, &model),
-    };
-    Ok((text, diagnostics))
+impl Project {
+    /// The equations of motion of the first variant; see [`equations`](super::equations()).
+    ///
+    /// # Errors
+    /// All mistakes.
+    pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (prepared, diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        let error = diagnostics.iter().any(is_error);
+        let Some(variant) = prepared.variants.first().filter(|_| !error) else { return Err(diagnostics) };
+        let model = linearise(&variant.reduced, &variant.scenario.position);
+        let text = match form {
+            EquationsForm::Text => text(variant, &model),
+            EquationsForm::Latex => latex(variant, &model),
+        };
+        Ok((text, diagnostics))
+    }
 }
 
 fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::robustness::{Shown, Subject, WITHOUT_MAP, subject, window};
+use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
@@ -63,41 +63,19 @@ pub(super) fn explore(
     }
     let Some(base) = clock(&control.values).ok().flatten() else { return Err("it has no sample time".into()) };
     let plant = &variant.design_models[number];
-    let observed = control.values.table("observer").is_some();
-    let candidates = if observed { candidates(plant, &control.values) } else { Vec::new() };
-    let mut changes = Vec::new();
-    for &rate in &RATES {
-        for &bandwidth in &BANDWIDTHS {
-            for &effort in &EFFORTS {
-                let change = |sensors| Change { rate, bandwidth, effort, sensors };
-                changes.push(change(Sensors::AsInTheFile));
-                if observed {
-                    changes.push(change(Sensors::All));
-                }
-            }
-        }
-    }
-    let added = changes.len();
-    changes.extend(candidates.iter().map(|name| Change {
-        rate: 1.0,
-        bandwidth: 1.0,
-        effort: 1.0,
-        sensors: Sensors::AndAlso(name.clone()),
-    }));
+    let changes = changes(plant, &control.values);
     let subject = alternative(variant, number, &changes[0], base)?.0;
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let tried: Vec<Result<Tried, Failure>> = changes
-        .par_iter()
-        .map(|change| {
-            if progress.stop().is_some() {
-                return Err(Failure::NotJudged);
-            }
-            let found = attempt(variant, number, change, base);
-            let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-            progress.advance(0, "designs", count as f64 / changes.len() as f64);
-            found
-        })
-        .collect();
+    let attempt_counted = |change: &Change| {
+        if progress.stop().is_some() {
+            return Err(Failure::NotJudged);
+        }
+        let tried = attempt(variant, number, change, base);
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        progress.advance(0, "designs", count as f64 / changes.len() as f64);
+        tried
+    };
+    let tried: Vec<Result<Tried, Failure>> = changes.par_iter().map(attempt_counted).collect();
     if let Some(why) = progress.stop() {
         return Err(why);
     }
@@ -106,63 +84,93 @@ pub(super) fn explore(
         Err(Failure::NotStable) => return Err("the design of the file is not stable".into()),
         Err(Failure::NotJudged) => return Err(WITHOUT_MAP.into()),
     };
-    // The interaction that matters: the largest over what is acceptable.
-    let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
-    let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
-    let (i, j) = others
-        .max_by(|a, b| {
-            let share = |(i, j): (usize, usize)| first.sizes[i][j] / subject.watched[j].acceptable;
-            share(*a).total_cmp(&share(*b))
-        })
-        .ok_or("no channel could disturb another")?;
-    let limits = limits(plant, &subject.inputs);
-    let limited = limits.is_some();
-    let limits = limits.unwrap_or_else(|| vec![1.0; subject.inputs.len()]);
-    let alternative = |change: &Change, found: &Tried| {
-        let (shown, noise, sensors) = found;
-        let over = |values: &[f64]| values.iter().zip(&limits).map(|(value, limit)| value / limit).fold(0.0, f64::max);
+    let scale = Scale::new(&subject, first, plant, base).ok_or("no channel could disturb another")?;
+    let failed = |failure| tried.iter().filter(|one| one.as_ref().err() == Some(&failure)).count();
+    let (step, watched) = (&subject.steps[scale.pair.0], &subject.watched[scale.pair.1]);
+    let mut out = Exploration {
+        interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
+        unit: watched.unit.into(),
+        limited: scale.limited,
+        failed: failed(Failure::NotStable),
+        not_judged: failed(Failure::NotJudged),
+        ..Exploration::default()
+    };
+    for (change, tried) in changes.iter().zip(&tried) {
+        let Ok(tried) = tried else { continue };
+        let design = scale.alternative(change, tried);
+        match &change.sensors {
+            Sensors::AndAlso(name) => out.sensors.push(WithSensor { name: name.clone(), design }),
+            _ => out.designs.push(design),
+        }
+    }
+    mark_best(&mut out.designs);
+    // What a sensor brings is not worth more than what it spoils.
+    let own = out.designs.first().cloned().unwrap_or_default();
+    let worth = |one: &Alternative| (one.noise / own.noise).max(one.interaction / own.interaction);
+    out.sensors.sort_by(|a, b| worth(&a.design).total_cmp(&worth(&b.design)));
+    out.advice = advice(&out);
+    Ok(out)
+}
+
+/// What is tried, the design of the file first.
+fn changes(plant: &Plant, values: &Values) -> Vec<Change> {
+    let observed = values.table("observer").is_some();
+    let mut out = Vec::new();
+    for &rate in &RATES {
+        for &bandwidth in &BANDWIDTHS {
+            for &effort in &EFFORTS {
+                let change = |sensors| Change { rate, bandwidth, effort, sensors };
+                out.push(change(Sensors::AsInTheFile));
+                if observed {
+                    out.push(change(Sensors::All));
+                }
+            }
+        }
+    }
+    let candidates = if observed { candidates(plant, values) } else { Vec::new() };
+    let change = |name| Change { rate: 1.0, bandwidth: 1.0, effort: 1.0, sensors: Sensors::AndAlso(name) };
+    out.extend(candidates.into_iter().map(change));
+    out
+}
+
+/// What alternatives are measured by.
+struct Scale {
+    base: Clock,
+    /// The interaction that matters, the largest over what is acceptable: its step and what is watched.
+    pair: (usize, usize),
+    /// Torque limits of the motors, N m; one where no motor has any.
+    limits: Vec<f64>,
+    limited: bool,
+}
+
+impl Scale {
+    /// Nothing if no channel could disturb another.
+    fn new(subject: &Subject, first: &Shown, plant: &Plant, base: Clock) -> Option<Self> {
+        let pairs = (0..subject.steps.len()).flat_map(|i| (0..subject.watched.len()).map(move |j| (i, j)));
+        let others = pairs.filter(|&(i, j)| subject.watched[j].reference != subject.steps[i].name);
+        let share = |(i, j): (usize, usize)| first.sizes[i][j] / subject.watched[j].acceptable;
+        let pair = others.max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
+        let limits = limits(plant, &subject.inputs);
+        let limited = limits.is_some();
+        Some(Self { base, pair, limits: limits.unwrap_or_else(|| vec![1.0; subject.inputs.len()]), limited })
+    }
+
+    fn alternative(&self, change: &Change, (shown, noise, sensors): &Tried) -> Alternative {
+        let over =
+            |values: &[f64]| values.iter().zip(&self.limits).map(|(value, limit)| value / limit).fold(0.0, f64::max);
         Alternative {
-            sample_time: base.period / change.rate,
-            delay: base.delay / change.rate,
+            sample_time: self.base.period / change.rate,
+            delay: self.base.delay / change.rate,
             bandwidth: change.bandwidth,
             effort: change.effort,
             sensors: sensors.clone(),
-            interaction: shown.sizes[i][j],
+            interaction: shown.sizes[self.pair.0][self.pair.1],
             torque: shown.peaks.iter().map(|peaks| over(peaks)).fold(0.0, f64::max),
             noise: over(noise),
             spectral_radius: shown.radius,
             best: false,
         }
-    };
-    let mut designs: Vec<Alternative> = Vec::new();
-    let mut sensors: Vec<WithSensor> = Vec::new();
-    for (k, (change, found)) in changes.iter().zip(&tried).enumerate() {
-        let Ok(found) = found else { continue };
-        let one = alternative(change, found);
-        match &change.sensors {
-            Sensors::AndAlso(name) if k >= added => sensors.push(WithSensor { name: name.clone(), design: one }),
-            _ => designs.push(one),
-        }
     }
-    mark_best(&mut designs);
-    // What a sensor brings is not worth more than what it spoils.
-    let own = designs.first().cloned().unwrap_or_default();
-    let worth = |one: &Alternative| (one.noise / own.noise).max(one.interaction / own.interaction);
-    sensors.sort_by(|a, b| worth(&a.design).total_cmp(&worth(&b.design)));
-    let step = &subject.steps[i];
-    let watched = &subject.watched[j];
-    let mut out = Exploration {
-        interaction: format!("{} after a step of {} by {} {}", watched.name, step.name, step.size, step.unit),
-        unit: watched.unit.into(),
-        limited,
-        failed: tried.iter().filter(|found| matches!(found, Err(Failure::NotStable))).count(),
-        not_judged: tried.iter().filter(|found| matches!(found, Err(Failure::NotJudged))).count(),
-        designs,
-        sensors,
-        advice: Vec::new(),
-    };
-    out.advice = advice(&out);
-    Ok(out)
 }
 
 /// A design is best if none with the same sensors, at no higher rate and no smaller bandwidth, is better in both interaction

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::PreparedVariant;
-use super::robustness::{NotJudged, Shown, WITHOUT_MAP, any_subject, window};
+use super::stepped_loop::{NotJudged, Shown, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};

@@ -1,76 +1,28 @@
 //! Everything that can be known before a run: all mistakes of a model file at once, and the runs ready to start.
 
-use super::analysis::{AnalysisSpec, Point, analysis_spec};
+use super::analysis::{Point, analysis_spec};
 use super::asked::{Known, plots, requirements, tolerance};
 use super::checks::{
-    check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, places_in_control,
-    reduce_diagnostics, signals_of,
+    check_connected, check_matrices, design_diagnostic, is_finite_at, is_representable, reduce_diagnostics, signals_of,
 };
 use super::circuit::check_circuit;
 use super::effort::check_effort;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
+use super::places::places_in_control;
 use super::scenario::scenario;
-use super::{Project, Requirement};
+use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
-use crate::results::Plot;
-use crate::simulate::{Scenario, Tolerance, signal_names};
+use crate::simulate::signal_names;
 use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
-
-/// A study that is ready to run, as far as the file is right.
-#[derive(Debug, Default)]
-pub struct Prepared {
-    /// Name of the model.
-    pub name: String,
-    /// A sentence.
-    pub description: String,
-    /// One entry for each run.
-    pub variants: Vec<Arc<PreparedVariant>>,
-    /// Bounds on signals.
-    pub requirements: Vec<Requirement>,
-    /// Plots of the report.
-    pub plots: Vec<Plot>,
-    /// Accuracy of the runs.
-    pub tolerance: Tolerance,
-}
-
-impl Prepared {
-    /// The runs, in order.
-    pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
-        self.variants.iter().map(|variant| &**variant)
-    }
-}
-
-/// One run, ready to start.
-#[derive(Debug)]
-pub struct PreparedVariant {
-    /// Its name: `beta-10deg`, or the model's name if there are no variants.
-    pub name: String,
-    /// The model with its parameter values.
-    pub model: Model,
-    /// In explicit form.
-    pub reduced: Reduced,
-    /// The models that the laws are designed on, in the order of `model.controls`.
-    pub design_models: Vec<Plant>,
-    /// The laws as they were designed, in the same order.
-    pub designed: Vec<Arc<dyn Law>>,
-    /// The laws as they run: those with a sample time at that.
-    pub running: Vec<Arc<dyn Law>>,
-    /// What happens.
-    pub scenario: Scenario,
-    /// What to analyse.
-    pub analysis: AnalysisSpec,
-    /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
-    pub(super) massless: Vec<Diagnostic>,
-}
 
 /// What a file is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,25 +33,11 @@ pub(super) enum Purpose {
     Analysis,
 }
 
-/// All mistakes and warnings of a model file, in the order of the file.
-pub fn check(source: &str) -> Vec<Diagnostic> {
-    prepare(source).1
-}
-
 pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error
 }
 
-/// Reads, checks and designs a study. The result can be run only if no diagnostic is an error.
-///
-/// Mistakes in one part do not hide those in others: the equations are reduced if everything that makes them could be
-/// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
-/// over in silence.
-pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
-    Project::open(source).into_prepared()
-}
-
-/// [`prepare`] of a document; what is wrong with it is added to what is known.
+/// What a document asks for, ready to run; what is wrong with it is added to what is known.
 pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut Vec<Diagnostic>) -> Prepared {
     let mut prepared = Prepared::default();
     let all_settings = document.variant_settings();
@@ -246,29 +184,10 @@ fn prepare_variant(
     out: &mut Vec<Diagnostic>,
 ) -> Option<PreparedVariant> {
     check_connected(document, &model, out);
-    let mut massless = Vec::new();
-    let fine = check_circuit(document, &model, out, &mut massless);
-    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
-        out.append(&mut massless);
-        return None;
-    }
-    let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
-        Ok(reduced) => reduced,
-        Err(error) => {
-            out.extend(reduce_diagnostics(document, &model, &error));
-            return None;
-        }
-    };
-    if !check_matrices(document, &reduced, out, &mut massless) {
-        return None;
-    }
-    if purpose == Purpose::Run && !massless.is_empty() {
-        out.append(&mut massless);
-        return None;
-    }
+    let (reduced, massless) = reduced_model(purpose, document, &model, out)?;
     // Laws are designed for the accelerations that torques cause.
     let controls = if massless.is_empty() { &model.controls[..] } else { &[] };
-    let design_models: Vec<Option<Plant>> =
+    let plants: Vec<Option<Plant>> =
         controls.iter().map(|control| design_model(document, &reduced, settings, control, out)).collect();
     let scenario = scenario(document, &model, &reduced.equations, Some(&reduced.coordinate_names()), settings, out);
     if !is_finite_at(&reduced, &scenario.position) {
@@ -282,62 +201,18 @@ fn prepare_variant(
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
-    let (mut plants, mut designed, mut in_loop) = (Vec::new(), Vec::new(), Vec::new());
-    for (control, design) in controls.iter().zip(design_models) {
-        let Some(mut design) = design else { continue };
-        design.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
-        let before = out.len();
-        for signal in signals_of(control.law.fields, &control.values) {
-            let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
-            if shaft.is_some_and(|shaft| design.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
-                let message =
-                    format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
-                out.push(
-                    Diagnostic::error("control::design", message)
-                        .at(places_in_control(document, control, &signal)[0].clone(), "held still")
-                        .help("choose an output that can move, or remove the constraint"),
-                );
-            }
-        }
-        if out.len() > before {
-            continue;
-        }
-        let law = design_law(control.law, &control.name, &control.values, &design);
-        match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
-            Ok((law, running)) => {
-                if running.linear().fits_single() {
-                    plants.push(design);
-                    designed.push(law);
-                    in_loop.push(running);
-                } else {
-                    out.push(
-                        Diagnostic::error(
-                            "number::range",
-                            format!(
-                                "control `{}`: a gain is too large for single precision, in which firmware runs",
-                                control.name
-                            ),
-                        )
-                        .at(control.place.clone(), "this controller")
-                        .help("check the exponents of its frequencies and of the model's numbers"),
-                    );
-                }
-            }
-            Err(error) => out.push(design_diagnostic(document, control, &error)),
-        }
+    let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
+    for (control, plant) in controls.iter().zip(plants) {
+        let Some(mut plant) = plant else { continue };
+        plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
+        let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
+        design_models.push(plant);
+        designed.push(law);
+        running.push(as_it_runs);
     }
     let complete = designed.len() == controls.len();
-    let variant = PreparedVariant {
-        name,
-        model,
-        reduced,
-        design_models: plants,
-        designed,
-        running: in_loop,
-        scenario,
-        analysis,
-        massless,
-    };
+    let variant =
+        PreparedVariant { name, model, reduced, design_models, designed, running, scenario, analysis, massless };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
         if !out.iter().any(is_error) {
@@ -347,6 +222,80 @@ fn prepare_variant(
         check_passage(&variant, out);
     }
     complete.then_some(variant)
+}
+
+/// The equations in explicit form, and motions without inertia as mistakes; nothing if these, or others, stand in the way.
+fn reduced_model(
+    purpose: Purpose,
+    document: &Document,
+    model: &Model,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(Reduced, Vec<Diagnostic>)> {
+    let mut massless = Vec::new();
+    let fine = check_circuit(document, model, out, &mut massless);
+    if !fine || (purpose == Purpose::Run && !massless.is_empty()) {
+        out.append(&mut massless);
+        return None;
+    }
+    let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
+        Ok(reduced) => reduced,
+        Err(error) => {
+            out.extend(reduce_diagnostics(document, model, &error));
+            return None;
+        }
+    };
+    if !check_matrices(document, &reduced, out, &mut massless) {
+        return None;
+    }
+    if purpose == Purpose::Run && !massless.is_empty() {
+        out.append(&mut massless);
+        return None;
+    }
+    Some((reduced, massless))
+}
+
+/// The law of a controller as it is designed, and as it runs.
+fn designed_law(
+    document: &Document,
+    reduced: &Reduced,
+    control: &ControlSpec,
+    plant: &Plant,
+    out: &mut Vec<Diagnostic>,
+) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
+    let before = out.len();
+    for signal in signals_of(control.law.fields, &control.values) {
+        let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
+        if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
+            let message =
+                format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
+            out.push(
+                Diagnostic::error("control::design", message)
+                    .at(places_in_control(document, control, &signal)[0].clone(), "held still")
+                    .help("choose an output that can move, or remove the constraint"),
+            );
+        }
+    }
+    if out.len() > before {
+        return None;
+    }
+    let law = design_law(control.law, &control.name, &control.values, plant);
+    match law.and_then(|law| Ok((Arc::clone(&law), running(law, &control.values)?))) {
+        Ok((law, running)) if running.linear().fits_single() => Some((law, running)),
+        Ok(_) => {
+            let message =
+                format!("control `{}`: a gain is too large for single precision, in which firmware runs", control.name);
+            out.push(
+                Diagnostic::error("number::range", message)
+                    .at(control.place.clone(), "this controller")
+                    .help("check the exponents of its frequencies and of the model's numbers"),
+            );
+            None
+        }
+        Err(error) => {
+            out.push(design_diagnostic(document, control, &error));
+            None
+        }
+    }
 }
 
 /// The model that a law is designed on: its own parameter values, no friction.

@@ -2,16 +2,13 @@
 
 use std::sync::OnceLock;
 
+use super::Prepared;
 use super::prepare::{Purpose, is_error, prepare_document};
-use super::{
-    AnalyzeSettings, DesignSettings, EquationsForm, IdentifySettings, LogFile, Prepared, Progress, Settings, analyze,
-    design, equations, identification, run_prepared,
-};
+use super::signals::choose;
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
 use crate::model::{Builder, Document, open, read_entries};
-use crate::results::{Analysis, Design, Identification, Study};
 use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 
@@ -130,51 +127,6 @@ impl Project {
         &self.ready().0
     }
 
-    /// Runs every variant through the scenario, in parallel; see [`run`](super::run).
-    ///
-    /// # Errors
-    /// All mistakes, if there are any (warnings alone do not count).
-    pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
-        run_prepared(self.prepared(), self.mistakes().to_vec(), settings, progress)
-    }
-
-    /// Designs one controller; see [`design`](super::design()).
-    ///
-    /// # Errors
-    /// All mistakes of the file and of the settings; why the outputs cannot be decoupled.
-    pub fn design(&self, settings: &DesignSettings, progress: &dyn Progress) -> Result<Design, Vec<Diagnostic>> {
-        design::of_project(self, settings, progress)
-    }
-
-    /// Analyses one variant; see [`analyze`](super::analyze()).
-    ///
-    /// # Errors
-    /// All mistakes, or why it cannot be analysed.
-    pub fn analyze(&self, settings: &AnalyzeSettings, progress: &dyn Progress) -> Result<Analysis, Vec<Diagnostic>> {
-        analyze::of_project(self, settings, progress)
-    }
-
-    /// The equations of motion of the first variant; see [`equations`](super::equations()).
-    ///
-    /// # Errors
-    /// All mistakes.
-    pub fn equations(&self, form: EquationsForm) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
-        equations::of_project(self, form)
-    }
-
-    /// Identifies parameters from logs; see [`identify`](super::identify()).
-    ///
-    /// # Errors
-    /// Mistakes of the model and of what is asked for; logs that cannot be read, or hold too little.
-    pub fn identify(
-        &self,
-        files: Vec<LogFile>,
-        settings: &IdentifySettings,
-        progress: &dyn Progress,
-    ) -> Result<Identification, Vec<Diagnostic>> {
-        identification::of_project(self, files, settings, progress)
-    }
-
     /// The closed loop of a variant (of the first, if none is named), to be stepped from outside.
     ///
     /// # Errors
@@ -184,7 +136,7 @@ impl Project {
             return Err(self.mistakes().to_vec());
         }
         let prepared = self.prepared();
-        let variant = analyze::choose(&prepared.variants, variant).map_err(|problem| vec![problem])?;
+        let variant = choose(&prepared.variants, variant).map_err(|problem| vec![problem])?;
         let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
         Ok(Simulation::new(setup, prepared.tolerance))
     }
@@ -218,16 +170,30 @@ impl Project {
     }
 
     /// What was prepared, and the mistakes.
-    pub(super) fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
+    fn into_prepared(self) -> (Prepared, Vec<Diagnostic>) {
         self.ready();
         self.ready.into_inner().unwrap_or_default()
     }
 }
 
+/// All mistakes and warnings of a model file, in the order of the file.
+pub fn check(source: &str) -> Vec<Diagnostic> {
+    prepare(source).1
+}
+
+/// Reads, checks and designs a study. The result can be run only if no diagnostic is an error.
+///
+/// Mistakes in one part do not hide those in others: the equations are reduced if everything that makes them could be
+/// read, the study is checked against as much of the model as there is. What depends on something in doubt is passed
+/// over in silence.
+pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
+    Project::open(source).into_prepared()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::Silent;
+    use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings, Silent};
     use crate::synthesis::designs_of;
 
     /// However many commands look at a model, each law is designed once for each variant.

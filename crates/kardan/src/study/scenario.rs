@@ -1,130 +1,21 @@
-//! The scenario of a run: signals from outside, what they do, output times, initial state.
+//! The scenario of a run: output times, initial state.
 
-use super::asked::Known;
-use super::checks::places_in_control;
+use super::events::{GivenEvent, events, sources};
 use super::faults::faults;
-use super::read::{of_dimension, physical_dimension, quantity, read_word};
+use super::read::{of_dimension, quantity, read_word};
 use crate::assemble::Equations;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
-use crate::equations::{Domain, InputKind};
-use crate::model::{ControlSpec, Document, Model, Setting, TableReader};
+use crate::diagnostics::{Diagnostic, quoted, shortened};
+use crate::model::{Document, Model, Setting, TableReader};
 use crate::names::unknown_name;
 use crate::num::{Rational, rational_to_f64};
-use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
-use crate::simulate::{Scenario, SignalEvent, Source, SourceTarget};
+use crate::simulate::Scenario;
 use crate::units::{Dimension, Exact};
 
 /// Rows that one run may have.
 const MOST_ROWS: f64 = 5e6;
 /// Rows that all runs of a study may have together.
 const MOST_ROWS_OF_ALL: f64 = 2e7;
-
-/// Signals that events may set: references of laws, disturbances, torques of motors without a law.
-pub(super) fn sources(
-    model: &Model,
-    equations: &Equations,
-    document: &Document,
-    out: &mut Vec<Diagnostic>,
-) -> Vec<Source> {
-    let mut sources: Vec<Source> = Vec::new();
-    let mut commanded: Vec<String> = Vec::new();
-    for control in &model.controls {
-        commanded.extend((control.law.inputs)(&control.values));
-        for reference in (control.law.references)(&control.values) {
-            let element = document.elements.iter().find(|e| e.name == reference.name);
-            let other = sources.iter().find(|s| s.name == reference.name);
-            let taken = match (element, other) {
-                (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
-                (None, Some(other)) if other.physical != reference.physical => {
-                    Some(format!("of {} in {}", other.description, other.physical.unit()))
-                }
-                _ => None,
-            };
-            if let Some(taken) = taken {
-                let message =
-                    format!("control `{}`: the name `{}` is already that {taken}", control.name, reference.name);
-                let places = places_in_control(document, control, &reference.name);
-                out.push(
-                    Diagnostic::error("name::duplicate", message)
-                        .at(places[places.len() - 1].clone(), "this name")
-                        .help("give the reference a name of its own, such as `ref_rack`"),
-                );
-            } else if other.is_none() {
-                sources.push(Source {
-                    name: reference.name,
-                    physical: reference.physical,
-                    description: reference.description,
-                    target: SourceTarget::Reference,
-                });
-            }
-        }
-    }
-    for reference in model.idle.iter().flat_map(|control| (control.law.references)(&control.values)) {
-        if sources.iter().all(|source| source.name != reference.name) {
-            sources.push(Source {
-                name: reference.name,
-                physical: reference.physical,
-                description: format!("{} (of a controller that is not in the loop)", reference.description),
-                target: SourceTarget::Reference,
-            });
-        }
-    }
-    for (k, input) in equations.inputs.iter().enumerate() {
-        let (name, description) = match &input.value {
-            InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
-            InputKind::Motor(_) if commanded.contains(&input.element) => continue,
-            InputKind::Motor(_) if equations.domain_of(input) == Domain::Charge => {
-                (format!("{}.v", input.element), format!("voltage of {}", input.element))
-            }
-            InputKind::Motor(_) => (format!("{}.tau", input.element), format!("torque of {}", input.element)),
-        };
-        let physical = match equations.domain_of(input) {
-            Domain::Rotation => Physical::Torque,
-            Domain::Charge => Physical::Voltage,
-        };
-        sources.push(Source { name, physical, description, target: SourceTarget::Input(k) });
-    }
-    sources.sort_by(|a, b| a.name.cmp(&b.name));
-    sources
-}
-
-/// Why an event cannot set a signal; nothing if the signal may be there when the mistakes told are put right.
-pub(super) fn not_settable(
-    signal: &str,
-    sources: &[Source],
-    document: &Document,
-    model: &Model,
-) -> Option<(String, String)> {
-    let shown = shortened(signal);
-    let names = || sources.iter().map(|source| source.name.as_str());
-    let all = || match sources {
-        [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
-        _ => format!("events can set {}", quoted(names())),
-    };
-    let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
-    let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
-    if tail == "tau" && is_kind("motor") {
-        let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
-        let control = model.controls.iter().find(commands)?;
-        let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
-        let message =
-            format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
-        return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
-    }
-    let charges = document.charges();
-    let of_charge =
-        |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
-    if is_kind("shaft") && (tail == "phi" || tail == "w") || signal.rsplit_once('.').is_some_and(of_charge) {
-        return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
-    }
-    let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
-    if known.may_have(signal) {
-        return None;
-    }
-    let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
-    Some((format!("there is no signal `{shown}` that an event can set"), help))
-}
 
 /// The scenario. `coordinates` are the reduced coordinates if they are known.
 pub(super) fn scenario(
@@ -137,84 +28,15 @@ pub(super) fn scenario(
 ) -> Scenario {
     let reader = TableReader::new(document, settings);
     let table = &document.scenario;
-    let time = |table: &Table, key: &str, sign: Sign, what: &str, out: &mut Vec<Diagnostic>| {
-        quantity(&reader, table, key, (Dimension::TIME, sign), what, out)
-    };
-    let duration = time(table, "duration", Sign::Positive, "`[scenario]`", out);
-    let step = time(table, "output_step", Sign::Positive, "`[scenario]`", out);
+    let mut time = |key: &str| quantity(&reader, table, key, (Dimension::TIME, Sign::Positive), "`[scenario]`", out);
+    let (duration, step) = (time("duration"), time("output_step"));
     let sources = sources(model, equations, document, out);
-    let mut events = Vec::new();
-    let mut times = Vec::new();
-    // Number of the entry, source, time, whether it is a ramp.
-    let mut given: Vec<(usize, usize, Exact, bool)> = Vec::new();
-    let tables = match table.values.get("event").map(|spanned| &spanned.value) {
-        Some(Value::Tables(tables)) => tables.as_slice(),
-        _ => &[],
-    };
-    for (i, event) in tables.iter().enumerate() {
-        let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
-        let at = time(event, "at", Sign::NonNegative, what, out);
-        let over = time(event, "over", Sign::NonNegative, what, out);
-        if let (Some(at), Some(duration)) = (&at, &duration)
-            && at.to_f64() >= duration.to_f64()
-        {
-            let message =
-                format!("this event at {} s never happens: the run ends at {} s", at.to_f64(), duration.to_f64());
-            out.push(
-                Diagnostic::warning("event::late", message)
-                    .at(TableReader::place(event, "at"), "after the end")
-                    .help("lengthen `duration` or move the event"),
-            );
-        }
-        let Some(signal) = read_word(event, "signal") else { continue };
-        let Some(source) = sources.iter().position(|source| source.name == signal) else {
-            if let Some((message, help)) = not_settable(signal, &sources, document, model) {
-                out.push(
-                    Diagnostic::error("name::unknown", format!("{what}: {message}"))
-                        .at(TableReader::place(event, "signal"), "not settable")
-                        .help(help),
-                );
-            }
-            continue;
-        };
-        let dimension = physical_dimension(sources[source].physical);
-        let to = quantity(&reader, event, "to", (dimension, Sign::Any), what, out);
-        let (Some(at), Some(to)) = (at, to) else { continue };
-        let ramp = over.as_ref().is_some_and(|over| !over.is_zero());
-        let same =
-            |(_, other, time, _): &&(usize, usize, Exact, bool)| *other == source && time.to_f64() == at.to_f64();
-        let before: Vec<_> = given.iter().filter(same).collect();
-        let fine = match before[..] {
-            [] => true,
-            // A step and then a ramp: a jump from which the ramp begins.
-            [(.., ramped)] => !ramped && ramp,
-            _ => false,
-        };
-        if !fine {
-            let others: Vec<String> = before.iter().map(|(number, ..)| number.to_string()).collect();
-            let entries = if others.len() == 1 { "entry" } else { "entries" };
-            let message = format!(
-                "{what}: `{signal}` is set at {} s already, by {entries} {}: at one time a signal has one value",
-                at.to_f64(),
-                others.join(", ")
-            );
-            out.push(
-                Diagnostic::error("event::twice", message).at(TableReader::place(event, "at"), "the same time").help(
-                    "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
-                ),
-            );
-        }
-        given.push((i + 1, source, at.clone(), ramp));
-        times.push(at.clone());
-        if let Some(over) = over.as_ref().filter(|over| !over.is_zero()) {
-            times.push(Exact::new(at.to_rational() + over.to_rational(), 0));
-        }
-        events.push(SignalEvent { source, at: at.to_f64(), to: to.to_f64(), over: over.map_or(0.0, |x| x.to_f64()) });
-    }
+    let given = events(&reader, document, model, &sources, duration.as_ref(), out);
     let faults = faults(&reader, document, model, duration.as_ref(), out);
+    let ends = given.iter().flat_map(GivenEvent::times).collect::<Vec<_>>();
     let times = match (&duration, &step) {
-        (Some(duration), Some(step)) if check_rows(document, duration, step, &times, out) => {
-            output_times(duration, step, &times)
+        (Some(duration), Some(step)) if check_rows(document, duration, step, &ends, out) => {
+            output_times(duration, step, &ends)
         }
         _ => vec![0.0],
     };
@@ -222,6 +44,7 @@ pub(super) fn scenario(
     let duration = duration.map_or(0.0, |duration| duration.to_f64());
     check_noise(&reader, document, out);
     let seed = whole(&reader, table, "seed", "`[scenario]`", out).unwrap_or_default();
+    let events = given.iter().map(GivenEvent::event).collect();
     Scenario { duration, times, sources, events, faults, seed, recorded: None, position, speed }
 }
 

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use super::analyze::signals;
+use super::signals::WorkingPoint;
 use super::{AnalyzeSettings, Prepared, PreparedVariant, Progress};
 use crate::analysis::{
-    BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, OutputSignal, Parameter, Pencil, PencilBox, SamplingPlan,
-    Side, controllable_rank, distance_to_uncontrollability, failing_modes, linear_system, prove_box, sample, structure,
+    BoxProof, ConstrainedSystem, FARTHEST, Family, Mechanics, Parameter, Pencil, PencilBox, SamplingPlan, Side,
+    controllable_rank, distance_to_uncontrollability, failing_modes, linear_system, prove_box, sample, structure,
 };
 use crate::assemble::assemble;
 use crate::diagnostics::Diagnostic;
@@ -35,11 +35,7 @@ struct Subject<'a> {
     /// Parameter values of the variant.
     settings: Vec<Setting>,
     variant: &'a PreparedVariant,
-    /// The reduced position, rad.
-    position: Vec<f64>,
-    stuck: BTreeSet<String>,
-    inputs: Vec<String>,
-    outputs: Vec<OutputSignal>,
+    at: WorkingPoint,
     structure: &'a Structure,
     modes: &'a [Mode],
     /// Shafts of the reduced coordinates.
@@ -63,22 +59,16 @@ pub(super) fn sensitivity(
         analysis.notes.push("after the elimination the tolerances of the parameters are not considered".into());
         return Ok(());
     }
-    let (inputs, outputs) = signals(variant, settings, &mut Vec::new())?;
-    let stuck: BTreeSet<String> = variant.analysis.stuck.iter().cloned().collect();
-    let position = variant.analysis.position(&variant.reduced.coordinate_names(), &variant.scenario.position);
-    let system = ConstrainedSystem::at(&variant.reduced, &position, &stuck, &inputs);
+    let at = WorkingPoint::of(variant, settings, &mut Vec::new())?;
     let number = prepared.variants.iter().position(|other| other.name == variant.name).unwrap_or(0);
     let subject = Subject {
         settings: document.variant_settings().swap_remove(number).settings,
         document: document.clone(),
         variant,
-        position,
-        stuck,
-        inputs,
-        outputs,
         structure: &analysis.structure,
         modes: &analysis.modes,
-        coordinates: system.explicit_basis(&variant.reduced.coordinates).0,
+        coordinates: at.system.explicit_basis(&variant.reduced.coordinates).0,
+        at,
     };
     let (found, note) = subject.sensitivity(progress);
     analysis.sensitivity = Some(found);
@@ -103,14 +93,14 @@ impl Subject<'_> {
         let at = |values: &[Rational]| self.system(&parameters, values);
         let mut idle: BTreeSet<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
         let mut search = |side: Side, signals: usize| {
-            let family = Family::new(&parameters, &at, side, &self.outputs)?;
+            let family = Family::new(&parameters, &at, side, &self.at.outputs)?;
             (0..parameters.len()).filter(|&i| family.depends_on(i)).for_each(|i| {
                 idle.remove(parameters[i].name.as_str());
             });
             (signals > 0).then(|| self.search(&family, side, progress))
         };
-        let controllability = search(Side::Inputs, self.inputs.len());
-        let observability = search(Side::Outputs, self.outputs.len());
+        let controllability = search(Side::Inputs, self.at.inputs.len());
+        let observability = search(Side::Outputs, self.at.outputs.len());
         let idle: Vec<&str> = idle.into_iter().collect();
         let note =
             (!idle.is_empty()).then(|| format!("these tolerances do not enter the linear model: {}", idle.join(", ")));
@@ -134,7 +124,7 @@ impl Subject<'_> {
         let (model, _) = self.document.model(&settings);
         let coordinates = self.variant.reduced.coordinate_names();
         let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&coordinates)).ok()?;
-        Some(ConstrainedSystem::at(&reduced, &self.position, &self.stuck, &self.inputs))
+        Some(ConstrainedSystem::at(&reduced, &self.at.position, &self.at.stuck, &self.at.inputs))
     }
 
     fn search(&self, family: &Family<'_>, side: Side, progress: &dyn Progress) -> DistanceToUncontrollability {
@@ -196,7 +186,7 @@ impl Subject<'_> {
             let unit = match side {
                 _ if circuit => "SI",
                 Side::Inputs => "rad^2/(N^2 m^2 s)",
-                Side::Outputs if self.outputs.iter().all(|o| matches!(o.measured, Measured::Angle(_))) => "s",
+                Side::Outputs if self.at.outputs.iter().all(|o| matches!(o.measured, Measured::Angle(_))) => "s",
                 Side::Outputs => "SI",
             };
             out.sampling = sample(family, side, shafts.len(), &self.coordinates, &plan, unit);
@@ -231,7 +221,7 @@ impl Subject<'_> {
         if coordinates != self.coordinates {
             return None;
         }
-        let linear = linear_system(&system, &coordinates, &basis, &self.outputs);
+        let linear = linear_system(&system, &coordinates, &basis, &self.at.outputs);
         let (inputs, dual) = (side == Side::Inputs, linear.transpose());
         if controllable_rank(if inputs { &linear } else { &dual })? == linear.states.len() {
             return None;

@@ -12,13 +12,7 @@ use std::path::Path;
 use crate::reader::{code, crate_folder, sources};
 
 /// Dependences that close circles and stand for now: crate, file or folder, what it depends on, why. The list may only shrink.
-const ALLOWED: &[(&str, &str, &str, &str)] = &[
-    ("kardan", "study/", "study/mod.rs", "progress and requirements stand beside the run: to be untied with the door"),
-    ("kardan", "study/", "study/prepare.rs", "what is prepared stands beside all checks: to be untied with the door"),
-    ("kardan", "study/", "study/project.rs", "a project is opened by what it runs: to be untied with the door"),
-    ("kardan", "study/sensitivity.rs", "study/analyze.rs", "to be untied with the door"),
-    ("kardan", "study/circuit.rs", "study/checks.rs", "to be untied with the door"),
-];
+const ALLOWED: &[(&str, &str, &str, &str)] = &[];
 
 /// One file of a crate as a module.
 #[derive(Default)]

@@ -8,14 +8,15 @@ mod spec;
 mod truth;
 
 pub use closed_loop::{bench_controller, closed_loop};
+pub(super) use spec::check;
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::checks::{check_matrices, reduce_diagnostics};
-use super::prepare::{PreparedVariant, file_stem, is_error};
-use super::{Progress, Project};
+use super::prepare::{file_stem, is_error};
+use super::{PreparedVariant, Progress, Project};
 use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Entry;
@@ -237,16 +238,6 @@ impl PreparedBench {
             notes: result.notes,
             strains: result.strains,
             effort: result.effort,
-        }
-    }
-}
-
-/// What is wrong with `[bench]` itself; what depends on a plan is found where one is made.
-pub(super) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
-    if !document.bench.values.is_empty() {
-        let spec = Spec::read(document, settings, out);
-        if let Some(entries) = &spec.truth {
-            Truth::new(document, &[]).given(document, settings, entries, out);
         }
     }
 }

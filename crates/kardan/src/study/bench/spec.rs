@@ -1,6 +1,6 @@
 //! What `[bench]` asks for.
 
-use super::truth::Entry;
+use super::truth::{Entry, Truth};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::tables::ExcitationPlan;
 use crate::model::{Document, Setting, TableReader};
@@ -179,5 +179,15 @@ impl BenchTable<'_> {
             }
         }
         speeds
+    }
+}
+
+/// What is wrong with `[bench]` itself; what depends on a plan is found where one is made.
+pub(in crate::study) fn check(document: &Document, settings: &[Setting], out: &mut Vec<Diagnostic>) {
+    if !document.bench.values.is_empty() {
+        let spec = Spec::read(document, settings, out);
+        if let Some(entries) = &spec.truth {
+            Truth::new(document, &[]).given(document, settings, entries, out);
+        }
     }
 }

@@ -71,8 +71,23 @@ pub fn identify(
     Project::open(source).identify(files, settings, progress)
 }
 
+impl Project {
+    /// Identifies parameters from logs; see [`identify`](super::identify()).
+    ///
+    /// # Errors
+    /// Mistakes of the model and of what is asked for; logs that cannot be read, or hold too little.
+    pub fn identify(
+        &self,
+        files: Vec<LogFile>,
+        settings: &IdentifySettings,
+        progress: &dyn Progress,
+    ) -> Result<Identification, Vec<Diagnostic>> {
+        of_project(self, files, settings, progress)
+    }
+}
+
 /// The same of a model that is open.
-pub(super) fn of_project(
+fn of_project(
     project: &Project,
     files: Vec<LogFile>,
     settings: &IdentifySettings,

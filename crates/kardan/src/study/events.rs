@@ -1,0 +1,217 @@
+//! The events of a scenario, and the signals from outside that they set.
+
+use super::asked::Known;
+use super::places::places_in_control;
+use super::read::{physical_dimension, quantity, read_word};
+use crate::assemble::Equations;
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::{Domain, InputKind};
+use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::results::Physical;
+use crate::schema::{Sign, Table, Value};
+use crate::simulate::{SignalEvent, Source, SourceTarget};
+use crate::units::{Dimension, Exact};
+
+/// Signals that events may set: references of laws, disturbances, torques of motors without a law.
+pub(super) fn sources(
+    model: &Model,
+    equations: &Equations,
+    document: &Document,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<Source> {
+    let mut sources: Vec<Source> = Vec::new();
+    let mut commanded: Vec<String> = Vec::new();
+    for control in &model.controls {
+        commanded.extend((control.law.inputs)(&control.values));
+        for reference in (control.law.references)(&control.values) {
+            let element = document.elements.iter().find(|e| e.name == reference.name);
+            let other = sources.iter().find(|s| s.name == reference.name);
+            let taken = match (element, other) {
+                (Some(element), _) => Some(format!("of a {}", element.kind.keyword)),
+                (None, Some(other)) if other.physical != reference.physical => {
+                    Some(format!("of {} in {}", other.description, other.physical.unit()))
+                }
+                _ => None,
+            };
+            if let Some(taken) = taken {
+                let message =
+                    format!("control `{}`: the name `{}` is already that {taken}", control.name, reference.name);
+                let places = places_in_control(document, control, &reference.name);
+                out.push(
+                    Diagnostic::error("name::duplicate", message)
+                        .at(places[places.len() - 1].clone(), "this name")
+                        .help("give the reference a name of its own, such as `ref_rack`"),
+                );
+            } else if other.is_none() {
+                sources.push(Source {
+                    name: reference.name,
+                    physical: reference.physical,
+                    description: reference.description,
+                    target: SourceTarget::Reference,
+                });
+            }
+        }
+    }
+    for reference in model.idle.iter().flat_map(|control| (control.law.references)(&control.values)) {
+        if sources.iter().all(|source| source.name != reference.name) {
+            sources.push(Source {
+                name: reference.name,
+                physical: reference.physical,
+                description: format!("{} (of a controller that is not in the loop)", reference.description),
+                target: SourceTarget::Reference,
+            });
+        }
+    }
+    for (k, input) in equations.inputs.iter().enumerate() {
+        let (name, description) = match &input.value {
+            InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
+            InputKind::Motor(_) if commanded.contains(&input.element) => continue,
+            InputKind::Motor(_) if equations.domain_of(input) == Domain::Charge => {
+                (format!("{}.v", input.element), format!("voltage of {}", input.element))
+            }
+            InputKind::Motor(_) => (format!("{}.tau", input.element), format!("torque of {}", input.element)),
+        };
+        let physical = match equations.domain_of(input) {
+            Domain::Rotation => Physical::Torque,
+            Domain::Charge => Physical::Voltage,
+        };
+        sources.push(Source { name, physical, description, target: SourceTarget::Input(k) });
+    }
+    sources.sort_by(|a, b| a.name.cmp(&b.name));
+    sources
+}
+
+/// Why an event cannot set a signal; nothing if the signal may be there when the mistakes told are put right.
+fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &Model) -> Option<(String, String)> {
+    let shown = shortened(signal);
+    let names = || sources.iter().map(|source| source.name.as_str());
+    let all = || match sources {
+        [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
+        _ => format!("events can set {}", quoted(names())),
+    };
+    let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+    let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
+    if tail == "tau" && is_kind("motor") {
+        let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
+        let control = model.controls.iter().find(commands)?;
+        let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
+        let message =
+            format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
+        return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
+    }
+    let charges = document.charges();
+    let of_charge =
+        |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
+    if is_kind("shaft") && (tail == "phi" || tail == "w") || signal.rsplit_once('.').is_some_and(of_charge) {
+        return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
+    }
+    let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };
+    if known.may_have(signal) {
+        return None;
+    }
+    let help = nearest(signal, names()).map_or_else(all, |near| format!("did you mean `{near}`?"));
+    Some((format!("there is no signal `{shown}` that an event can set"), help))
+}
+
+/// An event as it is written.
+pub(super) struct GivenEvent {
+    /// Number of its entry, from one on.
+    number: usize,
+    source: usize,
+    at: Exact,
+    to: Exact,
+    /// Zero for a step.
+    over: Exact,
+}
+
+impl GivenEvent {
+    fn ramps(&self) -> bool {
+        !self.over.is_zero()
+    }
+
+    /// When it begins, and when a ramp ends.
+    pub fn times(&self) -> impl Iterator<Item = Exact> {
+        let end = self.ramps().then(|| Exact::new(self.at.to_rational() + self.over.to_rational(), 0));
+        std::iter::once(self.at.clone()).chain(end)
+    }
+
+    pub fn event(&self) -> SignalEvent {
+        SignalEvent { source: self.source, at: self.at.to_f64(), to: self.to.to_f64(), over: self.over.to_f64() }
+    }
+}
+
+/// `[[scenario.event]]` of a document, with the mistakes in it.
+pub(super) fn events(
+    reader: &TableReader<'_>,
+    document: &Document,
+    model: &Model,
+    sources: &[Source],
+    duration: Option<&Exact>,
+    out: &mut Vec<Diagnostic>,
+) -> Vec<GivenEvent> {
+    let mut given: Vec<GivenEvent> = Vec::new();
+    let Some(Value::Tables(tables)) = document.scenario.values.get("event").map(|spanned| &spanned.value) else {
+        return given;
+    };
+    for (i, table) in tables.iter().enumerate() {
+        let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
+        let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
+        let (at, over) = (time("at"), time("over"));
+        check_late(table, at.as_ref(), duration, out);
+        let Some(signal) = read_word(table, "signal") else { continue };
+        let Some(source) = sources.iter().position(|source| source.name == signal) else {
+            if let Some((message, help)) = not_settable(signal, sources, document, model) {
+                out.push(
+                    Diagnostic::error("name::unknown", format!("{what}: {message}"))
+                        .at(TableReader::place(table, "signal"), "not settable")
+                        .help(help),
+                );
+            }
+            continue;
+        };
+        let dimension = physical_dimension(sources[source].physical);
+        let to = quantity(reader, table, "to", (dimension, Sign::Any), what, out);
+        let (Some(at), Some(to)) = (at, to) else { continue };
+        let event = GivenEvent { number: i + 1, source, at, to, over: over.unwrap_or_else(|| Exact::from_ratio(0, 1)) };
+        check_twice(table, signal, &event, &given, out);
+        given.push(event);
+    }
+    given
+}
+
+/// Warns of an event behind the end of the run.
+fn check_late(table: &Table, at: Option<&Exact>, duration: Option<&Exact>, out: &mut Vec<Diagnostic>) {
+    let (Some(at), Some(end)) = (at.map(Exact::to_f64), duration.map(Exact::to_f64)) else { return };
+    if at >= end {
+        let message = format!("this event at {at} s never happens: the run ends at {end} s");
+        out.push(
+            Diagnostic::warning("event::late", message)
+                .at(TableReader::place(table, "at"), "after the end")
+                .help("lengthen `duration` or move the event"),
+        );
+    }
+}
+
+/// Tells of an event that sets a signal to a second value at the same time.
+fn check_twice(table: &Table, signal: &str, event: &GivenEvent, given: &[GivenEvent], out: &mut Vec<Diagnostic>) {
+    let at = event.at.to_f64();
+    let before: Vec<&GivenEvent> =
+        given.iter().filter(|other| other.source == event.source && other.at.to_f64() == at).collect();
+    match before[..] {
+        [] => return,
+        // A step and then a ramp: a jump from which the ramp begins.
+        [other] if !other.ramps() && event.ramps() => return,
+        _ => {}
+    }
+    let others: Vec<String> = before.iter().map(|other| other.number.to_string()).collect();
+    let entries = if others.len() == 1 { "entry" } else { "entries" };
+    let message = format!(
+        "entry {} of `event` of `[scenario]`: `{signal}` is set at {at} s already, by {entries} {}: at one time a signal has one \
+         value",
+        event.number,
+        others.join(", ")
+    );
+    out.push(Diagnostic::error("event::twice", message).at(TableReader::place(table, "at"), "the same time").help(
+        "keep one of them, or give them different times; only a step and, after it, a ramp from there go together",
+    ));
+}

@@ -1,0 +1,101 @@
+//! How wrong each motor and reading of a loop may be alone, and all motors at once.
+
+use crate::analysis::OutputSignal;
+use crate::results::{ChannelMargin, TogetherMargin, WrongTorque};
+use crate::study::PreparedVariant;
+use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
+use crate::synthesis::{Limit, Survey};
+
+/// A channel's margins with its name.
+fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
+    ChannelMargin {
+        name: name.into(),
+        reading,
+        gain: found.gain,
+        gain_frequency: found.gain_frequency,
+        phase: found.phase,
+        phase_frequency: found.phase_frequency,
+        delay: found.delay,
+        delay_frequency: found.delay_frequency,
+        disk: found.disk,
+        disk_frequency: Some(found.disk_frequency),
+        own_time: None,
+        sampled: false,
+        searched: false,
+        disk_gain: found.disk_gain(),
+        disk_phase: found.disk_phase(),
+    }
+}
+
+/// How wrong the torque of each motor may be alone; with `late` the delay that a sampled loop tolerates is searched too.
+pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: bool) -> Vec<ChannelMargin> {
+    let clock = survey.clocks[survey.number];
+    let law = &survey.laws[survey.number];
+    let lag = |name: &String| {
+        let input = survey.plant.inputs.iter().position(|input| input == name)?;
+        Some(survey.plant.lags[input]).filter(|lag| *lag > 0.0)
+    };
+    let one = |(motor, name): (usize, &String)| {
+        let mut out = match response {
+            Some(response) => named(name, false, &channel_margins(&response.channel(motor))?),
+            None => searched(survey, motor, name)?,
+        };
+        out.sampled = clock.is_some();
+        out.own_time = clock.map_or_else(|| lag(name), |clock| Some(clock.period));
+        if clock.is_some() && late {
+            let limit = survey.motor_delay(motor);
+            out.delay = limit.map(|limit| limit.value);
+            out.delay_frequency = limit.filter(|limit| limit.value.is_finite()).map(|limit| limit.frequency);
+        }
+        Some(out)
+    };
+    law.inputs().iter().enumerate().filter_map(one).collect()
+}
+
+/// The margins of a motor of a sampled controller in a loop with several clocks, searched on the map over their common period.
+fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMargin> {
+    let lifted = survey.lifted(motor)?;
+    let [down, up] = survey.motor_gain(motor)?;
+    let limited = |limit: &Limit| (limit.value > 0.0 && limit.value.is_finite()).then_some(limit.frequency);
+    let found = ChannelMargins {
+        gain: [down.value, up.value],
+        gain_frequency: [limited(&down), limited(&up)],
+        phase: lifted.phase(),
+        disk: lifted.disk(),
+        ..ChannelMargins::default()
+    };
+    Some(ChannelMargin { searched: true, disk_frequency: None, ..named(name, false, &found) })
+}
+
+/// How wrong each channel may be alone, and all motors at once.
+pub(super) fn errors(
+    variant: &PreparedVariant,
+    number: usize,
+    survey: &Survey<'_>,
+) -> (Vec<ChannelMargin>, Option<TogetherMargin>) {
+    let law = &survey.laws[number];
+    let motors = survey.motors();
+    let mut out = of_motors(survey, motors.as_ref(), true);
+    let model = &variant.design_models[number];
+    let rows = |signal: &OutputSignal| {
+        let found = model.system(law.inputs(), std::slice::from_ref(signal));
+        (signal.name.clone(), found.c.to_f64().row(0).to_vec())
+    };
+    let sensors: Vec<(String, Vec<f64>)> = law.sensors().iter().map(rows).collect();
+    if let Some((names, readings)) = survey.readings(&sensors, model.shafts()) {
+        let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&readings.channel(k))));
+        out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
+    }
+    let together = motors.filter(|motors| motors.channels() > 1).and_then(|motors| {
+        let found = all_at_once(&motors)?;
+        let worst = law.inputs().iter().zip(&found.worst);
+        Some(TogetherMargin {
+            disk: found.disk,
+            frequency: found.frequency,
+            worst: worst
+                .map(|(name, (re, im))| WrongTorque { motor: name.clone(), factor: re.hypot(*im), turn: im.atan2(*re) })
+                .collect(),
+        })
+    });
+    (out, together)
+}

@@ -1,0 +1,208 @@
+//! Mistakes and warnings of loops before a run.
+
+use std::sync::Arc;
+
+use super::channels::of_motors;
+use super::linear_loop::{clocks, left_out, linear, model_of};
+use super::survey::Known;
+use super::warnings::{CLOSE, close, hardly};
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::num::multiply;
+use crate::simulate::Profile;
+use crate::study::PreparedVariant;
+use crate::synthesis::{Law, LoopPlant, SampledLoop, SampledPart, Survey, exact_motions};
+
+/// Codes of mistakes that `--force` overrules.
+const FORCED: [&str; 2] = [UNSTABLE, LIMIT];
+
+/// What stands in the way of a run only for its user's good becomes a warning.
+pub fn overrule(diagnostics: &mut [Diagnostic]) {
+    for diagnostic in diagnostics.iter_mut().filter(|diagnostic| FORCED.contains(&diagnostic.code)) {
+        diagnostic.severity = Severity::Warning;
+    }
+}
+
+/// An unstable loop.
+const UNSTABLE: &str = "control::unstable";
+/// A reference that no motor can hold.
+const LIMIT: &str = "control::limit";
+/// Largest relative change of a torque at the instants at which it is looked at, if it has settled.
+const SETTLED: f64 = 0.01;
+/// Parts of the time from the last change of a reference to the end of the run.
+const LOOKS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
+/// Periods of the map in that time, at least.
+const FEWEST: f64 = 50.0;
+
+/// Sampled controllers and slow sensors of a loop with their times, in words.
+fn together(variant: &PreparedVariant, parts: &[SampledPart]) -> Vec<String> {
+    let controls = variant.model.controls.iter().zip(parts);
+    let sampled = controls.filter_map(|(control, part)| Some((control, part.clock?.period)));
+    let mut out: Vec<String> =
+        sampled.map(|(control, period)| format!("control `{}` ({period} s)", control.name)).collect();
+    let mut slow: Vec<_> = parts.iter().flat_map(|part| &part.slow).map(|(_, sensor)| sensor).collect();
+    slow.sort_by(|a, b| a.name.cmp(&b.name));
+    slow.dedup_by(|a, b| a.name == b.name);
+    out.extend(slow.iter().map(|sensor| format!("sensor `{}` ({} s)", sensor.name, sensor.period)));
+    out
+}
+
+/// The mistakes of sampled controllers whose loop is unstable, with the spectral radius of the exact sampled loop.
+pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    let clocks = clocks(&variant.model.controls);
+    let period = |place: &usize| clocks[*place].map_or(0.0, |clock| clock.period);
+    // Of several the slowest one, as it has the most to gain.
+    let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
+    let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
+    let control = &variant.model.controls[place];
+    let (laws, plant) = (&variant.running, linear(variant));
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let all = together(variant, &parts);
+    let free = left_out(variant, place, &plant);
+    let judged = SampledLoop::new(&plant, &parts).map_err(|why| why.to_string());
+    let judged = judged.and_then(|found| {
+        let slowest = found.slowest_without(free).ok_or("the eigenvalue iteration failed")?;
+        Ok((slowest, found.sample_time))
+    });
+    let (slowest, sample_time) = match judged {
+        Ok(judged) => judged,
+        Err(why) => {
+            let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
+            let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
+            let told = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
+            out.push(told.help(help));
+            return;
+        }
+    };
+    if slowest.stable {
+        check_limits(variant, &plant, &parts, laws, out);
+        return;
+    }
+    let who = match all.as_slice() {
+        [_] => format!("control `{}`: at this sample time the loop is unstable", control.name),
+        all => format!("at these sample times the loop is unstable: {} together", all.join(", ")),
+    };
+    let message = format!(
+        "{who}: a motion at {:.4} rad/s grows by the factor {:.6} in each of the {:.0} samples a second (exact map of the linear \
+         loop, delay and lag included)",
+        slowest.frequency,
+        slowest.growth,
+        1.0 / sample_time
+    );
+    let help = match all.as_slice() {
+        [_] if control.law.samples => {
+            "choose a shorter `sample_time` or `delay`, or less `effort`; `--force` runs it as it is"
+        }
+        [_] => {
+            "choose a shorter `sample_time` or `delay`, or `law = \"sampled_noninteracting\"`, which is designed for them; \
+             `kardan design` without `sample_time` tells the slowest stable rate, `--force` runs it as it is"
+        }
+        _ => "choose shorter times, the longest one first; `--force` runs it as it is",
+    };
+    out.push(Diagnostic::error(UNSTABLE, message).at(control.place.clone(), "unstable at this sample time").help(help));
+}
+
+/// The mistakes of references that ask for more torque than a motor has: at their values at the end of the run, once the linear
+/// loop has settled.
+fn check_limits(
+    variant: &PreparedVariant,
+    plant: &LoopPlant,
+    parts: &[SampledPart],
+    laws: &[Arc<dyn Law>],
+    out: &mut Vec<Diagnostic>,
+) {
+    let Ok(found) = SampledLoop::driven(plant, parts, 1.0) else { return };
+    let scenario = &variant.scenario;
+    let changed = scenario.events.iter().map(|event| event.at + event.over).filter(|end| *end < scenario.duration);
+    let periods = (scenario.duration - changed.fold(0.0, f64::max)) / found.period;
+    if periods < FEWEST {
+        return;
+    }
+    let maps = LOOKS.map(|part| found.after((part * periods) as usize));
+    let end = |name: &str| {
+        let source = scenario.sources.iter().position(|source| source.name == name)?;
+        Some(Profile::new(scenario.events.iter().filter(|event| event.source == source)).value(scenario.duration))
+    };
+    let mut z = vec![0.0; found.map.rows()];
+    let mut asked = Vec::new();
+    for (law, first) in laws.iter().zip(&found.references) {
+        for (k, reference) in law.references().iter().enumerate() {
+            let value = end(&reference.name).unwrap_or(0.0);
+            z[first + k] = value;
+            if value != 0.0 {
+                asked.push(format!("`{}` = {value} {}", reference.name, reference.physical.unit()));
+            }
+        }
+    }
+    let ends = maps.map(|map| {
+        let mut end = vec![0.0; z.len()];
+        multiply(map.as_slice(), &z, &mut end);
+        end
+    });
+    for (number, (law, part)) in laws.iter().zip(parts).enumerate().filter(|(_, (law, _))| law.clock().is_some()) {
+        for (&input, name) in part.inputs.iter().zip(law.inputs()) {
+            let command = |z: &Vec<f64>| -> f64 { found.commands.row(input).iter().zip(z).map(|(a, b)| a * b).sum() };
+            let needed = command(&ends[LOOKS.len() - 1]);
+            let limit = variant.design_models[number].torque_limit(input);
+            let Some(limit) = limit.filter(|limit| needed.abs() > limit * (1.0 + 1e-6)) else { continue };
+            if ends.iter().any(|z| (command(z) - needed).abs() > SETTLED * needed.abs()) {
+                continue;
+            }
+            let control = &variant.model.controls[number];
+            let message = format!(
+                "control `{}`: with {} the motor `{name}` would have to give {:.4} N m in the end, and its limit is {limit} N m: \
+                 this can never be reached",
+                control.name,
+                asked.join(" and "),
+                needed.abs()
+            );
+            let help = format!(
+                "ask for at most {:.3} times as much, or choose a stronger motor; `--force` runs it",
+                limit / needed.abs()
+            );
+            out.push(Diagnostic::error(LIMIT, message).at(control.place.clone(), "this controller").help(help));
+        }
+    }
+}
+
+/// Warnings of `check` and of every run: loops that a small error of one motor makes unstable, and loops in continuous time that
+/// are not stable.
+pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<Diagnostic>) {
+    if variant.model.controls.is_empty() {
+        return;
+    }
+    let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), linear(variant));
+    let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
+    for (number, control) in variant.model.controls.iter().enumerate() {
+        let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
+        let Some(found) = survey.slowest(survey.unchanged()) else { continue };
+        let stable = if continuous {
+            // Only what floating point takes for zero needs more.
+            let exact = (found.left_out > 0).then(|| exact_motions(&model_of(variant), &plant.lags, laws)).flatten();
+            Known::of(&found, exact.as_ref(), &plant, laws, true).stable
+        } else {
+            found.stable
+        };
+        if !stable {
+            if continuous && number == 0 {
+                let message = format!(
+                    "in continuous time the loop is unstable: a motion at {:.4} rad/s grows (linear loop, lag of the motors included)",
+                    found.frequency
+                );
+                let told = Diagnostic::warning("control::grows", message).at(control.place.clone(), "in this loop");
+                out.push(told.help("`kardan design` lists the poles and what the loop tolerates"));
+            }
+            continue;
+        }
+        let Some(response) = survey.motors() else { continue };
+        if (0..response.channels()).all(|motor| response.channel(motor).holds_disk(CLOSE)) {
+            continue;
+        }
+        for message in of_motors(&survey, Some(&response), false).iter().filter(|one| hardly(one)).filter_map(close) {
+            let message = format!("control `{}`: {message}", control.name);
+            let told = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
+            out.push(told.help(
+                "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
+            ));
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! What sampling, delay, lag and limits leave of a controller's loop, and whether that is still a design.
+
+mod channels;
+mod check;
+mod linear_loop;
+mod survey;
+mod verdict;
+mod warnings;
+
+pub use check::overrule;
+pub(super) use check::{check_margins, check_sampled};
+pub(super) use linear_loop::left_out;
+pub(super) use survey::{decay, survey};
+pub(super) use verdict::verdict;
+pub(super) use warnings::warnings;

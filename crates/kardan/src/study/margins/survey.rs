@@ -1,0 +1,198 @@
+//! How far a loop is from instability, in numbers.
+
+use std::sync::Arc;
+
+use super::channels::errors;
+use super::linear_loop::{clocks, linear, model_of, shortest};
+use super::warnings::{HARDLY, hardly};
+use crate::num::{Matrix, Rational, eigenvalues, split_off};
+use crate::reduce::LinearModel;
+use crate::results::{Design, FreeKnown, LoopLimit, Margins, RateLimit};
+use crate::study::PreparedVariant;
+use crate::synthesis::{
+    ExactMotions, Law, Limit, LoopPlant, SampledLoop, SampledPart, Slowest, Stability, Survey, exact_motions,
+};
+
+/// Relative distance of two frequencies that belong to one motion.
+const SAME_MOTION: f64 = 0.3;
+/// Part of the largest movement below which a shaft stands still.
+const STILL: f64 = 1e-9;
+
+/// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
+pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
+    let own = margins.sample_time.unwrap_or_else(|| shortest(&clocks(&variant.model.controls)));
+    let rate = -margins.spectral_radius?.ln() / own;
+    (rate > 0.0).then_some(rate)
+}
+
+/// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
+pub(in crate::study) fn survey(
+    variant: &PreparedVariant,
+    number: usize,
+    laws: &[Arc<dyn Law>],
+    design: &Design,
+) -> Margins {
+    let plant = linear(variant);
+    let clocks = clocks(&variant.model.controls);
+    let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
+    let own = clocks[number];
+    let as_it_is = survey.slowest(survey.unchanged());
+    let motion = |limit: &Limit| motion(limit, design);
+    let limit = |found: Limit| LoopLimit { value: found.value, motion: motion(&found) };
+    let rates = |delay: f64| {
+        let found = survey.longest_period(delay);
+        RateLimit {
+            delay,
+            rate: found.map(|limit| 1.0 / limit.value),
+            motion: found.map(|limit| motion(&limit)).unwrap_or_default(),
+        }
+    };
+    // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
+    let for_one_time = laws.iter().any(|law| law.clock().is_some());
+    let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
+    let exact = exact_motions(&model_of(variant), &plant.lags, laws);
+    let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
+    let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
+    let stable = known.as_ref().map(|known| known.stable);
+    let tolerated = stable != Some(false);
+    let gain_margin = survey.gain_margin().filter(|_| tolerated);
+    let (channels, together) = if stable == Some(true) { errors(variant, number, &survey) } else { Default::default() };
+    let hard = |[low, high]: [f64; 2]| low > 1.0 / HARDLY || high < HARDLY;
+    let hardly = channels.iter().any(|one| !one.reading && hardly(one))
+        || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
+    let free = match &exact {
+        Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
+        None => as_it_is
+            .as_ref()
+            .map_or_else(Vec::new, |found| moving(&found.free, &plant, &variant.reduced.equations.shafts)),
+    };
+    Margins {
+        sample_time: own.map(|clock| clock.period),
+        delay: own.map_or(0.0, |clock| clock.delay),
+        single: own.is_some_and(|clock| clock.single),
+        spectral_radius: as_it_is
+            .as_ref()
+            .filter(|_| clocks.iter().any(Option::is_some))
+            .map(|found| radius(found.growth)),
+        stable,
+        proven: known.as_ref().is_some_and(|known| known.proven),
+        rates: if for_one_time { Vec::new() } else { [0.0, 0.5, 1.0].map(rates).to_vec() },
+        longest_delay: survey.longest_delay().filter(|_| tolerated).map(limit),
+        longest_lag: survey.longest_lag().filter(|_| tolerated).map(limit),
+        gain_margin: gain_margin.map(|both| both.map(limit)),
+        free,
+        free_poles: known.as_ref().map_or(0, |known| known.zeros),
+        free_known: known.as_ref().map(|known| known.how).unwrap_or_default(),
+        next_to_zero: known.map(|known| known.next_to_zero).unwrap_or_default(),
+        drift: as_it_is.as_ref().map_or(0.0, |found| found.drift),
+        channels,
+        together,
+        hardly,
+        peaks: Vec::new(),
+        verdict: String::new(),
+    }
+}
+
+/// What is decided about the loop as it is, exactly where it can be.
+pub(super) struct Known {
+    pub(super) stable: bool,
+    proven: bool,
+    zeros: usize,
+    how: FreeKnown,
+    next_to_zero: Vec<f64>,
+}
+
+impl Known {
+    pub(super) fn of(
+        found: &Slowest,
+        exact: Option<&ExactMotions>,
+        plant: &LoopPlant,
+        laws: &[Arc<dyn Law>],
+        continuous: bool,
+    ) -> Self {
+        let rounded = Self {
+            stable: found.stable,
+            proven: false,
+            zeros: found.left_out,
+            how: FreeKnown::Within(found.rounding),
+            next_to_zero: Vec::new(),
+        };
+        let Some(exact) = exact else { return rounded };
+        let how = if exact.designed { FreeKnown::Design } else { FreeKnown::Rounded };
+        if !continuous {
+            // Of a map only what goes on whatever the clocks is known exactly.
+            return if exact.sampled == found.left_out { Self { how, ..rounded } } else { rounded };
+        }
+        if exact.zeros() != found.left_out && !exact.designed {
+            // Rounding of the gains moves what the design leaves at zero.
+            return rounded;
+        }
+        let rest = exact.rest();
+        let held = matches!(rest, Some(Stability::Stable | Stability::Marginal));
+        let next_to_zero = match found.left_out.checked_sub(exact.zeros()) {
+            Some(more) if more > 0 => beside_zero(exact, plant, laws, more),
+            _ => Vec::new(),
+        };
+        let decided = rest.is_some() && (held || exact.designed);
+        Self {
+            stable: if decided { held } else { found.stable },
+            proven: decided,
+            zeros: exact.zeros(),
+            how,
+            next_to_zero,
+        }
+    }
+}
+
+/// Real parts of the eigenvalues closest to zero, so many, without those that are exactly there.
+fn beside_zero(exact: &ExactMotions, plant: &LoopPlant, laws: &[Arc<dyn Law>], count: usize) -> Vec<f64> {
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, plant)).collect();
+    let split = split_off(&SampledLoop::flow_of(plant, &parts), &exact.motions.to_f64());
+    let poles = split.and_then(|split| eigenvalues(&split.rest)).unwrap_or_default();
+    poles.iter().take(count).map(|(re, _)| *re).collect()
+}
+
+/// Shafts that move in some of these motions, exactly.
+fn moving_exactly(motions: &Matrix<Rational>, model: &LinearModel, shafts: &[String]) -> Vec<String> {
+    let r = model.basis.columns();
+    let part = |first: usize| Matrix::from_fn(r, motions.columns(), |i, k| motions[(first + i, k)].clone());
+    let moved = [0, r].map(|first| model.basis.multiply(&part(first)));
+    let moves = |shaft: &usize| moved.iter().any(|moved| moved.row(*shaft).iter().any(|x| !x.is_zero()));
+    (0..shafts.len()).filter(moves).map(|shaft| shafts[shaft].clone()).collect()
+}
+
+/// Shafts that move in some of these motions.
+fn moving(motions: &Matrix<f64>, plant: &LoopPlant, shafts: &[String]) -> Vec<String> {
+    let r = plant.basis.columns();
+    let of = |shaft: usize, motion: usize, first: usize| {
+        (0..r).map(|j| plant.basis[(shaft, j)] * motions[(first + j, motion)]).sum::<f64>().abs()
+    };
+    let moves = |shaft: usize| {
+        (0..motions.columns()).any(|k| {
+            [0, r].into_iter().any(|first| {
+                let largest = (0..shafts.len()).map(|other| of(other, k, first)).fold(0.0, f64::max);
+                let size = (0..motions.rows()).map(|i| motions[(i, k)].abs()).fold(0.0, f64::max);
+                largest > STILL * size && of(shaft, k, first) > STILL * largest
+            })
+        })
+    };
+    (0..shafts.len()).filter(|shaft| moves(*shaft)).map(|shaft| shafts[shaft].clone()).collect()
+}
+
+/// The motion at a frequency in words; that of the zero dynamics by this name.
+fn motion(limit: &Limit, design: &Design) -> String {
+    if !limit.value.is_finite() || limit.value == 0.0 {
+        return String::new();
+    }
+    if limit.frequency == 0.0 {
+        return "a motion without oscillation".into();
+    }
+    let near = |frequency: f64| (frequency / limit.frequency).ln().abs() < SAME_MOTION;
+    let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.im != 0.0 && near(mode.natural_frequency));
+    match zero {
+        Some(mode) if design.cancels_zeros => {
+            format!("the zero dynamics ({:.4} rad/s, damping ratio {:.3})", mode.natural_frequency, mode.damping_ratio)
+        }
+        _ => format!("a motion at {:.4} rad/s", limit.frequency),
+    }
+}

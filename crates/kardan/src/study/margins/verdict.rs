@@ -1,0 +1,214 @@
+//! Margins in sentences.
+
+use crate::results::{FreeKnown, Margins, RateLimit, TogetherMargin};
+
+/// The paragraph: what sampling leaves of this design.
+pub(in crate::study) fn verdict(margins: &Margins) -> String {
+    let mut out = vec![stability(margins)];
+    free_motions(margins, &mut out);
+    limits(margins, &mut out);
+    channels(margins, &mut out);
+    for peak in margins.peaks.iter().filter(|peak| peak.limit.is_some_and(|limit| peak.peak > limit * (1.0 + 1e-9))) {
+        let limit = peak.limit.unwrap_or_default();
+        out.push(format!(
+            "A step of {} by {} {} asks {:.3} N m of {}, which has {limit} N m: filter the reference, or ask for {:.3} {}.",
+            peak.reference,
+            peak.step,
+            peak.step_unit,
+            peak.peak,
+            peak.input,
+            peak.step * limit / peak.peak,
+            peak.step_unit
+        ));
+    }
+    out.join(" ")
+}
+
+/// Whether the loop is stable as it is.
+fn stability(margins: &Margins) -> String {
+    match (margins.sample_time, margins.stable) {
+        (Some(period), stable) => format!(
+            "Sampled every {} with a delay of {} the loop is {}{}.",
+            time(period),
+            time(margins.delay),
+            match stable {
+                Some(true) => "stable",
+                Some(false) => "UNSTABLE",
+                None =>
+                    "not judged: the sample times of all controllers and sensors have no short common period, \
+                         simulate it",
+            },
+            margins.spectral_radius.map_or(String::new(), |rho| format!(" (spectral radius {rho:.5})"))
+        ),
+        (None, stable) => format!(
+            "In continuous time the loop is {}{}.",
+            match stable {
+                Some(true) => "stable",
+                Some(false) => "UNSTABLE",
+                None => "not judged: its eigenvalues could not be computed, simulate it",
+            },
+            match stable {
+                None => "",
+                _ if margins.proven => " (decided exactly)",
+                _ => " (eigenvalues in floating point, their rounding bounded)",
+            }
+        ),
+    }
+}
+
+/// Motions that nobody holds, and those that only look so.
+fn free_motions(margins: &Margins, out: &mut Vec<String>) {
+    if margins.free_poles > 0 {
+        let poles = if margins.free_poles == 1 { "pole".to_string() } else { "poles".into() };
+        let of = if margins.free.is_empty() { "its own states".into() } else { list(&margins.free) };
+        let how = match margins.free_known {
+            FreeKnown::Design => "exactly (over the rationals, with the gains before they are rounded)".to_string(),
+            FreeKnown::Rounded => "exactly (over the rationals, with the gains as they are rounded)".into(),
+            FreeKnown::Within(size) => format!("to the rounding of the loop (below {size:.0e} 1/s)"),
+        };
+        out.push(format!(
+            "Nobody holds a motion of {of}: {} {poles} at zero, {how}, left out of all that is said here.",
+            margins.free_poles
+        ));
+        if margins.drift > 0.0 {
+            out.push(format!(
+                "At this sample time it does not stay quite free: left alone it grows with {:.2e} 1/s.",
+                margins.drift
+            ));
+        }
+    }
+    if !margins.next_to_zero.is_empty() {
+        let all: Vec<String> = margins.next_to_zero.iter().map(|re| format!("{re:.2e}")).collect();
+        out.push(format!(
+            "Not at zero, but too close to it for floating point, which would take it for zero: {} 1/s; this was decided exactly, and \
+             limits are told without it.",
+            all.join(", ")
+        ));
+    }
+}
+
+/// What rate the loop needs, and which delay, lag and gain it tolerates.
+fn limits(margins: &Margins, out: &mut Vec<String>) {
+    let hertz = |rate: f64| {
+        if rate >= 1000.0 { format!("{:.2} kHz", rate / 1000.0) } else { format!("{rate:.3} Hz") }
+    };
+    let rate = |delay: f64| margins.rates.iter().find(|rate| rate.delay == delay);
+    if let (Some(without), Some(with)) = (rate(0.0), rate(1.0)) {
+        let said = |limit: &RateLimit| match limit.rate {
+            Some(0.0) => "any rate".to_string(),
+            Some(rate) => hertz(rate),
+            None => "more than 1 MHz".into(),
+        };
+        out.push(format!(
+            "It needs {} without delay (or with a predictor for it) and {} with one sample of delay{}.",
+            said(without),
+            said(with),
+            because(&with.motion)
+        ));
+    }
+    if let Some(delay) = &margins.longest_delay {
+        out.push(match delay.value {
+            value if value.is_finite() => {
+                format!("At this sample time it tolerates a delay of {}{}.", time(value), because(&delay.motion))
+            }
+            _ => "No delay of up to ten samples makes it unstable.".into(),
+        });
+    }
+    if let Some(lag) = &margins.longest_lag {
+        out.push(match lag.value {
+            value if value.is_finite() => {
+                format!("A lag of {} of its motors is just tolerated{}.", time(value), because(&lag.motion))
+            }
+            _ => "A lag of its motors does not make it unstable.".into(),
+        });
+    }
+    if let Some([down, up]) = &margins.gain_margin {
+        let up_to = if up.value.is_finite() { format!("{:.3}", up.value) } else { "100 and more".into() };
+        let motion = if up.motion.is_empty() { &down.motion } else { &up.motion };
+        out.push(format!("Its torques may be wrong by factors from {:.3} to {up_to}{}.", down.value, because(motion)));
+    }
+}
+
+/// How wrong single motors may be, and all at once.
+fn channels(margins: &Margins, out: &mut Vec<String>) {
+    let motors = margins.channels.iter().filter(|one| !one.reading);
+    if let Some(worst) = motors.min_by(|a, b| a.disk.total_cmp(&b.disk)) {
+        out.push(format!(
+            "The least disk margin of a motor is {:.3} (`{}`{}): factors from {:.3} to {:.3} with {:.1}° of phase.",
+            worst.disk,
+            worst.name,
+            at(worst.disk_frequency),
+            worst.disk_gain[0],
+            worst.disk_gain[1],
+            worst.disk_phase.to_degrees()
+        ));
+        if worst.searched {
+            out.push(
+                "With several clocks these margins of its motors are searched on the exact map over the common period, each for an \
+                 error that is the same at each sample: factor and delay in steps, phase every 5°, the disk in 25 directions. Those \
+                 of readings, and of all motors at once, are not known."
+                    .into(),
+            );
+        }
+    } else if margins.stable == Some(true) {
+        out.push(
+            "Margins of single motors and readings are not known: of a loop with several clocks those of sampled controllers are, if \
+             the clocks have a short common period."
+                .into(),
+        );
+    }
+    if let Some(all) = &margins.together {
+        let said = at_once(all);
+        out.push(format!("W{}.", &said[1..]));
+    }
+}
+
+/// `a, b and c`
+fn list(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => format!("`{one}`"),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(|name| format!("`{name}`")).collect();
+            format!("{} and `{last}`", first.join(", "))
+        }
+    }
+}
+
+pub(super) fn because(motion: &str) -> String {
+    if motion.is_empty() { String::new() } else { format!(", because of {motion}") }
+}
+
+pub(super) fn at(frequency: Option<f64>) -> String {
+    match frequency {
+        None => String::new(),
+        Some(0.0) => ", at rest".into(),
+        Some(frequency) if frequency.is_finite() => format!(", at {frequency:.4} rad/s"),
+        Some(_) => ", at infinite frequency".into(),
+    }
+}
+
+/// A time in words.
+pub(super) fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
+        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
+        s => format!("{s:.3} s"),
+    }
+}
+
+/// The margin of all motors at once in words.
+pub(super) fn at_once(found: &TogetherMargin) -> String {
+    let worst: Vec<String> = found
+        .worst
+        .iter()
+        .map(|one| format!("`{}` × {:.3} ∠ {:.1}°", one.motor, one.factor, one.turn.to_degrees()))
+        .collect();
+    format!(
+        "with errors of all its motors at once the disk margin is between {:.4} and {:.4}: {} make the loop unstable{}",
+        found.disk[0],
+        found.disk[1],
+        worst.join(", "),
+        at(Some(found.frequency))
+    )
+}

@@ -1,0 +1,165 @@
+//! Margins that are too small, in words.
+
+use super::verdict::{at, at_once, because, time};
+use crate::results::{ChannelMargin, Margins, TogetherMargin};
+
+/// Factor of a torque within which a loop must be stable, or is hardly so.
+pub(super) const HARDLY: f64 = 1.1;
+/// Disk margin of one channel below which a loop deserves a warning: a factor of 1.5, 23°.
+const DISK: f64 = 0.4;
+/// The same for all motors at once: a factor of 1.22, 11°.
+const DISK_TOGETHER: f64 = 0.2;
+/// Turn of the phase of one channel, rad, below which a loop deserves a warning: 15°.
+const PHASE: f64 = std::f64::consts::PI / 12.0;
+/// Disk margin of a loop that is not hardly stable: it holds the factor 1.1, and 5.5°.
+pub(super) const CLOSE: f64 = 2.0 * (HARDLY - 1.0) / (HARDLY + 1.0);
+/// Part of its lag, or of one sample, by which a motor must be allowed to be late.
+const LATE: f64 = 0.25;
+/// How much smaller the disk of all motors at once must be than that of each channel, if others have been warned of.
+const WORSE: f64 = 0.75;
+
+/// What of the margins must not be overlooked.
+pub(in crate::study) fn warnings(found: &Margins) -> Vec<String> {
+    let mut out: Vec<String> = found.channels.iter().filter_map(close).collect();
+    let wrong = |one: &&ChannelMargin| close(one).is_none() && one.disk < DISK;
+    out.extend(found.channels.iter().filter(wrong).map(|one| {
+        format!(
+            "{} may be wrong by no more than factors from {:.3} to {:.3} with up to {:.1}° of phase: the disk margin is {:.3}{}, and \
+             below {DISK} (a factor of 1.5, 23°) small errors of the model are too much",
+            of(one),
+            one.disk_gain[0],
+            one.disk_gain[1],
+            one.disk_phase.to_degrees(),
+            one.disk,
+            at(one.disk_frequency)
+        )
+    }));
+    out.extend(found.channels.iter().filter_map(late));
+    let common = found.gain_margin.as_ref().filter(|_| out.is_empty());
+    if let Some([down, up]) = common.filter(|[down, up]| down.value > 1.0 / HARDLY || up.value < HARDLY) {
+        let motion = if up.value < HARDLY { &up.motion } else { &down.motion };
+        out.push(format!(
+            "stable, but hardly: its torques may be wrong by factors from {:.4} to {:.4} only{}",
+            down.value,
+            up.value,
+            because(motion)
+        ));
+    }
+    // All at once are never better than each alone: said where they are much worse.
+    let alone = found.channels.iter().map(|one| one.disk).fold(f64::INFINITY, f64::min);
+    let worse = |all: &&TogetherMargin| all.disk[1] < DISK_TOGETHER && (out.is_empty() || all.disk[1] < WORSE * alone);
+    if let Some(all) = found.together.as_ref().filter(worse) {
+        out.push(format!(
+            "{}; below {DISK_TOGETHER} (a factor of 1.22, 11°) small errors of the model are too much",
+            at_once(all)
+        ));
+    }
+    out
+}
+
+/// Of which channel something is said.
+fn of(one: &ChannelMargin) -> String {
+    if one.reading { format!("the reading `{}`", one.name) } else { format!("the torque of `{}`", one.name) }
+}
+
+/// Whether factors within 10 %, together with the turn of the phase that goes with them (5.5°), are more than a channel bears.
+pub(super) fn hardly(one: &ChannelMargin) -> bool {
+    [one.gain, one.disk_gain].iter().any(|[low, high]| *low > 1.0 / HARDLY || *high < HARDLY)
+}
+
+/// A channel that a small factor, or a small turn of the phase, makes unstable.
+pub(super) fn close(one: &ChannelMargin) -> Option<String> {
+    let ([low, high], what) = (one.gain, of(one));
+    let (factor, frequency) =
+        if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
+    let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
+    if low > 1.0 / HARDLY || high < HARDLY {
+        Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", at(frequency)))
+    } else if one.phase < PHASE {
+        Some(format!(
+            "{prefix}{:.1}° of phase in {what} make the loop unstable{}",
+            one.phase.to_degrees(),
+            at(one.phase_frequency)
+        ))
+    } else {
+        hardly(one).then(|| {
+            format!(
+                "{prefix}{what} may be wrong by no more than factors from {:.4} to {:.4} with up to {:.1}° of phase{}",
+                one.disk_gain[0],
+                one.disk_gain[1],
+                one.disk_phase.to_degrees(),
+                at(one.disk_frequency)
+            )
+        })
+    }
+}
+
+/// A motor that may be late by a small part of its own time only.
+fn late(one: &ChannelMargin) -> Option<String> {
+    let (delay, own) = (one.delay?, one.own_time?);
+    (delay < LATE * own).then(|| {
+        format!(
+            "{} may come {} later, no more{}: that is {:.1} % of {}",
+            of(one),
+            time(delay),
+            at(one.delay_frequency),
+            100.0 * delay / own,
+            if one.sampled {
+                format!("one sample, {}", time(own))
+            } else {
+                format!("the lag of its motor, {}", time(own))
+            },
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::WrongTorque;
+
+    /// A channel that bears everything.
+    fn good(name: &str) -> ChannelMargin {
+        ChannelMargin {
+            name: name.into(),
+            gain: [0.2, 5.0],
+            phase: 1.0,
+            delay: Some(0.1),
+            disk: 1.0,
+            disk_gain: [1.0 / 3.0, 3.0],
+            disk_phase: 0.9,
+            own_time: Some(0.01),
+            ..ChannelMargin::default()
+        }
+    }
+
+    /// Motors that each alone bear everything, and at once nothing, are warned of; also beside a channel with a warning of its own.
+    #[test]
+    fn all_at_once_are_not_overlooked() {
+        let together = TogetherMargin {
+            disk: [0.05, 0.0501],
+            frequency: 3.0,
+            worst: vec![WrongTorque { motor: "a".into(), factor: 1.05, turn: 0.0 }],
+        };
+        let found =
+            Margins { channels: vec![good("a"), good("b")], together: Some(together.clone()), ..Margins::default() };
+        let said = warnings(&found);
+        assert!(
+            matches!(&said[..], [one] if one.contains("errors of all its motors at once") && one.contains("3.0000 rad/s"))
+        );
+        let beside = Margins {
+            channels: vec![ChannelMargin { disk: 0.3, ..good("a") }, good("b")],
+            together: Some(together.clone()),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&beside).len(), 2);
+        // What follows from one channel alone is not said twice.
+        let same = Margins {
+            channels: vec![ChannelMargin { disk: 0.055, ..good("a") }, good("b")],
+            together: Some(together),
+            ..Margins::default()
+        };
+        assert_eq!(warnings(&same).len(), 1);
+        assert!(warnings(&Margins { channels: vec![good("a")], ..Margins::default() }).is_empty());
+    }
+}

@@ -1,0 +1,58 @@
+//! What is ready to run: the plain data between preparation and the studies.
+
+use std::sync::Arc;
+
+use super::{AnalysisSpec, Requirement};
+use crate::diagnostics::Diagnostic;
+use crate::model::Model;
+use crate::reduce::Reduced;
+use crate::results::Plot;
+use crate::simulate::{Scenario, Tolerance};
+use crate::synthesis::{Law, Plant};
+
+/// A study that is ready to run, as far as the file is right.
+#[derive(Debug, Default)]
+pub struct Prepared {
+    /// Name of the model.
+    pub name: String,
+    /// A sentence.
+    pub description: String,
+    /// One entry for each run.
+    pub variants: Vec<Arc<PreparedVariant>>,
+    /// Bounds on signals.
+    pub requirements: Vec<Requirement>,
+    /// Plots of the report.
+    pub plots: Vec<Plot>,
+    /// Accuracy of the runs.
+    pub tolerance: Tolerance,
+}
+
+impl Prepared {
+    /// The runs, in order.
+    pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
+        self.variants.iter().map(|variant| &**variant)
+    }
+}
+
+/// One run, ready to start.
+#[derive(Debug)]
+pub struct PreparedVariant {
+    /// Its name: `beta-10deg`, or the model's name if there are no variants.
+    pub name: String,
+    /// The model with its parameter values.
+    pub model: Model,
+    /// In explicit form.
+    pub reduced: Reduced,
+    /// The models that the laws are designed on, in the order of `model.controls`.
+    pub design_models: Vec<Plant>,
+    /// The laws as they were designed, in the same order.
+    pub designed: Vec<Arc<dyn Law>>,
+    /// The laws as they run: those with a sample time at that.
+    pub running: Vec<Arc<dyn Law>>,
+    /// What happens.
+    pub scenario: Scenario,
+    /// What to analyse.
+    pub analysis: AnalysisSpec,
+    /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
+    pub(super) massless: Vec<Diagnostic>,
+}

@@ -1,0 +1,51 @@
+//! How far a long command is, what is kept of it, and how it is ended.
+
+use std::sync::Arc;
+
+use crate::results::{Analysis, Design, Identification, Study};
+use crate::simulate::Tolerance;
+
+/// Hears how far the runs are, and may end them. Called from several threads.
+pub trait Progress: Sync {
+    /// The fraction done of a variant, from 0 to 1.
+    fn advance(&self, variant: usize, name: &str, fraction: f64);
+
+    /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
+    /// with [`Outcome::Failed`] and this cause, trials of a design are left out and say so.
+    fn stop(&self) -> Option<String> {
+        None
+    }
+
+    /// Something is finished that is worth to be shown should nothing more come; it takes the place of what was kept before. Told
+    /// between parts that cannot be ended in their middle, such as proofs and eigenvalues. `part` makes a copy.
+    fn keep(&self, _part: &dyn Fn() -> Part) {}
+
+    /// What was kept is not needed any more: all is done.
+    fn release(&self) {}
+
+    /// Steps of the integrator that one run may take.
+    fn most_steps(&self) -> usize {
+        Tolerance::default().most_steps
+    }
+}
+
+/// What is finished of a command; what it has not come to is named in it (`unfinished`, of a study in its warnings).
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// Of [`run`](super::run): all runs.
+    Study(Arc<Study>),
+    /// Of [`analyze`](super::analyze()) and [`analyze_state_space`](super::analyze_state_space).
+    Analysis(Box<Analysis>),
+    /// Of [`design`](super::design()).
+    Design(Box<Design>),
+    /// Of [`identify`](super::identify).
+    Identification(Box<Identification>),
+}
+
+/// Hears nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn advance(&self, _: usize, _: &str, _: f64) {}
+}

@@ -1,0 +1,245 @@
+//! A study: every variant run through the scenario, judged, with its structure and designs beside it.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::analyze::analyze_variant;
+use super::design::designed;
+use super::prepare::is_error;
+use super::requirement::judge;
+use super::summary::summarise;
+use super::{
+    AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
+};
+use crate::diagnostics::{Diagnostic, nearest};
+use crate::results::{Analysis, Design, Outcome, Plot, Run, Study};
+use crate::simulate::{Setup, Tolerance, signal_names, simulate};
+
+/// How a study is run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settings {
+    /// Names of the variants to run; empty: all.
+    pub variants: Vec<String>,
+    /// Whether controllers run that are unstable at their sample time.
+    pub force: bool,
+}
+
+/// Runs the study of a model file: every variant through the scenario, in parallel.
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("two-bodies").unwrap().source;
+/// let result = study::run(source, &study::Settings::default(), &study::Silent).unwrap();
+/// let run = &result.runs[0];
+/// // Work done by the motor is stored or dissipated; what is left over certifies the integration.
+/// assert!(run.energy.residual.abs() < 1e-9 * run.energy.input);
+/// assert!(run.series.signal("body_2.phi").unwrap().values.last().unwrap() > &3.9);
+/// ```
+///
+/// A run that fails numerically is part of the result ([`Outcome::Failed`]) with everything computed so far.
+///
+/// # Errors
+/// All mistakes of the file, if there are any (warnings alone do not count).
+pub fn run(source: &str, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
+    Project::open(source).run(settings, progress)
+}
+
+impl Project {
+    /// Runs every variant through the scenario, in parallel; see [`run`].
+    ///
+    /// # Errors
+    /// All mistakes, if there are any (warnings alone do not count).
+    pub fn run(&self, settings: &Settings, progress: &dyn Progress) -> Result<Study, Vec<Diagnostic>> {
+        let (prepared, mut diagnostics) = (self.prepared(), self.mistakes().to_vec());
+        if settings.force {
+            overrule(&mut diagnostics);
+        }
+        check_variants(prepared, &settings.variants, &mut diagnostics);
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics);
+        }
+        let is_chosen =
+            |variant: &&PreparedVariant| settings.variants.is_empty() || settings.variants.contains(&variant.name);
+        let chosen: Vec<&PreparedVariant> = prepared.all().filter(is_chosen).collect();
+        let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
+        let ran = || run_all(prepared, &chosen, settings, &warnings, progress);
+        let beside = || {
+            rayon::join(
+                || chosen.first().map(|variant| structure_of(prepared, variant)).transpose(),
+                || designs_of(prepared, &chosen, progress),
+            )
+        };
+        let (study, (analysis, mut designs)) = rayon::join(ran, beside);
+        designs.iter_mut().for_each(|design| tell_strains(design, &chosen, &study.runs));
+        if let Some(why) = progress.stop() {
+            warnings.push(format!("{why}: what was not computed by then is left out"));
+        }
+        let analysis = analysis.unwrap_or_else(|why| {
+            warnings.push(why);
+            None
+        });
+        progress.release();
+        Ok(Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) })
+    }
+}
+
+/// The mistakes of names that no variant has.
+fn check_variants(prepared: &Prepared, names: &[String], out: &mut Vec<Diagnostic>) {
+    let known: Vec<&str> = prepared.all().map(|variant| variant.name.as_str()).collect();
+    for name in names.iter().filter(|name| !known.contains(&name.as_str()) && !known.is_empty()) {
+        let help = match nearest(name, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`? There are {}", known.join(", ")),
+            None => format!("there are {}", known.join(", ")),
+        };
+        out.push(Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help));
+    }
+}
+
+/// The runs; they are kept, whatever becomes of the rest.
+fn run_all(
+    prepared: &Prepared,
+    chosen: &[&PreparedVariant],
+    settings: &Settings,
+    warnings: &[String],
+    progress: &dyn Progress,
+) -> Arc<Study> {
+    let runs = chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, prepared, progress));
+    let study = Arc::new(Study {
+        model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
+        runs: runs.collect(),
+        plots: chosen_plots(prepared, &settings.variants),
+        warnings: [warnings, &["structure and designs of the report are missing".into()]].concat(),
+        ..Study::default()
+    });
+    progress.keep(&|| Part::Study(Arc::clone(&study)));
+    study
+}
+
+/// The design of each controller, as in the first variant that uses it. Of a study that ends early the runs are written, and
+/// nothing more is designed.
+fn designs_of(prepared: &Prepared, chosen: &[&PreparedVariant], progress: &dyn Progress) -> Vec<Design> {
+    let mut own: Vec<(&PreparedVariant, usize)> = Vec::new();
+    for variant in chosen {
+        for (number, control) in variant.model.controls.iter().enumerate() {
+            if own.iter().all(|(other, k)| other.model.controls[*k].name != control.name) {
+                own.push((variant, number));
+            }
+        }
+    }
+    let design = |(variant, number): &(&PreparedVariant, usize)| {
+        let goes_on = progress.stop().is_none();
+        goes_on.then(|| designed(&prepared.description, variant, *number, &DesignSettings::default(), &Silent))
+    };
+    own.par_iter().filter_map(design).collect()
+}
+
+/// Tells in a design what the runs with its controller asked of its motors.
+fn tell_strains(design: &mut Design, chosen: &[&PreparedVariant], runs: &[Run]) {
+    for (variant, run) in chosen.iter().zip(runs) {
+        if variant.model.controls.iter().any(|control| control.name == design.controller) {
+            strain::tell(design, &run.name, run.length(), &run.strains);
+        }
+    }
+    strain::warn(design);
+}
+
+/// Beyond this number of states a run does not wait for the analysis of its structure.
+const MOST_STATES: usize = 24;
+
+/// The structure of a variant beside its run: nothing that could stop or delay the run. `Err`: a warning.
+fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analysis, String> {
+    let states = 2 * variant.reduced.degrees_of_freedom();
+    if states > MOST_STATES {
+        return Err(format!("the structure of {states} states is not analysed in a run; `kardan analyze` does"));
+    }
+    let mut found = analyze_variant(prepared, variant, &AnalyzeSettings::default(), &Silent);
+    if let (Ok(analysis), false) = (&mut found, variant.model.tolerances.is_empty()) {
+        analysis.notes.push("what the tolerances allow, the nearest loss among it: `kardan analyze`".into());
+    }
+    found.map_err(|why| {
+        let why: Vec<String> = why.iter().map(|mistake| mistake.message.clone()).collect();
+        format!("the structure of the model is not analysed: {}", why.join("; "))
+    })
+}
+
+/// For a file that asks for no plot: angles and speeds of the coordinates, torques of the motors; of circuits charges,
+/// currents and voltages.
+fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
+    let names = variant.reduced.coordinate_names();
+    let columns = signal_names(&variant.reduced, &variant.scenario);
+    let columns: Vec<String> = columns.into_iter().map(|(name, _)| name).collect();
+    // Of an angle there is no charge, and the other way round.
+    let coordinates = |suffix: &str| {
+        names.iter().map(|name| format!("{name}.{suffix}")).filter(|name| columns.contains(name)).collect::<Vec<_>>()
+    };
+    let inputs = |suffix: &str| {
+        let inputs: Vec<_> =
+            variant.reduced.equations.inputs.iter().map(|input| format!("{}.{suffix}", input.element)).collect();
+        columns.iter().filter(|name| inputs.contains(name)).cloned().collect()
+    };
+    let plot = |id: &str, title: &str, signals: Vec<String>| Plot {
+        id: id.into(),
+        title: title.into(),
+        signals,
+        ..Plot::default()
+    };
+    [
+        plot("angles", "Angles of the coordinates", coordinates("phi")),
+        plot("speeds", "Speeds of the coordinates", coordinates("w")),
+        plot("torques", "Motor torques", inputs("tau")),
+        plot("charges", "Charges of the coordinates", coordinates("q")),
+        plot("currents", "Currents of the coordinates", coordinates("i")),
+        plot("voltages", "Source voltages", inputs("v")),
+    ]
+    .into_iter()
+    .filter(|plot| !plot.signals.is_empty())
+    .collect()
+}
+
+/// The plots that show one of the variants chosen.
+fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
+    let mut plots = prepared.plots.clone();
+    if let (true, Some(variant)) = (plots.is_empty(), prepared.variants.first()) {
+        plots = default_plots(variant);
+    }
+    if !chosen.is_empty() {
+        // An empty list stands for all variants, a list that becomes empty does not.
+        plots.retain_mut(|plot| {
+            let all = plot.variants.is_empty();
+            plot.variants.retain(|name| chosen.contains(name));
+            all || !plot.variants.is_empty()
+        });
+    }
+    plots
+}
+
+fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
+    progress.advance(number, &variant.name, 0.0);
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    let tolerance = Tolerance { most_steps: progress.most_steps(), ..prepared.tolerance };
+    let result = simulate(setup, tolerance, &mut |fraction| {
+        progress.advance(number, &variant.name, fraction);
+        progress.stop()
+    });
+    progress.advance(number, &variant.name, 1.0);
+    let completed = result.outcome == Outcome::Completed;
+    let requirements = prepared
+        .requirements
+        .iter()
+        .filter(|requirement| requirement.variants.is_empty() || requirement.variants.contains(&variant.name))
+        .map(|requirement| judge(requirement, &result.series, &result.strains, completed))
+        .collect();
+    Run {
+        name: variant.name.clone(),
+        parameters: variant.model.parameters.clone(),
+        series: result.series,
+        energy: result.energy,
+        events: result.events,
+        outcome: result.outcome,
+        requirements,
+        notes: result.notes,
+        strains: result.strains,
+        effort: result.effort,
+    }
+}

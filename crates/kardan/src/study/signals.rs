@@ -1,0 +1,188 @@
+//! What is analysed: a variant, where it stands, its inputs and outputs.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::PreparedVariant;
+use super::analysis::output;
+use super::checks::signals_of;
+use super::massless::state_name;
+use crate::analysis::{ConstrainedSystem, OutputSignal};
+use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::{Domain, InputKind};
+use crate::names::unknown_name;
+use crate::reduce::Reduced;
+use crate::simulate::signal_names;
+
+/// What to analyse and how, beyond what the model file says.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AnalyzeSettings {
+    /// Variant to analyse; `None`: the first.
+    pub variant: Option<String>,
+    /// Inputs; empty: those of `[analysis]`, else all motors.
+    pub inputs: Vec<String>,
+    /// Outputs (signals such as `rk.phi`, or sensors); empty: those of `[analysis]`, else all sensors, else the outputs
+    /// that the laws control, else the angles of all coordinates.
+    pub outputs: Vec<String>,
+    /// Prove every answer over the rationals, however long it takes.
+    pub certify: bool,
+    /// Eliminate motions without inertia instead of refusing them.
+    pub eliminate_massless: bool,
+}
+
+/// Where a variant is analysed, with its equations there.
+pub(super) struct WorkingPoint {
+    /// The reduced position, rad.
+    pub position: Vec<f64>,
+    /// Elements whose friction holds.
+    pub stuck: BTreeSet<String>,
+    pub inputs: Vec<String>,
+    pub outputs: Vec<OutputSignal>,
+    pub system: ConstrainedSystem,
+}
+
+impl WorkingPoint {
+    /// That of the settings and of `[analysis]`; which defaults were taken goes into the notes.
+    pub fn of(
+        variant: &PreparedVariant,
+        settings: &AnalyzeSettings,
+        notes: &mut Vec<String>,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let (reduced, spec) = (&variant.reduced, &variant.analysis);
+        let (inputs, outputs) = signals(variant, settings, notes)?;
+        let position = spec.position(&reduced.coordinate_names(), &variant.scenario.position);
+        let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
+        let system = ConstrainedSystem::at(reduced, &position, &stuck, &inputs);
+        Ok(Self { position, stuck, inputs, outputs, system })
+    }
+}
+
+/// Coordinates that are charges of a circuit, not angles.
+pub(super) fn charges(reduced: &Reduced) -> BTreeSet<String> {
+    let equations = &reduced.equations;
+    let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
+    equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
+}
+
+pub(super) fn choose<'a>(
+    variants: &'a [Arc<PreparedVariant>],
+    name: Option<&str>,
+) -> Result<&'a PreparedVariant, Diagnostic> {
+    let Some(name) = name else {
+        return variants
+            .first()
+            .map(|variant| &**variant)
+            .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
+    };
+    variants.iter().map(|variant| &**variant).find(|variant| variant.name == name).ok_or_else(|| {
+        let help = unknown_name(name, variants.iter().map(|variant| variant.name.as_str()));
+        Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
+    })
+}
+
+/// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
+pub(super) fn signals(
+    variant: &PreparedVariant,
+    settings: &AnalyzeSettings,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<String>, Vec<OutputSignal>), Vec<Diagnostic>> {
+    let equations = &variant.reduced.equations;
+    let spec = &variant.analysis;
+    let mut wrong = Vec::new();
+    let all_inputs: Vec<String> = equations.inputs.iter().map(|input| input.element.clone()).collect();
+    let inputs = if !settings.inputs.is_empty() {
+        settings.inputs.clone()
+    } else if let Some(named) = &spec.inputs {
+        named.clone()
+    } else {
+        let motors = equations.inputs.iter().filter(|input| matches!(input.value, InputKind::Motor(_)));
+        let motors: Vec<String> = motors.map(|input| input.element.clone()).collect();
+        notes.push(if motors.is_empty() {
+            "the model has no motor: nothing is controllable".into()
+        } else {
+            let what = if charges(&variant.reduced).is_empty() { "motors" } else { "motors and sources" };
+            format!("inputs: all {what} ({})", motors.join(", "))
+        });
+        motors
+    };
+    let inputs = named("input", &inputs, &all_inputs, &mut wrong);
+    let names = if !settings.outputs.is_empty() {
+        settings.outputs.clone()
+    } else if let Some(named) = &spec.outputs {
+        named.clone()
+    } else if !equations.sensors.is_empty() {
+        let names: Vec<String> = equations.sensors.iter().map(|(name, _)| name.clone()).collect();
+        notes.push(format!("outputs: all sensors ({})", names.join(", ")));
+        names
+    } else {
+        let controlled: BTreeSet<String> = variant
+            .model
+            .controls
+            .iter()
+            .flat_map(|control| signals_of(control.law.fields, &control.values))
+            .filter(|signal| signal.ends_with(".phi"))
+            .collect();
+        let names: Vec<String> = if controlled.is_empty() {
+            variant
+                .reduced
+                .coordinate_names()
+                .iter()
+                .map(|shaft| state_name(&format!("{shaft}.phi"), &charges(&variant.reduced)))
+                .collect()
+        } else {
+            controlled.into_iter().collect()
+        };
+        notes.push(format!("outputs: {}", names.join(", ")));
+        names
+    };
+    let known = signal_names(&variant.reduced, &variant.scenario);
+    let mut outputs: Vec<OutputSignal> = Vec::new();
+    for name in names.iter().map(|name| name.trim()) {
+        match output(name, equations, &known, &|_, _| false) {
+            _ if name.is_empty() => wrong.push(empty_name("output")),
+            Ok(found) if outputs.iter().any(|other| other.name == found.name) => {
+                wrong.push(twice("output", &found.name))
+            }
+            Ok(found) => outputs.push(found),
+            Err(why) => {
+                let (message, help) = why.unwrap_or_default();
+                wrong.push(Diagnostic::error("name::unknown", message).help(help));
+            }
+        }
+    }
+    if wrong.is_empty() { Ok((inputs, outputs)) } else { Err(wrong) }
+}
+
+/// The names asked for that are there; the others are told.
+pub(super) fn named(what: &str, asked: &[String], all: &[String], wrong: &mut Vec<Diagnostic>) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for name in asked.iter().map(|name| name.trim()) {
+        let names = || all.iter().map(String::as_str);
+        if name.is_empty() {
+            wrong.push(empty_name(what));
+        } else if !all.iter().any(|other| other == name) {
+            let help = match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if all.is_empty() => format!("there are no {what}s at all"),
+                None => format!("there are {}", quoted(names())),
+            };
+            let message = format!("there is no {what} `{}`", shortened(name));
+            wrong.push(Diagnostic::error("name::unknown", message).help(help));
+        } else if found.iter().any(|other| other == name) {
+            wrong.push(twice(what, name));
+        } else {
+            found.push(name.to_string());
+        }
+    }
+    found
+}
+
+fn empty_name(what: &str) -> Diagnostic {
+    Diagnostic::error("name::empty", format!("the name of an {what} is empty"))
+        .help(format!("separate the names by single commas, or leave `--{what}s` out to have them chosen"))
+}
+
+fn twice(what: &str, name: &str) -> Diagnostic {
+    Diagnostic::error("name::duplicate", format!("the {what} `{}` is named twice", shortened(name)))
+        .help("name it once")
+}

@@ -1,0 +1,49 @@
+//! The model of a variant in a few matrices.
+
+use super::{Prepared, PreparedVariant};
+use crate::equations::Domain;
+use crate::num::Matrix;
+use crate::reduce::{Reduced, linearise};
+use crate::results::{LawSummary, ModelSummary, NamedMatrix};
+use crate::synthesis::closed_loop_poles;
+
+/// Name and unit of the reduced inertia, damping and stiffness matrix.
+pub(super) fn matrix_words(reduced: &Reduced) -> [(&'static str, &'static str); 3] {
+    let has = |domain| reduced.coordinates.iter().any(|&k| reduced.equations.domain(k) == domain);
+    match (has(Domain::Rotation), has(Domain::Charge)) {
+        (_, false) => [("inertia", "kg m^2"), ("damping", "N m s/rad"), ("stiffness", "N m/rad")],
+        (false, true) => [("inductance", "H"), ("resistance", "Ohm"), ("elastance", "1/F")],
+        (true, true) => [
+            ("inertia and inductance", "kg m^2, H"),
+            ("damping and resistance", "N m s/rad, Ohm"),
+            ("stiffness and elastance", "N m/rad, 1/F"),
+        ],
+    }
+}
+
+pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> ModelSummary {
+    let linear = linearise(&variant.reduced, &variant.scenario.position);
+    let laws = &variant.designed;
+    let [inertia, damping, stiffness] = matrix_words(&variant.reduced);
+    let matrix = |title: &str, unit: &str, columns: &[String], values: &Matrix<_>| NamedMatrix {
+        title: title.into(),
+        unit: unit.into(),
+        rows: linear.coordinates.clone(),
+        columns: columns.to_vec(),
+        values: values.to_rows(),
+    };
+    ModelSummary {
+        name: prepared.name.clone(),
+        description: prepared.description.clone(),
+        elements: variant.model.elements.clone(),
+        coordinates: linear.coordinates.clone(),
+        matrices: vec![
+            matrix(&format!("reduced {}", inertia.0), inertia.1, &linear.coordinates, &linear.inertia),
+            matrix(&format!("reduced {}", damping.0), damping.1, &linear.coordinates, &linear.damping),
+            matrix(&format!("reduced {}", stiffness.0), stiffness.1, &linear.coordinates, &linear.stiffness),
+            matrix("input map", "", &linear.inputs, &linear.input),
+        ],
+        laws: laws.iter().map(|law| law.describe().summary()).collect::<Vec<LawSummary>>(),
+        closed_loop_poles: closed_loop_poles(&linear, laws).unwrap_or_default(),
+    }
+}
