@@ -22,7 +22,7 @@ pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::read_state_space;
-pub use table_reader::{TableReader, words};
+pub use table_reader::{TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
 pub use write::{NewValue, written};
 

@@ -27,6 +27,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, KeyedEntry, Place, Written};
+use crate::names::did_you_mean;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{
     Dimension, Exact, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
@@ -515,11 +516,10 @@ fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
 
 fn unknown_key(found: &KeyedEntry, known: &[&str], what: &str) -> Diagnostic {
     let name = found.key.as_str();
-    let help = match nearest(name, known.iter().copied()) {
-        Some(meant) => format!("did you mean `{meant}`?"),
-        None if known.is_empty() => format!("{what} takes no keys; remove it"),
-        None => format!("known keys are {}", listed(known, "and")),
-    };
+    let help = did_you_mean(nearest(name, known.iter().copied()), || match known {
+        [] => format!("{what} takes no keys; remove it"),
+        known => format!("known keys are {}", listed(known, "and")),
+    });
     Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
         .at(found.place.clone(), "unknown key")
         .help(help)

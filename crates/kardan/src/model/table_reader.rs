@@ -7,7 +7,7 @@ use super::document::{Document, Parameter, Setting};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
-use crate::names::{Quantity, SignalName};
+use crate::names::{Quantity, SignalName, did_you_mean};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
@@ -215,10 +215,8 @@ impl<'a> TableReader<'a> {
             let label = format!("`{key}` of {what}");
             let Some((_, dimension)) = self.parameter(&name.value) else {
                 let names = self.document.parameters.iter().map(|p| p.name.as_str());
-                let help = match guess(&name.value, names, out) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => "only names under `[parameters]` can be set here".to_string(),
-                };
+                let other = || "only names under `[parameters]` can be set here".to_string();
+                let help = did_you_mean(guess(&name.value, names, out), other);
                 if self.document.doubts.has(&name.value) {
                     continue;
                 }
@@ -228,12 +226,7 @@ impl<'a> TableReader<'a> {
             };
             if let Some((value, found)) = self.scalar(scalar, None, &label, out) {
                 if found != dimension {
-                    let message = format!("{label}: expected {}, found {}", dimension.noun(), found.noun());
-                    out.push(
-                        Diagnostic::error("unit::dimension", message)
-                            .at(scalar.place.clone(), found.noun())
-                            .help(format!("write a unit such as {}", dimension.example())),
-                    );
+                    out.push(wrong_dimension(&label, dimension, found, scalar.place.clone()));
                     continue;
                 }
                 let text = format!("{} {}", value.to_f64(), dimension.si());
@@ -255,13 +248,11 @@ impl<'a> TableReader<'a> {
                         continue;
                     }
                     let angles: Vec<String> = self.shafts().map(|shaft| Quantity::Angle.of(shaft)).collect();
+                    let all = || angles.iter().map(String::as_str);
                     let message = format!("{label}: `{}` is not the angle of a shaft", shortened(signal));
-                    let its_angle = angles.iter().find(|angle| **angle == Quantity::Angle.of(name.element));
-                    let near = its_angle.map(String::as_str);
-                    let help = match near.or_else(|| nearest(signal, angles.iter().map(String::as_str))) {
-                        Some(near) => format!("did you mean `{near}`?"),
-                        None => format!("a law controls one of {}", quoted(angles.iter().map(String::as_str))),
-                    };
+                    let own = all().find(|angle| SignalName::new(angle).element == name.element);
+                    let near = own.or_else(|| nearest(signal, all()));
+                    let help = did_you_mean(near, || format!("a law controls one of {}", quoted(all())));
                     out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an angle").help(help));
                 }
                 (Kind::Output, Some(Placed { value: Value::Word(signal), place })) => {
@@ -279,12 +270,8 @@ impl<'a> TableReader<'a> {
                 }
                 (Kind::Tables(inner), Some(Placed { value: Value::Tables(tables), .. })) => {
                     for (i, table) in tables.iter().enumerate() {
-                        self.check_outputs(
-                            inner,
-                            table,
-                            &format!("entry {} of `{}` of {what}", i + 1, field.name),
-                            out,
-                        );
+                        let what = format!("entry {} of `{}` of {what}", i + 1, field.name);
+                        self.check_outputs(inner, table, &what, out);
                     }
                 }
                 _ => {}
@@ -310,14 +297,13 @@ impl<'a> TableReader<'a> {
             .chain(sensors().map(str::to_string))
             .collect();
         let names = || all.iter().map(String::as_str);
-        let help = match nearest(signal, names()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if alone && quantity == Some(Quantity::Torque) => format!(
+        let help = did_you_mean(nearest(signal, names()), || match quantity {
+            Some(Quantity::Torque) if alone => format!(
                 "add a sensor of that torque: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{}\"`",
                 shortened(head)
             ),
-            None => format!("there are {}", quoted(names())),
-        };
+            _ => format!("there are {}", quoted(names())),
+        });
         let message = format!("{label}: `{}` is not an angle or speed of a shaft, nor a sensor", shortened(signal));
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not an output").help(help));
     }
@@ -333,15 +319,13 @@ impl<'a> TableReader<'a> {
         if known || self.document.doubts.has(name) {
             return;
         }
-        let help = match (guess(name, fitting(), out), fitting().next()) {
-            (Some(near), _) => format!("did you mean `{near}`?"),
-            (None, Some(_)) if out.len() >= GUESSES => format!("declare it: `[shaft.{}]`", shortened(name)),
-            (None, None) => format!("declare it: `[shaft.{}]`", shortened(name)),
-            (None, Some(_)) if !charges.is_empty() => format!("there are {}", quoted(fitting())),
-            (None, Some(_)) => {
+        let help = did_you_mean(guess(name, fitting(), out), || match fitting().next() {
+            Some(_) if out.len() < GUESSES && !charges.is_empty() => format!("there are {}", quoted(fitting())),
+            Some(_) if out.len() < GUESSES => {
                 format!("there are {}; declare another as `[shaft.{}]`", quoted(self.shafts()), shortened(name))
             }
-        };
+            _ => format!("declare it: `[shaft.{}]`", shortened(name)),
+        });
         let kinds = if charges.is_empty() { "shaft" } else { "shaft or charge" };
         let message = format!("{label}: there is no {kinds} `{}`", shortened(name));
         out.push(Diagnostic::error("name::unknown", message).at(place.clone(), format!("no such {kinds}")).help(help));
@@ -355,17 +339,12 @@ impl<'a> TableReader<'a> {
         }
         let fitting =
             self.document.elements.iter().filter(|e| kinds.contains(&e.kind.keyword)).map(|e| e.name.as_str());
-        let help = match guess(name, fitting.clone(), out) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let names = if out.len() < GUESSES { quoted(fitting) } else { String::new() };
-                if names.is_empty() {
-                    format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
-                } else {
-                    format!("there are {names}")
-                }
+        let help = did_you_mean(guess(name, fitting.clone(), out), || {
+            if out.len() < GUESSES && fitting.clone().next().is_some() {
+                return format!("there are {}", quoted(fitting));
             }
-        };
+            format!("declare one: `[{}.{}]`", kinds.first().unwrap_or(&"motor"), shortened(name))
+        });
         let wanted = match kinds.split_last() {
             Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
             _ => kinds.join(" or "),
@@ -378,14 +357,22 @@ impl<'a> TableReader<'a> {
     }
 }
 
+/// A quantity of another dimension than expected.
+pub fn wrong_dimension(label: &str, expected: Dimension, given: Dimension, place: Place) -> Diagnostic {
+    let message = format!("{label}: expected {}, found {}", expected.noun(), given.noun());
+    Diagnostic::error("unit::dimension", message)
+        .at(place, given.noun())
+        .help(format!("write a unit such as {}", expected.example()))
+}
+
 /// The places of a word in a table and the tables within.
 pub fn words(table: &Table, word: &str) -> Vec<Place> {
     let mut places = Vec::new();
     for value in table.values.values() {
         match &value.value {
-            Value::Word(found) if found == word => places.push(value.place.clone()),
+            Value::Word(other) if other == word => places.push(value.place.clone()),
             Value::Words(list) => {
-                places.extend(list.iter().filter(|found| found.value == word).map(|found| found.place.clone()));
+                places.extend(list.iter().filter(|other| other.value == word).map(|other| other.place.clone()));
             }
             Value::Tables(tables) => places.extend(tables.iter().flat_map(|table| words(table, word))),
             _ => {}

@@ -5,6 +5,7 @@ use super::parse::Node;
 use super::table_reader::TableReader;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entry, KeyedEntry, Place, Written};
+use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Placed, Table, Value};
 use crate::units::{
     Dimension, Exact, UnitError, parse_quantity, parse_quantity_list, tolerance_mark, written_quantity,
@@ -175,11 +176,10 @@ fn check_varied(found: &KeyedEntry, document: &Document, out: &mut Vec<Diagnosti
         return;
     }
     let names = document.parameters.iter().map(|p| p.name.as_str());
-    let help = match nearest(name, names.clone()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if document.parameters.is_empty() => format!("declare it first: `[parameters]` with `{name} = ...`"),
-        None => format!("there are {}; declare it under `[parameters]`", quoted(names)),
-    };
+    let help = did_you_mean(nearest(name, names.clone()), || match document.parameters.as_slice() {
+        [] => format!("declare it first: `[parameters]` with `{name} = ...`"),
+        _ => format!("there are {}; declare it under `[parameters]`", quoted(names)),
+    });
     let message = format!("there is no parameter `{}` to vary", shortened(name));
     out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "not declared").help(help));
 }
@@ -240,10 +240,9 @@ pub(super) fn check_named_controls(document: &Document, out: &mut Vec<Diagnostic
             {
                 continue;
             }
-            let help = match nearest(&word.value, names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if document.controls.is_empty() => "the model has no `[control.NAME]`".to_string(),
-                None => format!("there are {}", quoted(names())),
+            let help = match document.controls.as_slice() {
+                [] => "the model has no `[control.NAME]`".to_string(),
+                controls => unknown_name(&word.value, controls.iter().map(|control| control.name.as_str())),
             };
             let name = &variant.name.value;
             let message = format!("variant `{name}`: there is no controller `{}`", shortened(&word.value));

@@ -75,10 +75,12 @@ pub fn shortened(text: &str) -> String {
 /// assert_eq!(unknown_name("x", ["rk.phi", "rk.w"]), "there are `rk.phi`, `rk.w`");
 /// ```
 pub fn unknown_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
-    match nearest(name, known.clone()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("there are {}", quoted(known)),
-    }
+    did_you_mean(nearest(name, known.clone()), || format!("there are {}", quoted(known)))
+}
+
+/// The same where the one that was meant is looked for elsewhere, or something else is said.
+pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> String {
+    near.map_or_else(otherwise, |near| format!("did you mean `{near}`?"))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::num::{Matrix, Rational, exact_rank};
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
 pub(super) const MOST: usize = 2000;
 /// Mistakes of one kind that are told one by one for a matrix.
-pub(super) const TOLD: usize = 8;
+pub(super) const MOST_MISTAKES: usize = 8;
 /// The longest name.
 const NAME_LIMIT: usize = 100;
 
@@ -273,8 +273,8 @@ pub(super) fn discrete(key: &str) -> Diagnostic {
 
 /// Says how many mistakes are not told one by one.
 pub(super) fn more(name: &str, count: usize, span: Option<&Range<usize>>, mistakes: &mut Vec<Diagnostic>) {
-    if count > TOLD {
-        let message = format!("`{name}` has {} more entries that are no finite numbers", count - TOLD);
+    if count > MOST_MISTAKES {
+        let message = format!("`{name}` has {} more entries that are no finite numbers", count - MOST_MISTAKES);
         let mistake = Diagnostic::error("state-space::entry", message).help("correct the entries that are told first");
         mistakes.push(place(mistake, &span.cloned()));
     }

@@ -5,9 +5,12 @@ use std::ops::Range;
 
 use serde_json::value::RawValue;
 
-use super::given::{Given, GivenMatrix, GivenNames, MATRICES, MOST, NAMES, SAMPLE_TIMES, TOLD, discrete, more};
+use super::given::{
+    Given, GivenMatrix, GivenNames, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
+use crate::names::did_you_mean;
 use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
@@ -56,12 +59,9 @@ pub(super) fn read_json(text: &str) -> Result<LinearSystem, Vec<Diagnostic>> {
             }
         } else if !matches!(key.as_str(), "name" | "description") {
             unknown += 1;
-            if unknown <= TOLD {
+            if unknown <= MOST_MISTAKES {
                 let keys = || MATRICES.into_iter().chain(NAMES).chain(["name", "description"]);
-                let help = match nearest(&key, keys()) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("known keys: {}", quoted(keys())),
-                };
+                let help = did_you_mean(nearest(&key, keys()), || format!("known keys: {}", quoted(keys())));
                 let message = format!("unknown key `{}`", shortened(&key));
                 mistakes.push(Diagnostic::error("state-space::unknown", message).at(key_span, "here").help(help));
             }
@@ -218,7 +218,7 @@ impl Json<'_> {
         let cells: Vec<Vec<Range<usize>>> = rows.iter().map(|row| self.items(row)).collect();
         let columns = cells[0].len();
         let ragged: Vec<usize> = (1..rows.len()).filter(|i| cells[*i].len() != columns).collect();
-        for i in ragged.iter().take(TOLD) {
+        for i in ragged.iter().take(MOST_MISTAKES) {
             let message = format!(
                 "row {} of `{name}` has {} entries, but row 1 has {columns}: all rows must be equally long",
                 i + 1,
@@ -272,7 +272,7 @@ impl Json<'_> {
                     Ok(number) => out.push(number),
                     Err((code, reason, help)) => {
                         bad += 1;
-                        if bad <= TOLD {
+                        if bad <= MOST_MISTAKES {
                             let place = match self.kind(value) {
                                 "a list" if list => format!("entry {} of `{name}`", j + 1),
                                 "a list" => format!("entry {} of row {} of `{name}`", j + 1, i + 1),

@@ -2,7 +2,9 @@
 
 use kardan_tables::read::mat5::{Array, Broken, Content, MatFile, Stored};
 
-use super::given::{Given, GivenMatrix, GivenNames, MATRICES, MOST, NAMES, SAMPLE_TIMES, TOLD, discrete, more};
+use super::given::{
+    Given, GivenMatrix, GivenNames, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
@@ -150,7 +152,7 @@ fn matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) -> O
     if bad.is_empty() {
         return Some(GivenMatrix { matrix, list: false, span: None });
     }
-    for (i, j, what) in bad.iter().take(TOLD) {
+    for (i, j, what) in bad.iter().take(MOST_MISTAKES) {
         let message = format!("`{name}({}, {})` is {what}, not a finite number", i + 1, j + 1);
         mistakes
             .push(Diagnostic::error("number::not-finite", message).help("every coefficient must be a finite number"));

@@ -18,7 +18,7 @@ use super::checks::{check_matrices, reduce_diagnostics};
 use super::prepare::{file_stem, is_error};
 use super::{PreparedVariant, Progress, Project};
 use crate::assemble::assemble;
-use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::entries::Entry;
 use crate::equations::{InputKind, Measured};
 use crate::file::syntax;
@@ -340,10 +340,9 @@ fn choose(variants: &[Arc<PreparedVariant>], settings: &BenchSettings) -> Result
             variants.iter().flat_map(|v| v.model.controls.iter().map(|c| c.name.as_str())).collect();
         all.sort_unstable();
         all.dedup();
-        let help = match nearest(name, all.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if all.is_empty() => "the file has no `[control.NAME]`".to_string(),
-            None => format!("there are {}", quoted(all)),
+        let help = match all.is_empty() {
+            true => "the file has no `[control.NAME]`".to_string(),
+            false => unknown_name(name, all),
         };
         Box::new(
             Diagnostic::error("control::unknown", format!("there is no controller `{}`", shortened(name))).help(help),

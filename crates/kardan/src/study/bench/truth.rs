@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
-use crate::names::unknown_name;
+use crate::names::{did_you_mean, unknown_name};
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Value};
@@ -150,10 +150,8 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
             return Some(Target::Parameter(number));
         }
         let names = document.parameters.iter().map(|parameter| parameter.name.as_str());
-        let help = nearest(&name.value, names)
-            .map_or("name a key of an element, such as `wg.damping`".to_string(), |near| {
-                format!("did you mean `{near}`?")
-            });
+        let other = || "name a key of an element, such as `wg.damping`".to_string();
+        let help = did_you_mean(nearest(&name.value, names), other);
         return wrong("there is no such parameter".into(), help);
     };
     let Some(number) = document.elements.iter().position(|element| element.name == head) else {

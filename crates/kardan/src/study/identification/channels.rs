@@ -2,8 +2,8 @@
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Measured, Term};
-use crate::model::{Model, TableReader};
-use crate::names::unknown_name;
+use crate::model::{Model, TableReader, wrong_dimension};
+use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_scalar, read_word};
 use crate::units::{Dimension, parse_quantity};
@@ -222,10 +222,9 @@ impl Channel<'_, '_> {
         if place.is_none() {
             let all: Vec<&str> =
                 groups.iter().flat_map(|group| group.channels.iter().map(|channel| channel.name.as_str())).collect();
-            let help = match name.and_then(|name| nearest(name, all.iter().copied())) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24))),
-            };
+            let near = name.and_then(|name| nearest(name, all.iter().copied()));
+            let columns = || format!("the file has {} columns: {}", all.len(), quoted(all.iter().copied().take(24)));
+            let help = did_you_mean(near, columns);
             let asked = name.map_or_else(|| format!("number {}", number.unwrap_or(0)), |name| format!("`{name}`"));
             let key = if name.is_some() { "column" } else { "number" };
             out.push(
@@ -244,12 +243,7 @@ impl Channel<'_, '_> {
         let (value, dimension) = self.reader.scalar(&scalar, None, &label, out)?;
         let expected = quantity.dimension();
         if dimension != expected {
-            let message = format!("{label}: expected {}, found {}", expected.noun(), dimension.noun());
-            out.push(
-                Diagnostic::error("unit::dimension", message)
-                    .at(TableReader::place(self.table, key), dimension.noun())
-                    .help(format!("write a unit such as {}", expected.example())),
-            );
+            out.push(wrong_dimension(&label, expected, dimension, TableReader::place(self.table, key)));
             return None;
         }
         Some(value.to_f64())

@@ -3,6 +3,7 @@
 use super::channels::{Wired, find};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::TableReader;
+use crate::names::did_you_mean;
 use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_word};
 use crate::units::{Dimension, parse_quantity};
@@ -34,10 +35,8 @@ pub(super) fn clocks(
     let named = read_word(table, "time");
     if let Some(name) = named.filter(|name| find(groups, Some(name), None).is_none()) {
         let all: Vec<&str> = groups.iter().flat_map(|g| g.channels.iter().map(|c| c.name.as_str())).collect();
-        let help = match nearest(name, all.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("the file has {}", quoted(all.into_iter().take(24))),
-        };
+        let columns = || format!("the file has {}", quoted(all.iter().copied().take(24)));
+        let help = did_you_mean(nearest(name, all.iter().copied()), columns);
         out.push(
             Diagnostic::error("log::no-column", format!("`time` of a log: `{file}` has no column `{name}`"))
                 .at(TableReader::place(table, "time"), "not in the file")

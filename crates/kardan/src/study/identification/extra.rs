@@ -5,6 +5,7 @@ use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::equations::Term;
 use crate::identify::{Extra, Shape};
 use crate::model::{Document, Model, TableReader};
+use crate::names::did_you_mean;
 use crate::schema::{Sign, Table, Value};
 use crate::study::read::{quantity, read_word};
 use crate::units::Dimension;
@@ -56,8 +57,7 @@ fn declared_term(
     if !document.elements.iter().any(|e| e.name == element && matches!(e.kind.keyword, "shaft" | "spring_damper")) {
         let message = format!("{what}: there is no shaft or spring_damper `{}`", shortened(&element));
         let names = document.elements.iter().map(|e| e.name.as_str());
-        let help =
-            nearest(&element, names).map_or("name one of the model".into(), |near| format!("did you mean `{near}`?"));
+        let help = did_you_mean(nearest(&element, names), || "name one of the model".into());
         out.push(
             Diagnostic::error("name::unknown", message)
                 .at(TableReader::place(table, "friction"), "no such element")

@@ -14,7 +14,7 @@ const GAP: f64 = 5.0;
 const LATE: f64 = 1e11;
 const SLOW: f64 = 0.5;
 /// Remarks of one kind that are told in full.
-const TOLD: usize = 3;
+const MOST_REMARKS: usize = 3;
 /// Windows by section (after clock jumps) and number; for each the readings of all slots.
 pub(super) type SlotWindows = BTreeMap<(usize, i64), Vec<Reading>>;
 
@@ -149,7 +149,7 @@ impl GroupReader {
                 }
                 if self.last.is_finite() && self.step > 0.0 && t - self.last > GAP * self.step {
                     self.gaps += 1;
-                    if self.gaps <= TOLD {
+                    if self.gaps <= MOST_REMARKS {
                         remarks.push(format!("a gap of {:.3} s after {:.3} s", t - self.last, self.last));
                     }
                 }
@@ -166,7 +166,7 @@ impl GroupReader {
                 let t = times[from];
                 if t < self.last {
                     self.jumps += 1;
-                    if self.jumps <= TOLD {
+                    if self.jumps <= MOST_REMARKS {
                         let row = self.rows + from as u64 + 1;
                         remarks.push(format!("the clock jumps back by {:.3} s at row {row} ({t:.3} s)", self.last - t));
                     }
@@ -189,10 +189,10 @@ impl GroupReader {
         let mut doubts: Vec<String> = read.clock.take().into_iter().collect();
         let (section, own) = (self.section, &self.slots);
         self.windows.finish(&mut |k, readings| keep(windows, section, k, slots, own, readings));
-        if self.gaps > TOLD {
+        if self.gaps > MOST_REMARKS {
             remarks.push(format!("{} gaps in all", self.gaps));
         }
-        if self.jumps > TOLD {
+        if self.jumps > MOST_REMARKS {
             remarks.push(format!("{} jumps of the clock in all", self.jumps));
         }
         if self.jumps > 0 {

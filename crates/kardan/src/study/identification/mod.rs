@@ -33,9 +33,10 @@ use summary::summary;
 
 use super::prepare::is_error;
 use super::{Part, Progress, Project};
-use crate::diagnostics::{Diagnostic, nearest, quoted};
+use crate::diagnostics::Diagnostic;
 use crate::identify::{Fit, FitOptions};
 use crate::model::{self, Document, NewValue, Setting};
+use crate::names::unknown_name;
 use crate::results::Identification;
 
 /// Remarks of logs that a diagnostic repeats.
@@ -216,17 +217,13 @@ pub fn written(source: &str, found: &Identification) -> Result<(String, Vec<Stri
 fn variant(document: &Document, name: Option<&str>) -> Result<Vec<Setting>, Vec<Diagnostic>> {
     let all = document.variant_settings();
     let Some(name) = name else { return Ok(all.into_iter().next().map(|one| one.settings).unwrap_or_default()) };
-    let names: Vec<String> = all.iter().map(|one| one.name.clone()).collect();
-    match all.into_iter().find(|one| one.name == name) {
-        Some(found) => Ok(found.settings),
-        None => {
-            let help = match nearest(name, names.iter().map(String::as_str)) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if names.iter().all(String::is_empty) => "the model has no variants".into(),
-                None => format!("there are {}", quoted(names.iter().map(String::as_str))),
-            };
-            let message = format!("there is no variant `{name}`");
-            Err(vec![Diagnostic::error("variant::unknown", message).help(help)])
-        }
-    }
+    let named = all.iter().find(|one| one.name == name).map(|one| one.settings.clone());
+    named.ok_or_else(|| {
+        let names = all.iter().map(|one| one.name.as_str());
+        let help = match names.clone().all(str::is_empty) {
+            true => "the model has no variants".into(),
+            false => unknown_name(name, names),
+        };
+        vec![Diagnostic::error("variant::unknown", format!("there is no variant `{name}`")).help(help)]
+    })
 }
