@@ -377,8 +377,8 @@ fn check_stuck(spec: &mut AnalysisSpec, known: &Known<'_>, equations: &Equations
     for word in read_words(&known.document.analysis, "stuck") {
         let name = word.value.as_str();
         let element = known.document.elements.iter().find(|e| e.name == name);
-        let told = element.is_none_or(|e| e.kind.fields.iter().all(|field| field.name != "friction"));
-        if told || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
+        let unknown_key = element.is_none_or(|e| e.kind.fields.iter().all(|field| field.name != "friction"));
+        if unknown_key || with.contains(name) || known.doubtful.contains(name) || known.document.doubts.has(name) {
             continue;
         }
         let help = match with.is_empty() {

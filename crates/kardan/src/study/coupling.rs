@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::progress::simulate_heard;
 use super::{PreparedVariant, Progress};
 use crate::results::{CrossCoupling, Design, Outcome, Physical, Series, TorquePeak};
-use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance, simulate};
+use crate::simulate::{RunResult, Scenario, Setup, SignalEvent, Tolerance};
 use crate::synthesis::Reference;
 
 /// Rows of a window.
@@ -75,16 +76,10 @@ fn run(
     progress: &dyn Progress,
 ) -> RunResult {
     let name = reference.map_or("without a step".to_string(), |reference| format!("step of {reference}"));
-    progress.advance(number, &name, 0.0);
     let scenario = step(&variant.scenario, reference, window);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
     let tolerance = Tolerance { most_steps, ..Tolerance::default() };
-    let run = simulate(setup, tolerance, &mut |part| {
-        progress.advance(number, &name, part);
-        progress.stop()
-    });
-    progress.advance(number, &name, 1.0);
-    run
+    simulate_heard(setup, tolerance, (number, &name), progress)
 }
 
 /// A run with the step of a reference, beside the one without.

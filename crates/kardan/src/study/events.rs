@@ -157,7 +157,7 @@ pub(super) fn events(
         let what = &format!("entry {} of `event` of `[scenario]`", i + 1);
         let mut time = |key: &str| quantity(reader, table, key, (Dimension::TIME, Sign::NonNegative), what, out);
         let (at, over) = (time("at"), time("over"));
-        check_late(table, at.as_ref(), duration, out);
+        check_late(table, "event", at.as_ref(), duration, out);
         let Some(signal) = read_word(table, "signal") else { continue };
         let Some(source) = sources.iter().position(|source| source.name == signal) else {
             if let Some((message, help)) = not_settable(signal, sources, document, model) {
@@ -179,15 +179,21 @@ pub(super) fn events(
     given
 }
 
-/// Warns of an event behind the end of the run.
-fn check_late(table: &Table, at: Option<&Exact>, duration: Option<&Exact>, out: &mut Vec<Diagnostic>) {
+/// Warns of an event, or a fault, behind the end of the run.
+pub(super) fn check_late(
+    table: &Table,
+    what: &str,
+    at: Option<&Exact>,
+    duration: Option<&Exact>,
+    out: &mut Vec<Diagnostic>,
+) {
     let (Some(at), Some(end)) = (at.map(Exact::to_f64), duration.map(Exact::to_f64)) else { return };
     if at >= end {
-        let message = format!("this event at {at} s never happens: the run ends at {end} s");
+        let message = format!("this {what} at {at} s never happens: the run ends at {end} s");
         out.push(
             Diagnostic::warning("event::late", message)
                 .at(TableReader::place(table, "at"), "after the end")
-                .help("lengthen `duration` or move the event"),
+                .help(format!("lengthen `duration` or move the {what}")),
         );
     }
 }

@@ -7,7 +7,6 @@ use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
 use crate::num::{Rational, rational_from_f64};
-use crate::reduce::linearise;
 use crate::results::{Alternative, Exploration, WithSensor};
 use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
 use crate::units::Exact;
@@ -241,8 +240,7 @@ fn alternative(
         law.sensors().iter().map(|signal| reading_variance(plant, noise, signal, base.period / change.rate)).collect();
     let mut laws = variant.running.clone();
     laws[number] = law;
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()]);
-    let varied = VariedPlant::new(&variant.reduced, &model, &plant.lags());
+    let varied = VariedPlant::new(&variant.reduced, &variant.linear_model(), &plant.lags());
     Ok((subject(variant, number, &laws, varied)?, variances, sensors))
 }
 

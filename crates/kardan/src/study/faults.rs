@@ -1,5 +1,6 @@
 //! The sensors of a scenario that fail.
 
+use super::events::check_late;
 use super::read::{quantity, read_word};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Model, TableReader};
@@ -94,19 +95,13 @@ fn read(
     let (at, until) = (time("at"), time("until"));
     let sensor = read_word(table, "sensor")?;
     let kind = if read_word(table, "kind") == Some("stuck") { FaultKind::Stuck } else { FaultKind::Lost };
-    let at = at??.to_f64();
+    let at = at??;
     let until = match until {
         None => f64::INFINITY,
         Some(until) => until?.to_f64(),
     };
-    if let Some(duration) = duration.map(Exact::to_f64).filter(|duration| at >= *duration) {
-        let message = format!("this fault at {at} s never happens: the run ends at {duration} s");
-        out.push(
-            Diagnostic::warning("event::late", message)
-                .at(TableReader::place(table, "at"), "after the end")
-                .help("lengthen `duration` or move the fault"),
-        );
-    }
+    check_late(table, "fault", Some(&at), duration, out);
+    let at = at.to_f64();
     if until <= at {
         let message = format!("{what}: it would end at {until} s, before it begins at {at} s");
         let help = "choose `until` after `at`, or leave it out for a fault that stays";

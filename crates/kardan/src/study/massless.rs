@@ -112,12 +112,12 @@ impl<'a> Mechanical<'a> {
             let help = format!("choose another point with `at` of `[analysis]`, {way_out}");
             return vec![Diagnostic::error("model::massless", message).help(help)];
         }
-        let mut told = variant.massless.clone();
-        for diagnostic in &mut told {
+        let mut out = variant.massless.clone();
+        for diagnostic in &mut out {
             let help = diagnostic.help.take().unwrap_or_default();
             diagnostic.help = Some(format!("{help}; {way_out}"));
         }
-        told
+        out
     }
 }
 
@@ -141,11 +141,11 @@ pub(super) fn not_eliminated(
         ),
         MasslessError::Static => (MasslessError::Static, "give one of the shafts an inertia or a damping"),
     };
-    let mut told = Diagnostic::error("analysis::massless", error.to_string()).help(help);
-    if let Some(found) = variant.massless.first() {
-        told.labels.clone_from(&found.labels);
+    let mut mistake = Diagnostic::error("analysis::massless", error.to_string()).help(help);
+    if let Some(massless) = variant.massless.first() {
+        mistake.labels.clone_from(&massless.labels);
     }
-    vec![told]
+    vec![mistake]
 }
 
 /// `a.w` as it is, `L1.i` in place of `L1.w` for a charge.

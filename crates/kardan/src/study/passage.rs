@@ -9,7 +9,7 @@ use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};
 use crate::reduce::{Kinematics, LinearModel, Reduced, Step, linearise};
 use crate::results::{Passage, PassedInteraction, Span};
-use crate::synthesis::{Law, Plant, SampledPart, VariedPlant};
+use crate::synthesis::{Law, SampledPart};
 
 /// Positions in half a turn of a joint, after which its transmission repeats.
 const POSITIONS: usize = 24;
@@ -40,7 +40,7 @@ pub(super) fn passage(
     steps: bool,
 ) -> Option<Result<Passage, String>> {
     let zero = vec![0.0; variant.reduced.degrees_of_freedom()];
-    let own = linearise(&variant.reduced, &zero);
+    let own = variant.linear_model();
     let straight = Kinematics::new(&variant.reduced).is_constant();
     let same = variant.design_models.iter().all(|plant| plant.linear == own);
     if straight && same && !laws.iter().any(|law| law.bends()) {
@@ -61,9 +61,8 @@ fn along(
     paths: &[Path],
     steps: bool,
 ) -> Result<Passage, String> {
-    let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
     let standing = |position: &[f64]| {
-        let plant = VariedPlant::new(&variant.reduced, &linearise(&variant.reduced, position), &lags);
+        let plant = variant.varied_plant(&linearise(&variant.reduced, position));
         let parts: Option<Vec<SampledPart>> =
             laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
         let mut subject = any_subject(variant, number, laws, plant);
@@ -198,7 +197,7 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
     }
     let laws = &variant.running;
     let observed = |control: &ControlSpec| control.values.table("observer").is_some() && !control.law.samples;
-    let mut told_unstable = false;
+    let mut unstable_said = false;
     for (number, control) in variant.model.controls.iter().enumerate() {
         let steps = observed(control);
         if number > 0 && !steps {
@@ -206,8 +205,8 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
         }
         let Some(Ok(found)) = passage(variant, number, laws, steps) else { continue };
         if !found.stable {
-            if !told_unstable {
-                told_unstable = true;
+            if !unstable_said {
+                unstable_said = true;
                 let message = format!(
                     "control `{}`: the loop is unstable with the parameters of the variant{}: a motion grows with {:.4} 1/s (linear \
                      loop with all controllers, computed in floating point)",

@@ -101,9 +101,9 @@ fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Opt
         let places: Vec<_> = d.labels.iter().map(|label| (label.place.clone(), label.text.clone())).collect();
         (d.code, places, later_variant.is_none().then(|| d.message.clone()))
     };
-    let mut told: HashSet<_> = out.iter().map(key).collect();
+    let mut known: HashSet<_> = out.iter().map(key).collect();
     for mut diagnostic in found {
-        if !told.insert(key(&diagnostic)) {
+        if !known.insert(key(&diagnostic)) {
             continue;
         }
         if let Some(variant) = later_variant {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::{AnalysisSpec, Requirement};
 use crate::diagnostics::Diagnostic;
 use crate::model::Model;
-use crate::reduce::Reduced;
+use crate::reduce::{LinearModel, Reduced, linearise};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance};
-use crate::synthesis::{Law, Plant};
+use crate::synthesis::{Law, LoopPlant, Plant, VariedPlant};
 
 /// A study that is ready to run, as far as the file is right.
 #[derive(Debug, Default)]
@@ -55,4 +55,26 @@ pub struct PreparedVariant {
     pub analysis: AnalysisSpec,
     /// Motions without inertia, told as mistakes; only an analysis may go on with them, and then no law is designed.
     pub(super) massless: Vec<Diagnostic>,
+}
+
+impl PreparedVariant {
+    /// The linear model at zero angles.
+    pub(super) fn linear_model(&self) -> LinearModel {
+        linearise(&self.reduced, &vec![0.0; self.reduced.degrees_of_freedom()])
+    }
+
+    /// The time constant of each input's motor, s.
+    fn lags(&self) -> Vec<f64> {
+        self.design_models.first().map(Plant::lags).unwrap_or_default()
+    }
+
+    /// The linear plant of its loop at zero angles, with its motors and sensors.
+    pub(super) fn loop_plant(&self) -> LoopPlant {
+        LoopPlant::new(&self.linear_model(), &self.lags()).with_sensors(&self.reduced)
+    }
+
+    /// The same with coefficients that vary, of a linear model.
+    pub(super) fn varied_plant(&self, model: &LinearModel) -> VariedPlant {
+        VariedPlant::new(&self.reduced, model, &self.lags())
+    }
 }

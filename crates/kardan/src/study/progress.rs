@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::results::{Analysis, Design, Identification, Study};
-use crate::simulate::Tolerance;
+use crate::simulate::{RunResult, Setup, Tolerance, simulate};
 
 /// Hears how far the runs are, and may end them. Called from several threads.
 pub trait Progress: Sync {
@@ -48,4 +48,20 @@ pub struct Silent;
 
 impl Progress for Silent {
     fn advance(&self, _: usize, _: &str, _: f64) {}
+}
+
+/// Simulates, heard as the variant of that number and name, and ended, through `progress`.
+pub(super) fn simulate_heard(
+    setup: Setup<'_>,
+    tolerance: Tolerance,
+    (number, name): (usize, &str),
+    progress: &dyn Progress,
+) -> RunResult {
+    progress.advance(number, name, 0.0);
+    let result = simulate(setup, tolerance, &mut |part| {
+        progress.advance(number, name, part);
+        progress.stop()
+    });
+    progress.advance(number, name, 1.0);
+    result
 }

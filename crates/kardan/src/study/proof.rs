@@ -372,11 +372,11 @@ pub(super) fn judge(design: &mut Design) {
         design.zero_dynamics.modes.iter_mut().for_each(|mode| mode.warning = None);
         return;
     }
-    let told = design.zero_dynamics.modes.iter().filter_map(|mode| {
+    let warnings = design.zero_dynamics.modes.iter().filter_map(|mode| {
         let Complex { re, im } = mode.pole;
         let pole = if im == 0.0 { digits(re) } else { format!("{} ± {} j", digits(re), digits(im.abs())) };
         mode.warning.as_ref().map(|warning| format!("the zero at {pole} 1/s is {warning}"))
     });
-    let told: Vec<String> = told.collect();
-    design.warnings.extend(told);
+    let warnings: Vec<String> = warnings.collect();
+    design.warnings.extend(warnings);
 }

@@ -7,9 +7,8 @@ use rayon::prelude::*;
 use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::num::Random;
-use crate::reduce::linearise;
 use crate::results::{Interaction, Interval, Robustness, Spread, VariedParameter};
-use crate::synthesis::{Law, Plant, VariedPlant};
+use crate::synthesis::Law;
 use crate::units::Exact;
 
 /// Which box of plants.
@@ -38,9 +37,7 @@ pub(super) fn robustness(
     range: ToleranceBox,
     progress: &dyn Progress,
 ) -> Result<Robustness, String> {
-    let model = linearise(&variant.reduced, &vec![0.0; variant.reduced.degrees_of_freedom()]);
-    let lags = variant.design_models.first().map(Plant::lags).unwrap_or_default();
-    let plant = VariedPlant::new(&variant.reduced, &model, &lags);
+    let plant = variant.varied_plant(&variant.linear_model());
     let names = plant.names();
     let (parameters, left) = limits(variant, &names, range);
     if parameters.iter().all(|one| one.factors.lower == one.factors.upper) {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::analyze::analyze_variant;
 use super::design::designed;
 use super::prepare::is_error;
+use super::progress::simulate_heard;
 use super::requirement::judge;
 use super::summary::summarise;
 use super::{
@@ -14,7 +15,7 @@ use super::{
 };
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::results::{Analysis, Design, Outcome, Plot, Run, Study};
-use crate::simulate::{Setup, Tolerance, signal_names, simulate};
+use crate::simulate::{Setup, Tolerance, signal_names};
 
 /// How a study is run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -215,14 +216,9 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
 }
 
 fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
-    progress.advance(number, &variant.name, 0.0);
     let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
     let tolerance = Tolerance { most_steps: progress.most_steps(), ..prepared.tolerance };
-    let result = simulate(setup, tolerance, &mut |fraction| {
-        progress.advance(number, &variant.name, fraction);
-        progress.stop()
-    });
-    progress.advance(number, &variant.name, 1.0);
+    let result = simulate_heard(setup, tolerance, (number, &variant.name), progress);
     let completed = result.outcome == Outcome::Completed;
     let requirements = prepared
         .requirements

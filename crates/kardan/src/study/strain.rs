@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::progress::simulate_heard;
 use super::{Prepared, PreparedVariant, Progress};
 use crate::results::{Design, MotorStrain, Outcome, ScenarioStrain};
-use crate::simulate::{Setup, Tolerance, simulate};
+use crate::simulate::{Setup, Tolerance};
 
 /// Steps of the integrator after which a run of the scenario is given up.
 const MOST_STEPS: usize = 2_000_000;
@@ -25,16 +26,10 @@ pub(super) fn scenario_strains(prepared: &Prepared, design: &mut Design, progres
     let first = design.cross_coupling.len() + 1;
     let run = |(k, variant): (usize, &&PreparedVariant)| {
         let name = format!("scenario of {}", variant.name);
-        progress.advance(first + k, &name, 0.0);
         let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
         let most_steps = prepared.tolerance.most_steps.min(MOST_STEPS).min(progress.most_steps());
         let tolerance = Tolerance { most_steps, ..prepared.tolerance };
-        let run = simulate(setup, tolerance, &mut |part| {
-            progress.advance(first + k, &name, part);
-            progress.stop()
-        });
-        progress.advance(first + k, &name, 1.0);
-        (variant.name.clone(), run)
+        (variant.name.clone(), simulate_heard(setup, tolerance, (first + k, &name), progress))
     };
     let runs: Vec<_> = chosen.par_iter().enumerate().map(run).collect();
     for (variant, run) in runs {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::channels::of_motors;
-use super::linear_loop::{clocks, left_out, linear, model_of};
-use super::survey::Known;
+use super::clocks::clocks;
+use super::survey::{Known, left_out};
 use super::warnings::{CLOSE, close, hardly};
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::num::multiply;
@@ -54,7 +54,7 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
     let places = (0..clocks.len()).rev().filter(|place| clocks[*place].is_some());
     let Some(place) = places.max_by(|a, b| period(a).total_cmp(&period(b))) else { return };
     let control = &variant.model.controls[place];
-    let (laws, plant) = (&variant.running, linear(variant));
+    let (laws, plant) = (&variant.running, variant.loop_plant());
     let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
     let all = together(variant, &parts);
     let free = left_out(variant, place, &plant);
@@ -68,8 +68,8 @@ pub(in crate::study) fn check_sampled(variant: &PreparedVariant, out: &mut Vec<D
         Err(why) => {
             let message = format!("whether the sampled loop is stable is not known: {why} ({})", all.join(", "));
             let help = "choose times with a common period that holds few of the shortest; the run shows what happens";
-            let told = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
-            out.push(told.help(help));
+            let warning = Diagnostic::warning("control::no-map", message).at(control.place.clone(), "this controller");
+            out.push(warning.help(help));
             return;
         }
     };
@@ -170,14 +170,15 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
     if variant.model.controls.is_empty() {
         return;
     }
-    let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), linear(variant));
+    let (laws, clocks, plant) = (&variant.designed, clocks(&variant.model.controls), variant.loop_plant());
     let continuous = clocks.iter().all(Option::is_none) && laws.iter().all(|law| law.clock().is_none());
     for (number, control) in variant.model.controls.iter().enumerate() {
         let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
         let Some(found) = survey.slowest(survey.unchanged()) else { continue };
         let stable = if continuous {
             // Only what floating point takes for zero needs more.
-            let exact = (found.left_out > 0).then(|| exact_motions(&model_of(variant), &plant.lags, laws)).flatten();
+            let exact =
+                (found.left_out > 0).then(|| exact_motions(&variant.linear_model(), &plant.lags, laws)).flatten();
             Known::of(&found, exact.as_ref(), &plant, laws, true).stable
         } else {
             found.stable
@@ -188,8 +189,8 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
                     "in continuous time the loop is unstable: a motion at {:.4} rad/s grows (linear loop, lag of the motors included)",
                     found.frequency
                 );
-                let told = Diagnostic::warning("control::grows", message).at(control.place.clone(), "in this loop");
-                out.push(told.help("`kardan design` lists the poles and what the loop tolerates"));
+                let warning = Diagnostic::warning("control::grows", message).at(control.place.clone(), "in this loop");
+                out.push(warning.help("`kardan design` lists the poles and what the loop tolerates"));
             }
             continue;
         }
@@ -199,8 +200,8 @@ pub(in crate::study) fn check_margins(variant: &PreparedVariant, out: &mut Vec<D
         }
         for message in of_motors(&survey, Some(&response), false).iter().filter(|one| hardly(one)).filter_map(close) {
             let message = format!("control `{}`: {message}", control.name);
-            let told = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
-            out.push(told.help(
+            let warning = Diagnostic::warning("control::hardly", message).at(control.place.clone(), "this controller");
+            out.push(warning.help(
                 "ask for less bandwidth, or a shorter lag, delay or sample time; `kardan design` shows all margins",
             ));
         }

@@ -2,14 +2,13 @@
 
 mod channels;
 mod check;
-mod linear_loop;
+mod clocks;
 mod survey;
 mod verdict;
 mod warnings;
 
 pub use check::overrule;
 pub(super) use check::{check_margins, check_sampled};
-pub(super) use linear_loop::left_out;
-pub(super) use survey::{decay, survey};
+pub(super) use survey::{decay, left_out, survey};
 pub(super) use verdict::verdict;
 pub(super) use warnings::warnings;

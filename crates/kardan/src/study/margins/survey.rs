@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::channels::errors;
-use super::linear_loop::{clocks, linear, model_of, shortest};
+use super::clocks::{clocks, shortest};
 use super::warnings::{HARDLY, hardly};
 use crate::num::{Matrix, Rational, eigenvalues, split_off};
 use crate::reduce::LinearModel;
@@ -25,6 +25,13 @@ pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> O
     (rate > 0.0).then_some(rate)
 }
 
+/// How many motions of the loop of the file's controllers nobody holds.
+pub(in crate::study) fn left_out(variant: &PreparedVariant, number: usize, plant: &LoopPlant) -> usize {
+    let (laws, clocks) = (&variant.designed, clocks(&variant.model.controls));
+    let survey = Survey { plant, laws, clocks: &clocks, number };
+    survey.slowest(survey.unchanged()).map_or(0, |found| found.left_out)
+}
+
 /// How far the loop of a controller is from instability. Peaks of the torques are left to the simulation.
 pub(in crate::study) fn survey(
     variant: &PreparedVariant,
@@ -32,7 +39,7 @@ pub(in crate::study) fn survey(
     laws: &[Arc<dyn Law>],
     design: &Design,
 ) -> Margins {
-    let plant = linear(variant);
+    let plant = variant.loop_plant();
     let clocks = clocks(&variant.model.controls);
     let survey = Survey { plant: &plant, laws, clocks: &clocks, number };
     let own = clocks[number];
@@ -50,7 +57,7 @@ pub(in crate::study) fn survey(
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
     let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
-    let exact = exact_motions(&model_of(variant), &plant.lags, laws);
+    let exact = exact_motions(&variant.linear_model(), &plant.lags, laws);
     let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
     let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
     let stable = known.as_ref().map(|known| known.stable);
@@ -61,7 +68,7 @@ pub(in crate::study) fn survey(
     let hardly = channels.iter().any(|one| !one.reading && hardly(one))
         || gain_margin.is_some_and(|[down, up]| hard([down.value, up.value]));
     let free = match &exact {
-        Some(exact) => moving_exactly(&exact.motions, &model_of(variant), &variant.reduced.equations.shafts),
+        Some(exact) => moving_exactly(&exact.motions, &variant.linear_model(), &variant.reduced.equations.shafts),
         None => as_it_is
             .as_ref()
             .map_or_else(Vec::new, |found| moving(&found.free, &plant, &variant.reduced.equations.shafts)),
