@@ -1,4 +1,4 @@
-use super::branch::{FROM, TO, branch, check_branch};
+use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};

@@ -3,24 +3,21 @@
 //! [`REGISTRY`] is the one list from which the parser, its checks, the manual (`kardan elements`) and the tests are
 //! derived. Adding an element is one file here and one line there.
 
-mod branch;
 mod capacitor;
 mod constraint;
 mod disturbance;
 mod gear;
 mod harmonic_drive;
 mod inductor;
-mod kind;
-mod losses;
 mod motor;
 mod planetary;
 mod resistor;
 mod sensor;
 mod shaft;
+mod shared;
 mod spring_damper;
 mod transformer;
 mod universal_joint;
-mod values;
 mod voltage_source;
 
 pub use capacitor::Capacitor;
@@ -29,16 +26,16 @@ pub use disturbance::Disturbance;
 pub use gear::Gear;
 pub use harmonic_drive::HarmonicDrive;
 pub use inductor::Inductor;
-pub use kind::{Element, Mistake};
 pub use motor::Motor;
 pub use planetary::Planetary;
 pub use resistor::Resistor;
 pub use sensor::Sensor;
 pub use shaft::Shaft;
+pub use shared::kind::{Element, Mistake};
+pub use shared::values::{Resolved, Values};
 pub use spring_damper::SpringDamper;
 pub use transformer::Transformer;
 pub use universal_joint::{UniversalJoint, UniversalJointCurve};
-pub use values::{Resolved, Values};
 pub use voltage_source::VoltageSource;
 
 /// All kinds of elements.

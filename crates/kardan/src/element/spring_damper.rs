@@ -1,4 +1,4 @@
-use super::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
+use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};

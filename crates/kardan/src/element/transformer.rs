@@ -1,4 +1,4 @@
-use super::branch::{branch, check_ends};
+use super::shared::branch::{branch, check_ends};
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::schema::{ElementKeys, Keys, Sign, keys};

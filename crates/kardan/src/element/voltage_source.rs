@@ -1,4 +1,4 @@
-use super::branch::{FROM, branch, check_branch};
+use super::shared::branch::{FROM, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};
 use crate::schema::{ElementKeys, Keys, keys};

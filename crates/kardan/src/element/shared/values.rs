@@ -131,7 +131,7 @@ impl Values {
 
     /// The ratio of a gear; one where it is missing, which was told: the rest is looked at all the same, and nothing is divided
     /// by zero.
-    pub(super) fn ratio(&self) -> Exact {
+    pub(in crate::element) fn ratio(&self) -> Exact {
         self.exact("ratio").cloned().unwrap_or_else(Exact::one)
     }
 }

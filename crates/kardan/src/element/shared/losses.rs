@@ -7,7 +7,7 @@ use crate::schema::{Field, Kind, Sign};
 use crate::units::Dimension;
 
 /// Damper and friction along a direction, if they are given and not zero.
-pub(super) fn losses(along: &Direction, values: &Values) -> Vec<Term> {
+pub(in crate::element) fn losses(along: &Direction, values: &Values) -> Vec<Term> {
     let mut out = Vec::new();
     if let Some(damping) = values.exact("damping").filter(|x| !x.is_zero()) {
         out.push(Term::Damper { along: along.clone(), damping: damping.clone() });
@@ -23,21 +23,21 @@ pub(super) fn losses(along: &Direction, values: &Values) -> Vec<Term> {
     out
 }
 
-pub(super) const BREAKAWAY: Field = Field::optional(
+pub(in crate::element) const BREAKAWAY: Field = Field::optional(
     "breakaway",
     Kind::Quantity(Dimension::TORQUE, Sign::NonNegative),
     "Torque at which it breaks away from rest, not below `friction`; in motion the friction falls from it as \
      friction + (breakaway - friction) exp(-(w/stribeck_speed)^2). Only runs know it, designs leave friction out. Left out: \
      equal to `friction`.",
 );
-pub(super) const STRIBECK_SPEED: Field = Field::optional(
+pub(in crate::element) const STRIBECK_SPEED: Field = Field::optional(
     "stribeck_speed",
     Kind::Quantity(Dimension::ANGULAR_VELOCITY, Sign::Positive),
     "Speed with which the friction falls from `breakaway`; needed with it.",
 );
 
 /// What is wrong with the keys of [`losses`].
-pub(super) fn check_losses(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_losses(values: &Values) -> Vec<Mistake> {
     let mut out = Vec::new();
     match (values.exact("breakaway"), values.has("stribeck_speed")) {
         (None, false) => return out,

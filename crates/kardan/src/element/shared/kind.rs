@@ -51,7 +51,7 @@ impl Element {
 }
 
 impl Mistake {
-    pub(super) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub(in crate::element) fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { key, message: message.into(), help: help.into() }
     }
 }

@@ -6,12 +6,13 @@ use crate::equations::{Direction, Term};
 use crate::schema::{Field, Kind};
 use crate::units::Exact;
 
-pub(super) const FROM: Field = Field::required("from", Kind::Node, "The node that a positive current leaves.");
-pub(super) const TO: Field =
+pub(in crate::element) const FROM: Field =
+    Field::required("from", Kind::Node, "The node that a positive current leaves.");
+pub(in crate::element) const TO: Field =
     Field::required("to", Kind::Node, "The node that a positive current enters; `ground` is at 0 V.");
 
 /// A branch of a circuit: its charge, and the charge's share in the balances of the nodes at both ends.
-pub(super) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
+pub(in crate::element) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Vec<Term> {
     let share = |key: &str, sign: i64| {
         let along = Direction { entries: vec![(charge.to_string(), Exact::from_integer(sign))] };
         values.word(key).map(|node| Term::Balance { node: node.into(), along })
@@ -21,11 +22,11 @@ pub(super) fn branch(charge: &str, values: &Values, [from, to]: [&str; 2]) -> Ve
 }
 
 /// The ends of a branch must be two nodes.
-pub(super) fn check_branch(values: &Values) -> Vec<Mistake> {
+pub(in crate::element) fn check_branch(values: &Values) -> Vec<Mistake> {
     check_ends(values, ["from", "to"])
 }
 
-pub(super) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
+pub(in crate::element) fn check_ends(values: &Values, [from, to]: [&'static str; 2]) -> Vec<Mistake> {
     if values.word(from).is_none() || values.word(from) != values.word(to) {
         return Vec::new();
     }

@@ -1,0 +1,6 @@
+//! What elements share.
+
+pub(super) mod branch;
+pub(super) mod kind;
+pub(super) mod losses;
+pub(super) mod values;

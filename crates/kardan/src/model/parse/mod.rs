@@ -1,0 +1,432 @@
+//! Entries to typed tables, by the lists of [`Field`]s in the schema; every mistake is reported, none stops it.
+//!
+//! [`Node`] walks the tables of a model, [`table`] reads one table by its schema and [`value`] one value. Each of them adds to a list
+//! of diagnostics and gives what could be read; the caller uses the model only if no error is in that list.
+//!
+//! ```
+//! use kardan::diagnostics::plain;
+//! use kardan::file::syntax;
+//! use kardan::model::parse::{Node, table};
+//! use kardan::schema::{Field, Kind, Sign};
+//! use kardan::units::Dimension;
+//!
+//! static SHAFT: [Field; 1] = [Field::required("inertia", Kind::Quantity(Dimension::INERTIA, Sign::Positive), "Inertia.")];
+//! let source = "[shaft.wg]\ninertia = 0.05\n";
+//! let (entries, mut mistakes) = syntax(source);
+//! let shafts = Node::root(&entries).child("shaft", &mut mistakes);
+//! for shaft in shafts.map(|shafts| shafts.children(&mut mistakes)).unwrap_or_default() {
+//!     table(&SHAFT, &shaft, &format!("shaft `{}`", shaft.name), &mut mistakes);
+//! }
+//! assert_eq!(
+//!     plain(source, &mistakes),
+//!     "error[unit::dimension] 2:11: `inertia` of shaft `wg`: expected a moment of inertia, \
+//!      found a number without a unit | a number without a unit \
+//!      | help: write the unit too: \"0.05 kg m^2\"\n"
+//! );
+//! ```
+
+mod node;
+#[cfg(test)]
+mod tests;
+mod wording;
+
+pub use node::Node;
+use wording::{example, expected, unknown_key, what_is_written};
+
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::entries::{Entries, Entry, Place, Written};
+use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
+use crate::units::{
+    Dimension, Exact, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
+    written_quantity,
+};
+
+/// Reads one table by its schema.
+///
+/// `what` names the table in the messages: ``shaft `wg` ``. The result holds each key that could be read; those that
+/// could not, or that are missing, are reported in `out`. If `out` has a `toml::syntax` already, missing keys are not
+/// reported: they may stand in the broken part.
+///
+/// # Errors
+///
+/// `key::unknown`, `key::missing`, and for each value the errors of [`value`].
+pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Table {
+    let known: Vec<&str> = fields.iter().map(|field| field.name).collect();
+    let mut read = Table { fields, place: node.place.clone(), ..Table::default() };
+    let mut misspelt = Vec::new();
+    for keyed in node.table.iter() {
+        let name = keyed.key.as_str();
+        match fields.iter().find(|field| field.name == name) {
+            Some(field) => {
+                let before = out.len();
+                let label = format!("`{name}` of {what}");
+                match value(&field.kind, &label, &keyed.entry, out) {
+                    Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
+                        let reader = Reader { kind: &field.kind, what: &label, place: entry.place };
+                        reader.unlike("list::length", "one or more tables", "an empty list", "empty", out);
+                        read.unread.push(field.name);
+                    }
+                    Some(entry) => {
+                        // In part: what could be read is checked further.
+                        if out.len() > before {
+                            read.unread.push(field.name);
+                        }
+                        read.values.insert(field.name, entry);
+                    }
+                    None => read.unread.push(field.name),
+                }
+            }
+            None => {
+                misspelt.extend(nearest(name, known.iter().copied()));
+                out.push(unknown_key(keyed, &known, what));
+            }
+        }
+    }
+    let broken = out.iter().any(|diagnostic| diagnostic.code == "toml::syntax");
+    for field in fields.iter().filter(|field| field.required && !broken) {
+        // A key that was misspelt is reported once only.
+        if node.table.keyed(field.name).is_none() && !misspelt.contains(&field.name) {
+            read.unread.push(field.name);
+            out.push(
+                Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
+                    .at(node.place.clone(), format!("`{}` is missing", field.name))
+                    .help(format!("add `{} = {}`: {}", field.name, example(&field.kind), field.doc)),
+            );
+        }
+    }
+    let unknown = |name: &&&str| node.table.keyed(name).is_none();
+    read.unread.extend(
+        fields.iter().map(|field| field.name).filter(|name| misspelt.iter().filter(unknown).any(|m| m == name)),
+    );
+    read
+}
+
+/// Reads one value by its kind; nothing if it could not be read, and then the reason is in `out`. Of a list or a table
+/// with mistakes the entries that could be read are given.
+///
+/// `what` names the value in the messages: ``parameter `s` ``. A text that has the form of a name where a number or a
+/// quantity is asked for is a reference to a parameter; whether that exists is not checked here, nor whether shafts,
+/// elements and signals do.
+///
+/// # Errors
+///
+/// `type::wrong`, `unit::unknown`, `unit::dimension`, `unit::syntax`, `number::syntax`, `number::sign`,
+/// `number::not-finite`, `number::range`, `name::invalid`, `name::duplicate`, `choice::unknown`, `list::length`,
+/// `tolerance::syntax`, `tolerance::bounds`. A tolerance is read of every scalar; where it may stand is checked elsewhere.
+///
+/// ```
+/// use kardan::file::syntax;
+/// use kardan::model::parse::value;
+/// use kardan::schema::{Kind, Scalar, Sign, Value};
+/// use kardan::units::{Dimension, Exact};
+/// let (entries, mut mistakes) = syntax("ratio = \"51/50\"");
+/// let written = &entries.keyed("ratio").ok_or("no ratio")?.entry;
+/// let ratio = value(&Kind::Number(Sign::NonZero), "`ratio`", written, &mut mistakes);
+/// let expected = Value::Scalar(Scalar::Literal(Exact::from_ratio(51, 50), Dimension::NONE));
+/// assert_eq!(ratio.map(|r| r.value), Some(expected));
+/// # Ok::<(), &str>(())
+/// ```
+pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) -> Option<Placed<Value>> {
+    let place = entry.place.clone();
+    let reader = Reader { kind, what, place: place.clone() };
+    let read = match (kind, &entry.value) {
+        // Reported by the reader of the file.
+        (_, Written::Broken) => None,
+        (
+            Kind::Shaft
+            | Kind::Node
+            | Kind::Element(_)
+            | Kind::Signal
+            | Kind::Output
+            | Kind::Name
+            | Kind::Text
+            | Kind::Choice(_),
+            Written::Text(text),
+        ) => reader.word(text, out).map(Value::Word),
+        (Kind::Shafts(_) | Kind::Elements(_) | Kind::Signals | Kind::Outputs | Kind::Words, Written::List(list)) => {
+            reader.words(list, out)
+        }
+        (Kind::Quantity(..) | Kind::AnyQuantity | Kind::Number(_), literal) => {
+            reader.scalar(literal, out).map(Value::Scalar)
+        }
+        (Kind::Coefficients, Written::Table(entries)) => reader.map(&Kind::Number(Sign::Any), entries, out),
+        (Kind::Overrides | Kind::Lists, Written::Table(entries)) => reader.map(&Kind::AnyQuantity, entries, out),
+        (Kind::Tables(fields), Written::List(list)) => {
+            let mut tables = Vec::new();
+            for (i, entry) in list.iter().enumerate() {
+                let what = format!("entry {} of {what}", i + 1);
+                match &entry.value {
+                    Written::Table(entries) => {
+                        tables.push(table(fields, &Node::unnamed(entries, &entry.place), &what, out))
+                    }
+                    other => {
+                        Reader { what: &what, place: entry.place.clone(), ..reader }.wrong_type("a table", other, out)
+                    }
+                }
+            }
+            Some(Value::Tables(tables))
+        }
+        (Kind::Poles, Written::List(list)) => reader.poles(list, out),
+        (Kind::Tables(fields) | Kind::Table(fields), Written::Table(entries)) => {
+            Some(Value::Tables(vec![table(fields, &Node::unnamed(entries, &place), what, out)]))
+        }
+        (_, other) => {
+            reader.wrong_type(&expected(kind), other, out);
+            None
+        }
+    };
+    read.map(|value| Placed { value, place })
+}
+
+/// The longest name, in characters: names become parts of file names.
+const NAME_LIMIT: usize = 100;
+
+/// Whether a text has the form of a name: a letter or `_`, then letters, digits, `_` and `-`, at most a hundred in all.
+///
+/// ```
+/// use kardan::model::parse::is_name;
+/// assert!(is_name("s_wg-2") && !is_name("rk.phi") && !is_name("2s") && !is_name(""));
+/// ```
+pub fn is_name(text: &str) -> bool {
+    text.len() <= NAME_LIMIT
+        && text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+}
+
+/// What makes a text a name.
+const NAME_RULE: &str =
+    "a name begins with a letter and goes on with letters (a to z), digits, `_` or `-`, at most 100 in all";
+
+/// Whether a name can be one; if not, that is reported.
+pub(super) fn check_name(name: &str, place: Place, what: &str, out: &mut Vec<Diagnostic>) -> bool {
+    let valid = is_name(name);
+    if !valid {
+        out.push(
+            Diagnostic::error("name::invalid", format!("`{}` cannot be the name of a {what}", shortened(name)))
+                .at(place, "this name")
+                .help(NAME_RULE),
+        );
+    }
+    valid
+}
+
+/// What is being read: for the messages.
+struct Reader<'r> {
+    kind: &'r Kind,
+    what: &'r str,
+    place: Place,
+}
+
+impl Reader<'_> {
+    fn error(&self, code: &'static str, message: impl AsRef<str>, label: impl Into<String>) -> Diagnostic {
+        Diagnostic::error(code, format!("{}: {}", self.what, message.as_ref())).at(self.place.clone(), label)
+    }
+
+    /// Something else is written than what is expected.
+    fn unlike(&self, code: &'static str, expected: &str, written: &str, label: &str, out: &mut Vec<Diagnostic>) {
+        let message = format!("expected {expected}, found {written}");
+        out.push(self.error(code, message, label).help(format!("write it like `{}`", example(self.kind))));
+    }
+
+    fn wrong_type(&self, expected: &str, value: &Written, out: &mut Vec<Diagnostic>) {
+        let written = what_is_written(value);
+        self.unlike("type::wrong", expected, &written, &written, out);
+    }
+
+    fn word(&self, text: &str, out: &mut Vec<Diagnostic>) -> Option<String> {
+        if text.trim().is_empty() {
+            self.unlike("type::wrong", &expected(self.kind), "an empty text", "empty", out);
+            return None;
+        }
+        match self.kind {
+            Kind::Choice(choices) if !choices.contains(&text) => {
+                let help = match nearest(text, choices.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => format!("choose {}", expected(self.kind)),
+                };
+                let message = format!("unknown choice `{}`", shortened(text));
+                out.push(self.error("choice::unknown", message, "unknown").help(help));
+                None
+            }
+            Kind::Name | Kind::Node if !is_name(text) => {
+                out.push(
+                    self.error("name::invalid", format!("`{}` cannot be a name", shortened(text)), "not a name")
+                        .help(NAME_RULE),
+                );
+                None
+            }
+            _ => Some(text.to_string()),
+        }
+    }
+
+    fn words(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut words: Vec<Placed<String>> = Vec::new();
+        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+            let here = Reader { place: entry.place.clone(), ..*self };
+            let Written::Text(text) = &entry.value else {
+                here.wrong_type("a text", &entry.value, out);
+                continue;
+            };
+            let Some(word) = here.word(text, out) else { continue };
+            match words.iter().find(|other| other.value == word) {
+                Some(first) => out.push(
+                    here.error("name::duplicate", format!("`{word}` is listed twice"), "again here")
+                        .at(first.place.clone(), "first here")
+                        .help("remove one of the two"),
+                ),
+                None => words.push(Placed { value: word, place: entry.place.clone() }),
+            }
+        }
+        let count = list.len();
+        let enough = match *self.kind {
+            Kind::Shafts(0) | Kind::Elements(_) => count > 0,
+            Kind::Shafts(asked) => count == asked,
+            _ => true,
+        };
+        if !enough {
+            let names = if count == 1 { "name" } else { "names" };
+            let message = format!("expected {}, found {count} {names}", expected(self.kind));
+            let label = format!("{count} {names}");
+            let or = if matches!(self.kind, Kind::Elements(_)) { ", or leave it out" } else { "" };
+            out.push(
+                self.error("list::length", message, label).help(format!("write it like `{}`{or}", example(self.kind))),
+            );
+        }
+        Some(Value::Words(words))
+    }
+
+    fn poles(&self, list: &[Entry], out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut poles = Vec::new();
+        for entry in list.iter().filter(|entry| entry.value != Written::Broken) {
+            let here = Reader { place: entry.place.clone(), ..*self };
+            let text = match &entry.value {
+                Written::Text(text) | Written::Number(text) => text,
+                other => {
+                    here.wrong_type("a number or a text", other, out);
+                    continue;
+                }
+            };
+            match parse_poles(text) {
+                Ok(read) => poles.extend(read),
+                Err(error) => out.push(
+                    here.error(error.code, error.message, "not a pole")
+                        .help("write it like `-50`, `\"-14 + 14.3j\"` or, for a pair, `\"-14 ± 14.3j\"`"),
+                ),
+            }
+        }
+        if list.is_empty() {
+            self.unlike("list::length", &expected(self.kind), "an empty list", "empty", out);
+        }
+        Some(Value::Poles(poles))
+    }
+
+    fn map(&self, kind: &Kind, table: &Entries, out: &mut Vec<Diagnostic>) -> Option<Value> {
+        let mut map = Vec::new();
+        for keyed in table.iter() {
+            let what = format!("`{}` in {}", keyed.key, self.what);
+            let mut read = |entry: &Entry| {
+                if let Some(Placed { value: Value::Scalar(scalar), place }) = value(kind, &what, entry, out) {
+                    let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
+                    map.push((name, Placed { value: scalar, place }));
+                }
+            };
+            match &keyed.entry.value {
+                Written::List(list) if *self.kind == Kind::Lists && !list.is_empty() => list.iter().for_each(read),
+                _ => read(&keyed.entry),
+            }
+        }
+        if table.is_empty() && *self.kind == Kind::Coefficients {
+            self.unlike("list::length", &expected(self.kind), "an empty table", "empty", out);
+        }
+        Some(Value::Map(map))
+    }
+
+    fn scalar(&self, value: &Written, out: &mut Vec<Diagnostic>) -> Option<Scalar> {
+        let (text, quoted) = match value {
+            Written::Text(text) => (text.as_str(), true),
+            Written::Number(text) => (text.as_str(), false),
+            Written::Quantity(number, dimension) => {
+                let text = written_quantity(number, *dimension);
+                return self.literal(number.clone(), *dimension, None, &text, out);
+            }
+            other => {
+                self.wrong_type(&expected(self.kind), other, out);
+                return None;
+            }
+        };
+        if text.is_empty() && !quoted {
+            return None; // A malformed number: reported by `syntax`.
+        }
+        if text.trim().is_empty() {
+            self.word(text, out);
+            return None;
+        }
+        let marked = quoted && tolerance_mark(text).is_some();
+        let read = match self.kind {
+            _ if marked => parse_tolerated(text).map(|read| (read.value.clone(), read.dimension, Some(read))),
+            Kind::Number(_) => parse_number(text).map(|number| (number, Dimension::NONE, None)),
+            _ => parse_quantity(text).map(|(number, dimension)| (number, dimension, None)),
+        };
+        let (number, dimension, tolerated) = match read {
+            Ok(read) => read,
+            Err(error) if quoted && is_name(text) && error.code != "number::not-finite" => {
+                return Some(Scalar::Parameter(text.to_string()));
+            }
+            Err(error) => {
+                out.push(self.unit_error(error, text));
+                return None;
+            }
+        };
+        self.literal(number, dimension, tolerated, text, out)
+    }
+
+    /// A number that was read, if its dimension and its sign are those asked for.
+    fn literal(
+        &self,
+        number: Exact,
+        dimension: Dimension,
+        tolerated: Option<Tolerated>,
+        text: &str,
+        out: &mut Vec<Diagnostic>,
+    ) -> Option<Scalar> {
+        let sign = match *self.kind {
+            Kind::Quantity(expected, _) if expected != dimension => {
+                let message = format!("expected {}, found {}", expected.noun(), dimension.noun());
+                let help = expected.hint(tolerated.as_ref().map_or(text, |read| read.text.as_str()));
+                out.push(self.error("unit::dimension", message, dimension.noun()).help(help));
+                return None;
+            }
+            Kind::Number(_) if dimension != Dimension::NONE => {
+                let message = format!("expected {}, found {}", Dimension::NONE.noun(), dimension.noun());
+                out.push(
+                    self.error("unit::dimension", message, dimension.noun()).help("write the number without a unit"),
+                );
+                return None;
+            }
+            Kind::Quantity(_, sign) | Kind::Number(sign) => sign,
+            _ => Sign::Any,
+        };
+        if let Some((rule, help)) = broken(sign, &number) {
+            out.push(self.error("number::sign", format!("{rule}, found {}", shortened(text.trim())), rule).help(help));
+            return None;
+        }
+        Some(tolerated.map_or(Scalar::Literal(number, dimension), |read| Scalar::Tolerated(Box::new(read))))
+    }
+
+    /// Points into the text where its bytes are those of the file.
+    fn unit_error(&self, error: UnitError, text: &str) -> Diagnostic {
+        let message = format!("{}: {}", self.what, error.message);
+        let diagnostic = Diagnostic::error(error.code, message).at(self.place.part(text, error.span), "");
+        Diagnostic { help: error.help, ..diagnostic }
+    }
+}
+
+/// The rule that a number breaks, and what to do about it.
+fn broken(sign: Sign, number: &Exact) -> Option<(&'static str, &'static str)> {
+    match (sign, number.signum()) {
+        (Sign::NonNegative, -1) => Some(("must not be negative", "write zero or a number above zero")),
+        (Sign::Positive, -1 | 0) => Some(("must be more than zero", "write a number above zero")),
+        (Sign::NonZero, 0) => Some(("must not be zero", "write a number other than zero")),
+        _ => None,
+    }
+}

@@ -1,0 +1,113 @@
+//! What is asked for and what is written, as words of a sentence.
+
+use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::entries::{KeyedEntry, Written};
+use crate::names::did_you_mean;
+use crate::schema::Kind;
+use crate::units::written_quantity;
+
+pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str) -> Diagnostic {
+    let name = entry.key.as_str();
+    let help = did_you_mean(nearest(name, known.iter().copied()), || match known {
+        [] => format!("{what} takes no keys; remove it"),
+        known => format!("known keys are {}", listed(known, "and")),
+    });
+    Diagnostic::error("key::unknown", format!("{what} has no key `{}`", shortened(name)))
+        .at(entry.place.clone(), "unknown key")
+        .help(help)
+}
+
+/// A value as words of a sentence.
+pub(super) fn what_is_written(value: &Written) -> String {
+    match value {
+        Written::Text(text) if text.chars().count() <= 40 => format!("the text {text:?}"),
+        Written::Text(_) => "a text".to_string(),
+        Written::Number(number) | Written::Other("a number", number) if number.len() <= 40 => {
+            format!("the number {number}")
+        }
+        Written::Number(_) => "a number".to_string(),
+        Written::Quantity(number, dimension) => written_quantity(number, *dimension),
+        Written::Other(what, _) => (*what).to_string(),
+        Written::List(_) => "a list".to_string(),
+        Written::Table(_) => "a table".to_string(),
+        Written::Broken => "nothing that could be read".to_string(),
+    }
+}
+
+/// What a kind asks for, as words of a sentence.
+pub(super) fn expected(kind: &Kind) -> String {
+    match kind {
+        Kind::Shaft => "the name of a shaft".to_string(),
+        Kind::Node => "the name of a node".to_string(),
+        Kind::Shafts(0) => "a list of one or more shaft names".to_string(),
+        Kind::Shafts(1) => "a list of one shaft name".to_string(),
+        Kind::Shafts(count) => format!("a list of {count} shaft names"),
+        Kind::Quantity(dimension, _) => format!("{} such as {}", dimension.noun(), dimension.example()),
+        Kind::Number(_) => "a decimal number or the name of a parameter".to_string(),
+        Kind::Coefficients => "a table from shaft names to numbers".to_string(),
+        Kind::Choice(choices) => format!("one of {}", listed(choices, "or")),
+        Kind::Element(kinds) => format!("the name of an element of the kind {}", listed(kinds, "or")),
+        Kind::Elements(kinds) => format!("a list of one or more names of elements of the kind {}", listed(kinds, "or")),
+        Kind::Signal => "the name of a signal".to_string(),
+        Kind::Signals => "a list of signal names".to_string(),
+        Kind::Words => "a list of names".to_string(),
+        Kind::Name => "a new name".to_string(),
+        Kind::Text => "a text".to_string(),
+        Kind::AnyQuantity => "a quantity such as \"1.3 N m\"".to_string(),
+        Kind::Overrides => "a table from names to quantities".to_string(),
+        Kind::Lists => "a table from names to lists of quantities".to_string(),
+        Kind::Tables(_) => "a list of tables".to_string(),
+        Kind::Table(_) => "a table".to_string(),
+        Kind::Output => "an angle or speed of a shaft, or a sensor".to_string(),
+        Kind::Outputs => "a list of angles and speeds of shafts, and of sensors".to_string(),
+        Kind::Poles => "a list of poles in 1/s".to_string(),
+    }
+}
+
+/// A value of a kind as it stands in a file.
+pub(super) fn example(kind: &Kind) -> String {
+    match kind {
+        Kind::Shaft => "\"wg\"".to_string(),
+        Kind::Node => "\"out\"".to_string(),
+        Kind::Shafts(1) => "[\"wg\"]".to_string(),
+        Kind::Shafts(0 | 2) => "[\"wg\", \"cs\"]".to_string(),
+        Kind::Shafts(3) => "[\"wg\", \"cs\", \"fs\"]".to_string(),
+        Kind::Shafts(_) => "[\"wg\", \"cs\", \"fs\", …]".to_string(),
+        Kind::Quantity(dimension, _) => dimension.example(),
+        Kind::Number(_) => "1.5".to_string(),
+        Kind::Coefficients => "{ wg = 1, cs = -51, fs = 50 }".to_string(),
+        Kind::Choice(choices) => format!("\"{}\"", choices.first().unwrap_or(&"")),
+        Kind::Element(kinds) => format!("\"my_{}\"", kinds.first().unwrap_or(&"element")),
+        Kind::Elements(kinds) => format!("[\"my_{}\"]", kinds.first().unwrap_or(&"element")),
+        Kind::Signal => "\"rk.phi\"".to_string(),
+        Kind::Signals => "[\"rk.phi\", \"rk.w\"]".to_string(),
+        Kind::Words => "[\"nominal\"]".to_string(),
+        Kind::Name => "\"ref_rk\"".to_string(),
+        Kind::Text => "\"a text\"".to_string(),
+        Kind::AnyQuantity => "\"1.3 N m\"".to_string(),
+        Kind::Overrides => "{ beta = \"0 deg\" }".to_string(),
+        Kind::Lists => "{ wg = [\"20 rad/s\", \"60 rad/s\"] }".to_string(),
+        Kind::Output => "\"rk.phi\"".to_string(),
+        Kind::Outputs => "[\"rk.phi\", \"fs.phi\"]".to_string(),
+        Kind::Poles => "[-50, \"-14 ± 14.3j\"]".to_string(),
+        Kind::Tables(fields) | Kind::Table(fields) => {
+            let keys: Vec<String> = fields
+                .iter()
+                .filter(|field| field.required)
+                .map(|field| format!("{} = {}", field.name, example(&field.kind)))
+                .collect();
+            let table = format!("{{ {} }}", keys.join(", "));
+            if matches!(kind, Kind::Table(_)) { table } else { format!("[{table}]") }
+        }
+    }
+}
+
+/// `` `a`, `b` or `c` ``
+fn listed(words: &[&str], conjunction: &str) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("`{word}`")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} {conjunction} {last}", rest.join(", ")),
+        None => String::new(),
+    }
+}
