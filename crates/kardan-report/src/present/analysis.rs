@@ -2,7 +2,6 @@
 
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
-use crate::text::figure;
 use crate::text::number;
 use crate::words;
 use kardan::results::{
@@ -127,10 +126,13 @@ fn modes(analysis: &Analysis) -> Body {
             words::pair(mode.eigenvalue),
             decision(analysis.structure.controllability(), mode.controllable),
             decision(analysis.structure.observability(), mode.observable),
-            words::together(&words::shape(mode, |value| figure(value, 3))),
+            words::together(&words::motion(&mode.shape)),
         ];
         if energy {
-            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(words::together(&text))));
+            row.extend(
+                [words::stored(mode), words::of_elements(&mode.dissipated)]
+                    .map(|text| Cell::Text(words::together(&text))),
+            );
         }
         row
     };
