@@ -357,7 +357,7 @@ pub fn search(search: &PlacementSearch) -> String {
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
-pub fn loss(what: &str, search: &DistanceToUncontrollability) -> Vec<String> {
+pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec<String> {
     if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
         return vec![format!("A loss of {what} within the tolerances was not searched for.")];
     }
@@ -473,7 +473,7 @@ mod tests {
 
     #[test]
     fn what_was_not_searched_is_not_called_safe() {
-        let said = |search: &DistanceToUncontrollability| loss("observability", search).join(" ");
+        let said = |search: &DistanceToUncontrollability| distance_to_loss("observability", search).join(" ");
         let nothing = said(&DistanceToUncontrollability::default());
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
         let searched = DistanceToUncontrollability {

@@ -301,7 +301,7 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
     let said = |what: &str, search: &Option<DistanceToUncontrollability>| {
-        Body::default().list(search.iter().flat_map(|search| words::loss(what, search)))
+        Body::default().list(search.iter().flat_map(|search| words::distance_to_loss(what, search)))
     };
     Body::default()
         .pictures(pictures::margins(sensitivity))
