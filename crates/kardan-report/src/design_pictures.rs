@@ -134,8 +134,7 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
             let peak =
                 format!("{} {}", figure(found.peak.unwrap_or(f64::NAN), 3), unit(&found.unit)).trim_end().to_owned();
             let share = said::relative(found, &design.cross_coupling);
-            let second = share
-                .map_or(String::new(), |share| format!("{} of its own", said::share(share, |value| figure(value, 2))));
+            let second = share.map_or(String::new(), |share| format!("{} of its own", said::share(share, 2)));
             match (found.own, share) {
                 (true, _) => ("own", 1.0, peak, "own channel".into()),
                 (false, Some(share)) => ("coupled", strength(share), peak, second),

@@ -1,18 +1,13 @@
 //! An analysis or a design in sentences, the same on the page and in the terminal.
-//!
-//! `figures` writes the numbers: a page has another minus sign than a terminal.
 
 pub mod design;
 
-use super::text::number;
+use super::text::{figure, number};
 use kardan::results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
     DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, Mode, NamedShare,
     ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare, Structure, Zeros,
 };
-
-/// How a number is written.
-pub type Figures = fn(f64) -> String;
 
 /// Motions below this fraction of the largest are not named.
 const SMALL_MOTION: f64 = 0.05;
@@ -169,21 +164,16 @@ pub fn discs(bounds: &EigenvalueBounds) -> String {
 }
 
 /// The shafts that move most: `rack 1, wheel -0.5`, with a phase where they do not move in step (`wheel 0.5 at 30°`).
-pub fn shape(mode: &Mode, figures: Figures) -> String {
-    motion(&mode.shape, figures)
-}
-
-/// The parts that move most, from their names with real and imaginary part.
-pub fn motion(shape: &[ShapePart], figures: Figures) -> String {
+pub fn motion(shape: &[ShapePart]) -> String {
     let size = |part: &&ShapePart| part.value.abs();
     let mut parts: Vec<_> = shape.iter().filter(|part| size(part) >= SMALL_MOTION).collect();
     parts.sort_by(|a, b| size(b).total_cmp(&size(a)));
     let one = |part: &&ShapePart| {
         let ShapePart { name, value: Complex { re, im } } = part;
         if im.abs() <= 0.05 * re.abs() {
-            format!("{name} {}", figures(round(*re)))
+            format!("{name} {}", figure(round(*re), 3))
         } else {
-            format!("{name} {} at {}°", figures(round(size(part))), figures(im.atan2(*re).to_degrees().round()))
+            format!("{name} {} at {}°", figure(round(size(part)), 3), figure(im.atan2(*re).to_degrees().round(), 3))
         }
     };
     list(&parts.iter().map(one).collect::<Vec<_>>(), NAMED)
@@ -199,11 +189,6 @@ pub fn stored(mode: &Mode) -> String {
         }
     }
     percents(shares)
-}
-
-/// The elements that lose most of the energy.
-pub fn dissipated(mode: &Mode) -> String {
-    of_elements(&mode.dissipated)
 }
 
 /// The largest shares: `spring 50 %, rack 30 %`.
@@ -372,7 +357,7 @@ pub fn search(search: &PlacementSearch) -> String {
 
 /// The distance of the nearest loss, the verdict over the box and the sampling: one sentence each. `what` is
 /// `controllability` or `observability`.
-pub fn loss(what: &str, search: &DistanceToUncontrollability) -> Vec<String> {
+pub fn distance_to_loss(what: &str, search: &DistanceToUncontrollability) -> Vec<String> {
     if search.nearest.is_none() && search.method.is_empty() && search.sampling.is_none() {
         return vec![format!("A loss of {what} within the tolerances was not searched for.")];
     }
@@ -488,7 +473,7 @@ mod tests {
 
     #[test]
     fn what_was_not_searched_is_not_called_safe() {
-        let said = |search: &DistanceToUncontrollability| loss("observability", search).join(" ");
+        let said = |search: &DistanceToUncontrollability| distance_to_loss("observability", search).join(" ");
         let nothing = said(&DistanceToUncontrollability::default());
         assert!(nothing.contains("not searched for") && !nothing.contains("none"), "{nothing}");
         let searched = DistanceToUncontrollability {

@@ -2,7 +2,6 @@
 
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
-use crate::text::figure;
 use crate::text::number;
 use crate::words;
 use kardan::results::{
@@ -127,10 +126,13 @@ fn modes(analysis: &Analysis) -> Body {
             words::pair(mode.eigenvalue),
             decision(analysis.structure.controllability(), mode.controllable),
             decision(analysis.structure.observability(), mode.observable),
-            words::together(&words::shape(mode, |value| figure(value, 3))),
+            words::together(&words::motion(&mode.shape)),
         ];
         if energy {
-            row.extend([words::stored(mode), words::dissipated(mode)].map(|text| Cell::Text(words::together(&text))));
+            row.extend(
+                [words::stored(mode), words::of_elements(&mode.dissipated)]
+                    .map(|text| Cell::Text(words::together(&text))),
+            );
         }
         row
     };
@@ -299,7 +301,7 @@ fn sensitivity(sensitivity: &Sensitivity) -> Body {
     };
     let headers = ["parameter", "#from", "#nominal", "#to", "#not controllable at", "#not observable at"];
     let said = |what: &str, search: &Option<DistanceToUncontrollability>| {
-        Body::default().list(search.iter().flat_map(|search| words::loss(what, search)))
+        Body::default().list(search.iter().flat_map(|search| words::distance_to_loss(what, search)))
     };
     Body::default()
         .pictures(pictures::margins(sensitivity))

@@ -3,7 +3,7 @@
 use super::{alternatives, margins};
 use crate::design_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
-use crate::text::{figure, number};
+use crate::text::number;
 use crate::words::{self, design as said, list, pairs};
 use kardan::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
@@ -214,7 +214,7 @@ fn zero_dynamics(design: &Design) -> Body {
             words::pair(mode.pole),
             mode.natural_frequency,
             mode.damping_ratio,
-            words::together(&words::motion(&mode.shape, |value| figure(value, 3))),
+            words::together(&words::motion(&mode.shape)),
             words::together(&words::of_elements(&mode.stored)),
             words::together(&words::of_elements(&mode.dissipated)),
             word,
@@ -335,7 +335,7 @@ fn cross_coupling(design: &Design) -> Body {
         row.extend(match &c.failure {
             Some(_) => row![Cell::Mark(false, "failed".into()), "", ""],
             None => {
-                let share = said::relative(c, found).map_or(String::new(), |share| said::share(share, number));
+                let share = said::relative(c, found).map_or(String::new(), |share| said::share(share, 5));
                 row![with_unit(c.peak, &c.unit), with_unit(c.rms, &c.unit), share]
             }
         });

@@ -1,6 +1,7 @@
 //! Poles, transfer functions and shares of a design in words.
 
-use super::{Figures, list, percent, polynomial};
+use super::{list, percent, polynomial};
+use crate::text::figure;
 use kardan::results::{CrossCoupling, Design, Pole, TransferEntry};
 
 /// More names are counted.
@@ -48,14 +49,13 @@ pub fn relative(coupling: &CrossCoupling, all: &[CrossCoupling]) -> Option<f64> 
 }
 
 /// A share that may be tiny: `12 %`, `0.024 %`, `0 %`.
-pub fn share(value: f64, figures: Figures) -> String {
-    if value == 0.0 || value >= 0.1 { percent(value) } else { format!("{} %", figures(100.0 * value)) }
+pub fn share(value: f64, digits: usize) -> String {
+    if value == 0.0 || value >= 0.1 { percent(value) } else { format!("{} %", figure(100.0 * value, digits)) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::text::number;
 
     #[test]
     fn transfer_functions_read_as_written_by_hand() {
@@ -73,6 +73,6 @@ mod tests {
 
     #[test]
     fn shares_may_be_tiny() {
-        assert_eq!([0.0, 0.0002304, 0.123].map(|value| share(value, number)), ["0 %", "0.02304 %", "12 %"]);
+        assert_eq!([0.0, 0.0002304, 0.123].map(|value| share(value, 5)), ["0 %", "0.02304 %", "12 %"]);
     }
 }
