@@ -21,6 +21,16 @@ pub enum Domain {
     Charge,
 }
 
+impl Domain {
+    /// The coordinate and its rate.
+    pub fn motion(self) -> [Quantity; 2] {
+        match self {
+            Self::Rotation => [Quantity::Angle, Quantity::Speed],
+            Self::Charge => [Quantity::Charge, Quantity::Current],
+        }
+    }
+}
+
 /// The node at which potentials are zero; it needs no balance, for that follows from those of all other nodes.
 pub const GROUND: &str = "ground";
 

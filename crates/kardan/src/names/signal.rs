@@ -103,6 +103,11 @@ impl<'a> SignalName<'a> {
         WORDS.iter().find(|(_, other)| *other == word).map(|(quantity, _)| *quantity)
     }
 
+    /// The element, if the signal is that of one element alone.
+    pub fn alone(self) -> Option<&'a str> {
+        self.on.is_none().then_some(self.element)
+    }
+
     /// Whether it is this quantity.
     pub fn is(self, quantity: Quantity) -> bool {
         self.quantity() == Some(quantity)
@@ -115,7 +120,7 @@ impl<'a> SignalName<'a> {
 
     /// The shaft whose angle it is.
     pub fn angle_of(self) -> Option<&'a str> {
-        (self.on.is_none() && self.is(Quantity::Angle)).then_some(self.element)
+        self.alone().filter(|_| self.is(Quantity::Angle))
     }
 }
 

@@ -12,6 +12,7 @@ use crate::entries::Place;
 use crate::equations::{Domain, Measured};
 use crate::model::{Setting, TableReader, tables};
 use crate::names::unknown_name;
+use crate::names::{Quantity, SignalName};
 use crate::reduce::Reduced;
 use crate::results::Physical;
 use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
@@ -120,9 +121,9 @@ pub(super) fn analysis_spec(
     spec.samples = values.number("samples").and_then(|samples| whole_samples(table, samples, out));
     let coordinates = point.as_ref().map(|point| point.reduced.coordinate_names());
     let targets = coordinates.as_deref();
-    let at = targets_of("at", &["phi"], known, targets, &reader, out);
-    spec.at = at.into_iter().map(|(signal, angle)| (signal.trim_end_matches(".phi").to_string(), angle)).collect();
-    spec.motion = targets_of("motion", &["phi", "w"], known, targets, &reader, out);
+    let at = targets_of("at", &[Quantity::Angle], known, targets, &reader, out);
+    spec.at = at.into_iter().map(|(signal, angle)| (SignalName::new(&signal).element.to_string(), angle)).collect();
+    spec.motion = targets_of("motion", &[Quantity::Angle, Quantity::Speed], known, targets, &reader, out);
     let moves = spec.motion.iter().any(|(_, value)| *value != 0.0);
     if matches!(table.values.get("motion"), Some(given) if matches!(&given.value, Value::Map(entries)
         if entries.len() == spec.motion.len()))
@@ -184,38 +185,37 @@ pub(super) fn output(
     signals: &[(String, Physical)],
     doubtful: &dyn Fn(&str, &str) -> bool,
 ) -> Result<OutputSignal, Option<(String, String)>> {
-    let (head, tail) = name.split_once('.').unwrap_or((name, ""));
+    let signal = SignalName::new(name);
+    let head = signal.element;
     let has_signal = |name: &str| signals.iter().any(|(other, _)| other == name);
     let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
     let coordinate = |name: &str| equations.shafts.iter().position(|shaft| shaft == name);
-    let measured = coordinate(head).and_then(|k| match (equations.domain(k), tail) {
-        (Domain::Rotation, "phi") | (Domain::Charge, "q") => Some(Measured::Angle(head.into())),
-        (Domain::Rotation, "w") | (Domain::Charge, "i") => Some(Measured::Speed(head.into())),
-        _ => None,
+    let measured = signal.alone().and_then(coordinate).and_then(|k| {
+        let [position, rate] = equations.domain(k).motion();
+        let rates = signal.is(rate).then(|| Measured::Speed(head.into()));
+        if signal.is(position) { Some(Measured::Angle(head.into())) } else { rates }
     });
     if let Some(measured) = measured {
         return Ok(OutputSignal { name: name.into(), measured });
     }
-    if let Some((sensor, what)) = sensor.filter(|_| tail.is_empty() || has_signal(name)) {
+    if let Some((sensor, what)) = sensor.filter(|_| signal.word.is_none() || has_signal(name)) {
         return Ok(OutputSignal { name: sensor.clone(), measured: what.measured.clone() });
     }
     let shown = shortened(name);
     if let Some(k) = coordinate(name) {
-        let (what, first, second) = match equations.domain(k) {
-            Domain::Rotation => ("shaft", "phi", "w"),
-            Domain::Charge => ("branch", "q", "i"),
-        };
-        let help = format!("write `{name}.{first}` or `{name}.{second}`");
+        let [first, second] = equations.domain(k).motion().map(|quantity| quantity.of(name));
+        let what = if equations.domain(k) == Domain::Charge { "branch" } else { "shaft" };
+        let help = format!("write `{first}` or `{second}`");
         return Err(Some((format!("`{shown}` is a {what}, not a signal of it"), help)));
     }
     if has_signal(name) {
         let is_input = equations.inputs.iter().any(|input| input.element == head);
-        return Err(Some(if tail.ends_with("tau") && !is_input {
+        return Err(Some(if signal.is(Quantity::Torque) && !is_input {
             (
                 format!("the torque `{shown}` is no output: only angles and speeds of shafts and sensors are"),
                 format!("add a sensor: `[sensor.NAME]` with `measures = \"torque\"` and `element = \"{head}\"`"),
             )
-        } else if tail == "v" {
+        } else if signal.is(Quantity::Voltage) {
             (
                 format!("the voltage `{shown}` is no output: only charges and currents are"),
                 "name `<branch>.q` or `<branch>.i`; the charge of a capacitor is its voltage times the capacitance"
@@ -231,10 +231,7 @@ pub(super) fn output(
     if doubtful(name, head) {
         return Err(None);
     }
-    let of = |(k, name): (usize, &String)| match equations.domain(k) {
-        Domain::Rotation => [format!("{name}.phi"), format!("{name}.w")],
-        Domain::Charge => [format!("{name}.q"), format!("{name}.i")],
-    };
+    let of = |(k, name): (usize, &String)| equations.domain(k).motion().map(|quantity| quantity.of(name));
     let all: Vec<String> = equations
         .shafts
         .iter()
@@ -267,7 +264,7 @@ fn whole_samples(table: &Table, samples: f64, out: &mut Vec<Diagnostic>) -> Opti
 /// Angles and speeds of coordinates by name: `at` and `motion`.
 fn targets_of(
     key: &str,
-    tails: &[&str],
+    quantities: &[Quantity],
     known: &Known<'_>,
     coordinates: Option<&[String]>,
     reader: &TableReader<'_>,
@@ -279,11 +276,14 @@ fn targets_of(
     };
     let mut found = Vec::new();
     for (name, scalar) in entries {
-        let (shaft, tail) = name.value.rsplit_once('.').unwrap_or((&name.value, ""));
+        let signal = SignalName::new(&name.value);
+        let shaft = signal.alone().unwrap_or(&name.value);
         let is_shaft = document.elements.iter().any(|e| e.name == shaft && e.kind.keyword == "shaft");
         let fits = coordinates.map_or(is_shaft, |names| names.iter().any(|n| n == shaft));
-        if fits && tails.contains(&tail) {
-            let dimension = if tail == "phi" { Dimension::ANGLE } else { Dimension::ANGULAR_VELOCITY };
+        let asked = signal.quantity().is_some_and(|quantity| quantities.contains(&quantity));
+        if fits && asked {
+            let angle = signal.is(Quantity::Angle);
+            let dimension = if angle { Dimension::ANGLE } else { Dimension::ANGULAR_VELOCITY };
             let label = format!("`{}` in `{key}` of `[analysis]`", name.value);
             let value = of_dimension(reader, scalar, (dimension, Sign::Any), &label, out);
             found.extend(value.map(|value| (name.value.clone(), value.to_f64())));
@@ -295,19 +295,19 @@ fn targets_of(
         let shafts = document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone());
         let usable: Vec<String> = coordinates.map_or_else(|| shafts.collect(), <[String]>::to_vec);
         let names: Vec<String> =
-            usable.iter().flat_map(|name| tails.iter().map(move |tail| format!("{name}.{tail}"))).collect();
+            usable.iter().flat_map(|name| quantities.iter().map(move |quantity| quantity.of(name))).collect();
         let names = || names.iter().map(String::as_str);
         let shown = shortened(&name.value);
-        let (message, help) = if fits && tail == "w" {
+        let (message, help) = if fits && signal.is(Quantity::Speed) {
             (
                 format!("`{shown}` is a speed, and an operating point is at rest"),
                 format!("give angles: {}", quoted(names())),
             )
-        } else if is_shaft && tails.contains(&tail) {
+        } else if is_shaft && asked {
             let help = format!("the coordinates give {}; `coordinates` of `[model]` chooses others", quoted(names()));
             (format!("`{shaft}` is not a coordinate, its motion follows from them"), help)
         } else {
-            let kind = if tails.len() > 1 { "angle or speed" } else { "angle" };
+            let kind = if quantities.len() > 1 { "angle or speed" } else { "angle" };
             let help = unknown_name(&name.value, names());
             (format!("`{shown}` is not the {kind} of a coordinate"), help)
         };
@@ -341,9 +341,9 @@ fn places(
         let Some(shaft) = read_word(table, "shaft") else { continue };
         let signal = match (key, read_word(table, "measures")) {
             ("actuator", _) => String::new(),
-            (_, Some("speed")) => format!("{shaft}.w"),
+            (_, Some("speed")) => Quantity::Speed.of(shaft),
             (_, None) if table.unread.contains(&"measures") => continue,
-            _ => format!("{shaft}.phi"),
+            _ => Quantity::Angle.of(shaft),
         };
         // What could not be read has been reported by `TableReader::values` of the whole table.
         let label = format!("`cost` of entry {} of `{key}` of `[analysis]`", i + 1);

@@ -7,6 +7,7 @@ use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::Place;
 use crate::model::tables::Measure;
 use crate::model::{Document, TableReader};
+use crate::names::{Quantity, SignalName};
 use crate::results::{Physical, Plot};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
@@ -25,22 +26,23 @@ impl Known<'_> {
     /// Whether a signal that was not found may be there when the mistakes told are put right.
     pub(super) fn may_have(&self, signal: &str) -> bool {
         let doubts = &self.document.doubts;
-        let (head, tail) = signal.split_once('.').map_or((signal, ""), |(head, tail)| (head, tail));
-        if tail.is_empty() && doubts.references || doubts.all {
+        let name = SignalName::new(signal);
+        let (head, quantity) = (name.element, name.quantity().filter(|_| name.on.is_none()));
+        if name.word.is_none() && doubts.references || doubts.all {
             return true;
         }
         let doubted = |name: &str| doubts.has(name) || self.doubtful.contains(name);
         let doubtful = doubted(head);
         // A branch in doubt may name any node.
         let mut branches = self.document.elements.iter().filter(|e| e.kind.node_keys().next().is_some());
-        if tail == "v" && branches.any(|e| doubted(&e.name)) {
+        if quantity == Some(Quantity::Voltage) && branches.any(|e| doubted(&e.name)) {
             return true;
         }
         let kind = self.document.elements.iter().find(|e| e.name == head).map(|e| e.kind.keyword);
         doubtful
             && match kind {
-                Some("shaft") => tail == "friction",
-                Some("motor") => tail == "tau" || tail == "command",
+                Some("shaft") => quantity == Some(Quantity::Friction),
+                Some("motor") => matches!(quantity, Some(Quantity::Torque | Quantity::Command)),
                 _ => true,
             }
     }
@@ -61,8 +63,8 @@ pub(super) fn known_signal(
         return None;
     }
     let names = || known.signals.iter().map(|(name, _)| name.as_str());
-    let head = name.split('.').next().unwrap_or_default();
-    let of_head = || names().filter(|other| other.split('.').next() == Some(head));
+    let head = SignalName::new(name).element;
+    let of_head = || names().filter(|other| SignalName::new(other).element == head);
     let help = match nearest(name, of_head()).or_else(|| nearest(name, names())) {
         Some(near) => format!("did you mean `{near}`?"),
         None if of_head().next().is_some() => format!("`{}` has {}", shortened(head), quoted(of_head())),

@@ -14,8 +14,9 @@ use crate::analysis::OutputSignal;
 use crate::assemble::Along;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::entries::{Entries, Written};
-use crate::equations::{Domain, InputKind, Measured};
+use crate::equations::{Domain, InputKind};
 use crate::model::ControlSpec;
+use crate::names::SignalName;
 use crate::names::unknown_name;
 use crate::num::{Matrix, discretise};
 use crate::results::{ControllerData, DataMatrix, Design};
@@ -210,11 +211,9 @@ fn keys(
         let message = format!("there is no law `{}`", shortened(keyword));
         return Err(vec![Diagnostic::error("name::unknown", message).help(help)]);
     };
-    let full = |output: &OutputSignal| match (&output.measured, output.name.contains('.')) {
-        (_, true) => output.name.clone(),
-        (Measured::Angle(_), _) => format!("{}.phi", output.name),
-        (Measured::Speed(_), _) => format!("{}.w", output.name),
-        _ => format!("{}.tau", output.name),
+    let full = |output: &OutputSignal| match SignalName::new(&output.name).word {
+        Some(_) => output.name.clone(),
+        None => output.measured.quantity().of(&output.name),
     };
     let outputs: Vec<String> = outputs.iter().map(full).collect();
     let Some(mut keys) = (law.template)(inputs, &outputs) else {

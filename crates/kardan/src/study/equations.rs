@@ -8,6 +8,7 @@ use super::{PreparedVariant, Project};
 use crate::assemble::Along;
 use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, InputKind};
+use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::reduce::{Kinematics, LinearModel, linearise};
 
@@ -124,9 +125,9 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
         0 => name.to_string(),
         1 => format!("{name}'"),
         2 => format!("{name}''"),
-        3 => format!("{name}.tau"),
+        3 => Quantity::Torque.of(name),
         5 => name.to_string(),
-        6 => format!("{name}.v"),
+        6 => Quantity::Voltage.of(name),
         _ => format!("sgn({name}')"),
     };
     let charges = charges(variant).len();

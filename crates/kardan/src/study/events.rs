@@ -7,6 +7,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::model::{ControlSpec, Document, Model, TableReader};
+use crate::names::{Quantity, SignalName};
 use crate::results::Physical;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{SignalEvent, Source, SourceTarget};
@@ -67,9 +68,9 @@ pub(super) fn sources(
             InputKind::Disturbance => (input.element.clone(), format!("disturbance {}", input.element)),
             InputKind::Motor(_) if commanded.contains(&input.element) => continue,
             InputKind::Motor(_) if equations.domain_of(input) == Domain::Charge => {
-                (format!("{}.v", input.element), format!("voltage of {}", input.element))
+                (Quantity::Voltage.of(&input.element), format!("voltage of {}", input.element))
             }
-            InputKind::Motor(_) => (format!("{}.tau", input.element), format!("torque of {}", input.element)),
+            InputKind::Motor(_) => (Quantity::Torque.of(&input.element), format!("torque of {}", input.element)),
         };
         let physical = match equations.domain_of(input) {
             Domain::Rotation => Physical::Torque,
@@ -89,9 +90,10 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
         [] => "there is nothing to set: add a motor, a disturbance or a voltage_source".to_string(),
         _ => format!("events can set {}", quoted(names())),
     };
-    let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+    let name = SignalName::new(signal);
+    let (head, quantity) = (name.alone().unwrap_or(signal), name.quantity());
     let is_kind = |keyword: &str| document.elements.iter().any(|e| e.name == head && e.kind.keyword == keyword);
-    if tail == "tau" && is_kind("motor") {
+    if quantity == Some(Quantity::Torque) && is_kind("motor") {
         let commands = |control: &&ControlSpec| (control.law.inputs)(&control.values).iter().any(|input| input == head);
         let control = model.controls.iter().find(commands)?;
         let references: Vec<String> = (control.law.references)(&control.values).into_iter().map(|r| r.name).collect();
@@ -99,10 +101,13 @@ fn not_settable(signal: &str, sources: &[Source], document: &Document, model: &M
             format!("control `{}` commands the motor `{head}`, so an event cannot set `{shown}`", control.name);
         return Some((message, format!("set {} instead", quoted(references.iter().map(String::as_str)))));
     }
-    let charges = document.charges();
-    let of_charge =
-        |(head, tail): (&str, &str)| charges.iter().any(|charge| charge == head) && matches!(tail, "q" | "i" | "v");
-    if is_kind("shaft") && (tail == "phi" || tail == "w") || signal.rsplit_once('.').is_some_and(of_charge) {
+    let is_charge = document.charges().iter().any(|charge| charge == head);
+    let follows = match quantity {
+        Some(Quantity::Angle | Quantity::Speed) => is_kind("shaft"),
+        Some(Quantity::Charge | Quantity::Current | Quantity::Voltage) => is_charge,
+        _ => false,
+    };
+    if follows {
         return Some((format!("`{shown}` follows from the equations, so an event cannot set it"), all()));
     }
     let known = Known { document, signals: Vec::new(), doubtful: model.doubtful.clone() };

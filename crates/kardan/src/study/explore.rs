@@ -6,6 +6,7 @@ use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::element::{Resolved, Values};
 use crate::equations::Measured;
+use crate::names::Quantity;
 use crate::num::{Rational, rational_from_f64};
 use crate::results::{Alternative, Exploration, WithSensor};
 use crate::synthesis::{Clock, Plant, VariedPlant, clock, design_law, reading_variance, running};
@@ -205,20 +206,17 @@ fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
     let mut out = Vec::new();
     let mut measured: Vec<&String> = Vec::new();
     for (name, sensor) in &equations.sensors {
-        let full = match &sensor.measured {
-            Measured::Angle(shaft) => {
-                measured.push(shaft);
-                format!("{name}.phi")
-            }
-            Measured::Speed(_) => format!("{name}.w"),
-            Measured::SpringTorque(_) => format!("{name}.tau"),
+        match &sensor.measured {
+            Measured::Angle(shaft) => measured.push(shaft),
+            Measured::Speed(_) | Measured::SpringTorque(_) => {}
             _ => continue,
-        };
+        }
+        let full = sensor.measured.quantity().of(name);
         if !used.contains(&full) {
             out.push(full);
         }
     }
-    let names = plant.shafts().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| format!("{shaft}.phi"));
+    let names = plant.shafts().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| Quantity::Angle.of(shaft));
     out.extend(names.filter(|name| !used.contains(name)));
     out
 }

@@ -4,6 +4,7 @@ use super::events::check_late;
 use super::read::{quantity, read_word};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Model, TableReader};
+use crate::names::SignalName;
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::{FaultKind, SensorFault};
 use crate::units::{Dimension, Exact};
@@ -119,7 +120,7 @@ fn cannot_fail(sensor: &str, concerned: &[&Reading<'_>], all: &[Reading<'_>]) ->
         let mut names: Vec<&str> = all.iter().filter(|one| one.sampled).map(|one| one.sensor.as_str()).collect();
         names.sort_unstable();
         names.dedup();
-        let heads = names.iter().map(|name| name.rsplit_once('.').map_or(*name, |(head, _)| head));
+        let heads = names.iter().map(|name| SignalName::new(name).element);
         let help = match nearest(sensor, names.iter().copied().chain(heads)) {
             Some(near) => format!("did you mean `{near}`?"),
             None if names.is_empty() => {

@@ -7,6 +7,7 @@ use crate::analysis::{
     Eliminated, LinearSystem, MasslessError, Side, combination, eliminate_massless, massless_direction,
 };
 use crate::diagnostics::Diagnostic;
+use crate::names::{Quantity, SignalName};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
 use crate::results::{Definition, Elimination};
 
@@ -150,9 +151,10 @@ pub(super) fn not_eliminated(
 
 /// `a.w` as it is, `L1.i` in place of `L1.w` for a charge.
 pub(super) fn state_name(name: &str, charges: &BTreeSet<String>) -> String {
-    match name.rsplit_once('.') {
-        Some((charge, "phi")) if charges.contains(charge) => format!("{charge}.q"),
-        Some((charge, "w")) if charges.contains(charge) => format!("{charge}.i"),
+    let signal = SignalName::new(name);
+    match signal.quantity().filter(|_| charges.contains(signal.element)) {
+        Some(Quantity::Angle) => Quantity::Charge.of(signal.element),
+        Some(Quantity::Speed) => Quantity::Current.of(signal.element),
         _ => name.to_string(),
     }
 }

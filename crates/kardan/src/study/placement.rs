@@ -3,6 +3,7 @@
 use super::AnalysisSpec;
 use super::massless::Mechanical;
 use crate::analysis::{Candidate, ConstrainedSystem, LinearSystem, Measure, Side, place, structure, with_candidates};
+use crate::names::{Quantity, SignalName};
 use crate::num::{Matrix, Rational, rational_to_f64};
 use crate::results::{Placement, PlacementSearch, Structure};
 
@@ -36,10 +37,14 @@ impl Places<'_> {
         let unit = if spec.motion.is_empty() { "rad^2/(N^2 m^2 s)" } else { "N^2 m^2 s" };
         let inputs = self.search(Side::Inputs, motors.collect(), &mut |states| self.reach(states, notes), unit);
         let sensors = spec.sensors.iter().map(|place| {
-            let begin = if place.signal.ends_with(".w") { r } else { 0 };
+            let begin = if SignalName::new(&place.signal).is(Quantity::Speed) { r } else { 0 };
             Candidate { name: place.signal.clone(), cost: place.cost, column: self.column(&place.shaft, begin) }
         });
-        let unit = if spec.sensors.iter().all(|place| place.signal.ends_with(".phi")) { "s" } else { "SI" };
+        let unit = if spec.sensors.iter().all(|place| SignalName::new(&place.signal).is(Quantity::Angle)) {
+            "s"
+        } else {
+            "SI"
+        };
         let mut show = |states: &[Combination]| Some(scaled(states, horizon.recip()));
         Placement { inputs, outputs: self.search(Side::Outputs, sensors.collect(), &mut show, unit) }
     }
@@ -114,7 +119,8 @@ impl Places<'_> {
 
 /// Speeds with this weight count as angles.
 fn scaled(states: &[Combination], speed: f64) -> Measure {
-    let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| name.ends_with(".w") || name.ends_with(".i"));
+    let is_rate = |quantity| matches!(quantity, Some(Quantity::Speed | Quantity::Current));
+    let is_speed = |terms: &Combination| terms.iter().all(|(name, _)| is_rate(SignalName::new(name).quantity()));
     Measure::SmallestEigenvalue(states.iter().map(|s| if is_speed(s) { speed } else { 1.0 }).collect())
 }
 

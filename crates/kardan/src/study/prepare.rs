@@ -16,6 +16,7 @@ use crate::assemble::assemble;
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::equations::{Direction, Measured, NamedTerm, Term};
 use crate::model::{ControlSpec, Document, Model, Setting, TableReader, VariantSettings};
+use crate::names::SignalName;
 use crate::num::{Definiteness, Scalar, definiteness};
 use crate::reduce::{Reduced, reduce};
 use crate::simulate::signal_names;
@@ -264,7 +265,7 @@ fn designed_law(
 ) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
     let before = out.len();
     for signal in signals_of(control.law.fields, &control.values) {
-        let shaft = signal.strip_suffix(".phi").and_then(|name| reduced.shaft(name));
+        let shaft = SignalName::new(&signal).angle_of().and_then(|name| reduced.shaft(name));
         if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
             let message =
                 format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);

@@ -1,6 +1,7 @@
 //! A bound on a signal, and whether a run keeps it.
 
 use crate::model::tables::Measure;
+use crate::names::{Quantity, SignalName};
 use crate::results::{MotorStrain, RequirementResult, Series};
 
 /// A bound on a signal.
@@ -77,7 +78,8 @@ pub(super) fn judge(
 
 /// The motor of which a signal is the torque.
 pub(super) fn motor_of(signal: &str) -> Option<&str> {
-    signal.strip_suffix(".tau").or_else(|| signal.strip_suffix(".command"))
+    let name = SignalName::new(signal);
+    name.alone().filter(|_| matches!(name.quantity(), Some(Quantity::Torque | Quantity::Command)))
 }
 
 /// The mean over the time of values that lie on straight lines between the rows; of one row its value.

@@ -5,7 +5,9 @@ use super::faults::faults;
 use super::read::{of_dimension, quantity, read_word};
 use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
+use crate::equations::Domain;
 use crate::model::{Document, Model, Setting, TableReader};
+use crate::names::SignalName;
 use crate::names::unknown_name;
 use crate::num::{Rational, rational_to_f64};
 use crate::schema::{Sign, Table, Value};
@@ -216,16 +218,17 @@ pub(super) fn initial_state(
         document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str()).collect();
     shafts.extend(charges.iter().map(String::as_str));
     for (name, scalar) in entries {
-        let (shaft, tail) = name.value.rsplit_once('.').unwrap_or((&name.value, ""));
+        let signal = SignalName::new(&name.value);
+        let shaft = signal.alone().unwrap_or(&name.value);
         let coordinate = names.iter().position(|n| n == shaft);
         let is_shaft = shafts.contains(&shaft);
-        let is_charge = |name: &str| charges.iter().any(|charge| charge == name);
-        let tails = |name: &str| if is_charge(name) { ["q", "i"] } else { ["phi", "w"] };
-        let dimensions = match is_charge(shaft) {
-            true => [Dimension::CHARGE, Dimension::CURRENT],
-            false => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
+        let domain =
+            |name: &str| if charges.iter().any(|charge| charge == name) { Domain::Charge } else { Domain::Rotation };
+        let dimensions = match domain(shaft) {
+            Domain::Charge => [Dimension::CHARGE, Dimension::CURRENT],
+            Domain::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
         };
-        let rate = tails(shaft).iter().position(|known| *known == tail);
+        let rate = domain(shaft).motion().iter().position(|quantity| signal.is(*quantity));
         let target = match (rate, coordinate) {
             (Some(0), Some(k)) => Some((Some(&mut position[k]), dimensions[0])),
             (Some(_), Some(k)) => Some((Some(&mut speed[k]), dimensions[1])),
@@ -238,7 +241,8 @@ pub(super) fn initial_state(
             }
             let usable: Vec<&str> =
                 if coordinates.is_some() { names.iter().map(String::as_str).collect() } else { shafts.clone() };
-            let known: Vec<String> = usable.iter().flat_map(|n| tails(n).map(|tail| format!("{n}.{tail}"))).collect();
+            let known: Vec<String> =
+                usable.iter().flat_map(|n| domain(n).motion().map(|quantity| quantity.of(n))).collect();
             let known = || known.iter().map(String::as_str);
             let shown = shortened(&name.value);
             let (message, help) = if is_shaft && rate.is_some() {

@@ -11,6 +11,7 @@ use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
 use crate::names::unknown_name;
+use crate::names::{Quantity, SignalName};
 use crate::reduce::Reduced;
 use crate::simulate::signal_names;
 
@@ -120,14 +121,14 @@ pub(super) fn signals(
             .controls
             .iter()
             .flat_map(|control| signals_of(control.law.fields, &control.values))
-            .filter(|signal| signal.ends_with(".phi"))
+            .filter(|signal| SignalName::new(signal).is(Quantity::Angle))
             .collect();
         let names: Vec<String> = if controlled.is_empty() {
             variant
                 .reduced
                 .coordinate_names()
                 .iter()
-                .map(|shaft| state_name(&format!("{shaft}.phi"), &charges(&variant.reduced)))
+                .map(|shaft| state_name(&Quantity::Angle.of(shaft), &charges(&variant.reduced)))
                 .collect()
         } else {
             controlled.into_iter().collect()

@@ -8,6 +8,7 @@ use crate::assemble::CoefficientKind;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::model::ControlSpec;
+use crate::names::Quantity;
 use crate::num::{multiply, rational_to_f64};
 use crate::schema::Keys;
 use crate::synthesis::{
@@ -212,7 +213,7 @@ fn torque_along(
         return (format!("torque along {output}"), Watch::Acceleration(shaft, vec![(None, inertia)]));
     }
     let names: Vec<&str> = others.iter().map(|&k| equations.inputs[k].element.as_str()).collect();
-    (format!("{}.tau", names.join(" + ")), Watch::Felt(others))
+    (Quantity::Torque.of(&names.join(" + ")), Watch::Felt(others))
 }
 
 /// Time until the slowest motion has died out, or the run of the file ends, s.

@@ -6,6 +6,8 @@ use super::{BenchRun, BenchSettings, prepare_bench, prepare_without};
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
 use crate::equations::Measured;
+use crate::names;
+use crate::names::SignalName;
 use crate::results::{ClosedLoop, Compared, Difference, Experiment, Outcome, Physical, Response, Run, TrueValue};
 use crate::study::design::DesignSettings;
 use crate::study::{PreparedVariant, Progress, Project, Silent};
@@ -185,7 +187,7 @@ const DELAY: &str = "delay (sampling, computation, motors, sensors)";
 
 /// What a value of the plant stands for, and whether that is compliance.
 fn difference(value: &TrueValue) -> (String, bool) {
-    let (element, key) = value.name.split_once('.').unwrap_or((&value.name, ""));
+    let (element, key) = names::parameter(&value.name).unwrap_or((&value.name, ""));
     match key {
         "stiffness" | "damping" if value.nominal.is_none() => (format!("compliance of {element}"), true),
         "friction" | "breakaway" | "stribeck_speed" => (FRICTION.into(), false),
@@ -249,16 +251,16 @@ fn run(
 
 /// The signal that shows an output without the noise of a sensor.
 fn shown(equations: &Equations, output: &str) -> String {
-    let sensor = equations.sensors.iter().find(|(name, _)| name == output.split('.').next().unwrap_or(output));
+    let sensor = equations.sensors.iter().find(|(name, _)| name == SignalName::new(output).element);
     match sensor.map(|(name, sensor)| (name, &sensor.measured)) {
         None => output.into(),
-        Some((_, Measured::Angle(shaft))) => format!("{shaft}.phi"),
-        Some((_, Measured::Speed(shaft))) => format!("{shaft}.w"),
-        Some((_, Measured::SpringTorque(element))) => format!("{element}.tau"),
+        Some((_, measured @ (Measured::Angle(of) | Measured::Speed(of) | Measured::SpringTorque(of)))) => {
+            measured.quantity().of(of)
+        }
         Some((_, Measured::ConstraintTorque(element, shaft) | Measured::ComplianceTorque(element, shaft))) => {
             format!("{element}.{shaft}.tau")
         }
-        Some((name, Measured::NetTorque(_))) => format!("{name}.tau"),
+        Some((name, measured @ Measured::NetTorque(_))) => measured.quantity().of(name),
     }
 }
 

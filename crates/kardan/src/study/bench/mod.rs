@@ -26,7 +26,7 @@ use crate::identify::coefficients;
 use crate::model::parse::value;
 use crate::model::tables::ExcitationPlan;
 use crate::model::{Document, Setting, TableReader};
-use crate::names::unknown_name;
+use crate::names::{self, unknown_name};
 use crate::num::Random;
 use crate::reduce::{Kinematics, Reduced, reduce};
 use crate::results::{Bench, BenchPlan, Run, Series, Signal, TrueValue};
@@ -527,9 +527,11 @@ impl PreparedBench {
         let equations = &self.plant.equations;
         let readings: Vec<(String, String)> = encoders(&self.plant)
             .into_iter()
-            .map(|(sensor, shaft)| (format!("{}.phi", equations.shafts[shaft]), format!("{sensor}.phi")))
+            .map(|(sensor, shaft)| {
+                (names::Quantity::Angle.of(&equations.shafts[shaft]), names::Quantity::Angle.of(&sensor))
+            })
             .collect();
-        let motor = |k: usize| format!("{}.tau", equations.inputs[k].element);
+        let motor = |k: usize| names::Quantity::Torque.of(&equations.inputs[k].element);
         let mut names: Vec<String> = spec.signals.iter().map(|name| name.value.clone()).collect();
         if names.is_empty() && !excited {
             names = known.iter().map(|(name, _)| name.clone()).collect();
@@ -537,13 +539,13 @@ impl PreparedBench {
         if names.is_empty() {
             names = readings.iter().map(|(angle, _)| angle.clone()).collect();
             if names.is_empty() {
-                names = self.plant.coordinate_names().iter().map(|name| format!("{name}.phi")).collect();
+                names = self.plant.coordinate_names().iter().map(|name| names::Quantity::Angle.of(name)).collect();
             }
             names.extend(self.motors.iter().map(|&k| motor(k)));
             let torque = |(_, sensor): &&(String, crate::equations::Sensor)| {
                 !matches!(sensor.measured, Measured::Angle(_) | Measured::Speed(_))
             };
-            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| format!("{name}.tau")));
+            names.extend(equations.sensors.iter().filter(torque).map(|(name, _)| names::Quantity::Torque.of(name)));
             names.dedup();
         }
         for name in names {

@@ -6,6 +6,7 @@ use super::inverse::Inverse;
 use super::plan::Course;
 use crate::analysis::OutputSignal;
 use crate::equations::Measured;
+use crate::names::Quantity;
 use crate::num::{Cholesky, Keeper, Matrix, dot};
 use crate::reduce::{Kinematics, Reduced};
 use crate::results::Design;
@@ -74,7 +75,7 @@ impl Servo {
         let read: Vec<usize> = sensors.iter().map(|(_, shaft)| *shaft).chain(shafts.iter().copied()).collect();
         let inverse_of_readings = found.unwrap_or_else(|| Matrix::from_fn(r, r, |i, j| f64::from(u8::from(i == j))));
         let signal = |(name, shaft): (String, usize)| OutputSignal {
-            name: format!("{name}.phi"),
+            name: Quantity::Angle.of(&name),
             measured: Measured::Angle(reduced.equations.shafts[shaft].clone()),
         };
         let servo = Self {

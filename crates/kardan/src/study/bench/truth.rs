@@ -2,6 +2,8 @@
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::model::{Document, Setting, TableReader};
+use crate::names;
+use crate::names::SignalName;
 use crate::names::{did_you_mean, unknown_name};
 use crate::num::{Random, rational_from_f64};
 use crate::results::TrueValue;
@@ -135,7 +137,7 @@ fn numeric(field: &Field) -> Option<(Dimension, Sign)> {
 
 fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<Diagnostic>) -> Option<Target> {
     let mut wrong = |message: String, help: String| {
-        let (head, _) = name.value.split_once('.').unwrap_or((&name.value, ""));
+        let head = SignalName::new(&name.value).element;
         if !document.doubts.has(head) {
             out.push(
                 Diagnostic::error("name::unknown", format!("{label}: {message}"))
@@ -145,7 +147,7 @@ fn find(document: &Document, name: &Placed<String>, label: &str, out: &mut Vec<D
         }
         None
     };
-    let Some((head, key)) = name.value.split_once('.') else {
+    let Some((head, key)) = names::parameter(&name.value) else {
         if let Some(number) = document.parameters.iter().position(|parameter| parameter.name == name.value) {
             return Some(Target::Parameter(number));
         }

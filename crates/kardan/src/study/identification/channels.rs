@@ -1,8 +1,11 @@
 //! Which channel of which log is which signal of the model.
 
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
+use crate::equations::Domain;
 use crate::equations::{Measured, Term};
 use crate::model::{Model, TableReader, wrong_dimension};
+use crate::names;
+use crate::names::SignalName;
 use crate::names::{did_you_mean, unknown_name};
 use crate::schema::{Sign, Table};
 use crate::study::read::{quantity, read_scalar, read_word};
@@ -39,9 +42,9 @@ impl Quantity {
 
     pub fn signal(&self) -> String {
         match self {
-            Self::Angle(shaft) => format!("{shaft}.phi"),
-            Self::Speed(shaft) => format!("{shaft}.w"),
-            Self::Torque(input) => format!("{input}.tau"),
+            Self::Angle(shaft) => names::Quantity::Angle.of(shaft),
+            Self::Speed(shaft) => names::Quantity::Speed.of(shaft),
+            Self::Torque(input) => names::Quantity::Torque.of(input),
         }
     }
 }
@@ -62,22 +65,21 @@ pub(super) struct Wired {
 
 /// The quantity that a signal means, and the step of its sensor (rad), if it has one.
 pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Option<f64>)> {
-    let (head, tail) = signal.split_once('.').unwrap_or((signal, ""));
+    let name = SignalName::new(signal);
+    let (head, asked) = (name.alone()?, name.quantity());
     if model.shafts.iter().any(|shaft| shaft == head) {
         let shaft = head.to_string();
-        match tail {
-            "phi" => return Some((Quantity::Angle(shaft), None)),
-            "w" => return Some((Quantity::Speed(shaft), None)),
+        match asked {
+            Some(names::Quantity::Angle) => return Some((Quantity::Angle(shaft), None)),
+            Some(names::Quantity::Speed) => return Some((Quantity::Speed(shaft), None)),
             _ => {}
         }
     }
     model.terms.iter().filter(|named| named.element == head).find_map(|named| match &named.term {
-        Term::Input { .. } if tail == "tau" => Some((Quantity::Torque(head.to_string()), None)),
-        Term::Output(sensor) => match &sensor.measured {
-            Measured::Angle(shaft) if matches!(tail, "" | "phi") => {
-                Some((Quantity::Angle(shaft.clone()), sensor.resolution))
-            }
-            Measured::Speed(shaft) if matches!(tail, "" | "w") => Some((Quantity::Speed(shaft.clone()), None)),
+        Term::Input { .. } if name.is(names::Quantity::Torque) => Some((Quantity::Torque(head.to_string()), None)),
+        Term::Output(sensor) if name.word.is_none() || name.is(sensor.measured.quantity()) => match &sensor.measured {
+            Measured::Angle(shaft) => Some((Quantity::Angle(shaft.clone()), sensor.resolution)),
+            Measured::Speed(shaft) => Some((Quantity::Speed(shaft.clone()), None)),
             _ => None,
         },
         _ => None,
@@ -86,9 +88,9 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
 
 /// All signals that a channel may be.
 pub(super) fn signals(model: &Model) -> Vec<String> {
-    let shafts = model.shafts.iter().flat_map(|shaft| [format!("{shaft}.phi"), format!("{shaft}.w")]);
+    let shafts = model.shafts.iter().flat_map(|shaft| Domain::Rotation.motion().map(|quantity| quantity.of(shaft)));
     let inputs = model.terms.iter().filter_map(|named| match named.term {
-        Term::Input { .. } => Some(format!("{}.tau", named.element)),
+        Term::Input { .. } => Some(names::Quantity::Torque.of(&named.element)),
         _ => None,
     });
     shafts.chain(inputs).collect()

@@ -4,6 +4,7 @@ use super::fitted::Fitted;
 use super::plant::in_coordinates;
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::Extra;
+use crate::names;
 use crate::num::dot;
 use crate::results::{FrictionCurve, FrictionPoint, Trace, TracePoint};
 
@@ -71,7 +72,7 @@ fn curve(fitted: &Fitted<'_>, element: &str, direction: &[f64]) -> Option<Fricti
     let of_element = |number: usize| {
         let one = &asked.wanted[number];
         one.keys.iter().any(|(other, kind)| other == element && losses(kind))
-            && (one.parameter || one.name.rsplit_once('.').is_some_and(|(head, _)| head == element))
+            && (one.parameter || names::parameter(&one.name).is_some_and(|(owner, _)| owner == element))
     };
     let kept = columns.kept.iter().map(|(number, _)| of_element(*number));
     let extras = asked.extras.iter().zip(&columns.extras);

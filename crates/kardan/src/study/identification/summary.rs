@@ -6,6 +6,7 @@ use super::pictures::{curves, traces};
 use super::plant::{Columns, in_coordinates};
 use crate::assemble::CoefficientKind as Kind;
 use crate::identify::{Loss, TestKind, residual_tests};
+use crate::names;
 use crate::num::{Rational, dot, rational_to_f64};
 use crate::results::{
     Correlation, Identification, IdentifiedDamping, IdentifiedParameter, NotDetermined, ResidualTest, Validation,
@@ -237,7 +238,7 @@ fn warnings(fitted: &Fitted<'_>, out: &Identification) -> Vec<String> {
             warnings.push(format!(
                 "{} is below zero, which no {} can be: check the signs of torques and speeds (`factor = -1`), or set `nonnegative`",
                 one.name,
-                one.name.rsplit('.').next().unwrap_or("such parameter")
+                names::parameter(&one.name).map_or(one.name.as_str(), |(_, key)| key)
             ));
         }
     }

@@ -5,6 +5,7 @@ use crate::assemble::{CoefficientKind as Kind, Equations};
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::identify::Coefficient;
 use crate::model::{Document, Setting, TableReader};
+use crate::names;
 use crate::names::unknown_name;
 use crate::schema::{Placed, Scalar, Value};
 use crate::units::{Dimension, Exact};
@@ -33,7 +34,7 @@ pub(super) struct Wanted {
 
 /// Element and kind of `fs.damping`.
 fn split(name: &str) -> Option<(&str, Kind)> {
-    let (element, key) = name.rsplit_once('.')?;
+    let (element, key) = names::parameter(name)?;
     KINDS.into_iter().find(|kind| kind.key() == key).map(|kind| (element, kind))
 }
 
@@ -104,7 +105,7 @@ pub(super) fn wanted(
     }
     let names = || all.iter().map(String::as_str).chain(document.parameters.iter().map(|p| p.name.as_str()));
     let help = unknown_name(name, names());
-    let help = match name.rsplit_once('.') {
+    let help = match names::parameter(name) {
         Some((element, key @ ("stribeck" | "stribeck_speed" | "load_loss"))) => format!(
             "declare the term: `[[identification.extra]]` with `kind = \"{}\"` and `friction = \"{element}\"`",
             if key == "load_loss" { "load" } else { "stribeck" }
