@@ -4,7 +4,7 @@ use super::massless::{Mechanical, not_eliminated, state_name};
 use super::placement::Places;
 use super::prepare::is_error;
 use super::sensitivity::sensitivity;
-use super::signals::{WorkingPoint, charges, choose, named};
+use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, Mechanics, StructureError, bases, certified_structure, class,
@@ -43,7 +43,7 @@ impl Project {
         if diagnostics.iter().any(is_error) {
             return Err(diagnostics.to_vec());
         }
-        let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+        let variant = prepared.variant(settings.variant.as_deref())?;
         let mut analysis = analyze_variant(prepared, variant, settings, progress)?;
         keep(progress, &analysis, "what the tolerances allow");
         sensitivity(self.read().0, prepared, variant, settings, &mut analysis, progress)?;

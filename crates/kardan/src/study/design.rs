@@ -7,7 +7,7 @@ use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
 use super::robustness::{ToleranceBox, robustness, warnings as robustness_warnings};
-use super::signals::{AnalyzeSettings, choose, signals};
+use super::signals::{AnalyzeSettings, signals};
 use super::strain::scenario_strains;
 use super::{Part, Prepared, PreparedVariant, Progress, Project, overrule};
 use crate::analysis::OutputSignal;
@@ -111,7 +111,7 @@ fn variant_of<'a>(prepared: &'a Prepared, settings: &DesignSettings) -> Result<&
     let first = prepared.all().find(named).filter(|_| settings.variant.is_none());
     match first {
         Some(variant) => Ok(variant),
-        None => choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem]),
+        None => prepared.variant(settings.variant.as_deref()),
     }
 }
 
@@ -165,7 +165,7 @@ fn design_named(
     progress: &dyn Progress,
 ) -> Result<Design, Vec<Diagnostic>> {
     let prepared = without_mistakes(project, settings)?;
-    let variant = choose(&prepared.variants, settings.variant.as_deref()).map_err(|problem| vec![problem])?;
+    let variant = prepared.variant(settings.variant.as_deref())?;
     let number = which(&variant.model.controls, Some(name))?;
     Ok(tried(prepared, variant, number, settings, progress))
 }

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use super::{AnalysisSpec, Requirement};
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, shortened};
 use crate::model::Model;
+use crate::names::unknown_name;
 use crate::reduce::{LinearModel, Reduced, linearise};
 use crate::results::Plot;
 use crate::simulate::{Scenario, Tolerance};
@@ -31,6 +32,19 @@ impl Prepared {
     /// The runs, in order.
     pub fn all(&self) -> impl Iterator<Item = &PreparedVariant> {
         self.variants.iter().map(|variant| &**variant)
+    }
+
+    /// The variant of that name; without a name the first.
+    pub(super) fn variant(&self, name: Option<&str>) -> Result<&PreparedVariant, Vec<Diagnostic>> {
+        let Some(name) = name else {
+            let none = || vec![Diagnostic::error("variant::none", "the model has no variant to analyse")];
+            return self.all().next().ok_or_else(none);
+        };
+        self.all().find(|variant| variant.name == name).ok_or_else(|| {
+            let help = unknown_name(name, self.variants.iter().map(|variant| variant.name.as_str()));
+            let message = format!("there is no variant `{}`", shortened(name));
+            vec![Diagnostic::error("variant::unknown", message).help(help)]
+        })
     }
 }
 

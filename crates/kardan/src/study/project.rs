@@ -4,7 +4,6 @@ use std::sync::OnceLock;
 
 use super::Prepared;
 use super::prepare::{Purpose, is_error, prepare_document};
-use super::signals::choose;
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
@@ -13,7 +12,8 @@ use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 
 /// A model, read once. What follows from it (equations, designed laws, scenarios) is made when it is asked for first, and kept: a
-/// command that checks, runs and reports prepares once and designs each law once for each variant.
+/// command that checks, runs and reports prepares once and designs each law once for each variant. What runs, analyses, designs and
+/// identifies a project stands with these studies.
 ///
 /// ```
 /// use kardan::model;
@@ -136,7 +136,7 @@ impl Project {
             return Err(self.mistakes().to_vec());
         }
         let prepared = self.prepared();
-        let variant = choose(&prepared.variants, variant).map_err(|problem| vec![problem])?;
+        let variant = prepared.variant(variant)?;
         let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
         Ok(Simulation::new(setup, prepared.tolerance))
     }

@@ -1,7 +1,6 @@
 //! What is analysed: a variant, where it stands, its inputs and outputs.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use super::PreparedVariant;
 use super::analysis::output;
@@ -10,7 +9,6 @@ use super::massless::state_name;
 use crate::analysis::{ConstrainedSystem, OutputSignal};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::equations::{Domain, InputKind};
-use crate::names::unknown_name;
 use crate::names::{Quantity, SignalName};
 use crate::reduce::Reduced;
 use crate::simulate::signal_names;
@@ -63,22 +61,6 @@ pub(super) fn charges(reduced: &Reduced) -> BTreeSet<String> {
     let equations = &reduced.equations;
     let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
     equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
-}
-
-pub(super) fn choose<'a>(
-    variants: &'a [Arc<PreparedVariant>],
-    name: Option<&str>,
-) -> Result<&'a PreparedVariant, Diagnostic> {
-    let Some(name) = name else {
-        return variants
-            .first()
-            .map(|variant| &**variant)
-            .ok_or_else(|| Diagnostic::error("variant::none", "the model has no variant to analyse"));
-    };
-    variants.iter().map(|variant| &**variant).find(|variant| variant.name == name).ok_or_else(|| {
-        let help = unknown_name(name, variants.iter().map(|variant| variant.name.as_str()));
-        Diagnostic::error("variant::unknown", format!("there is no variant `{}`", shortened(name))).help(help)
-    })
 }
 
 /// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.
