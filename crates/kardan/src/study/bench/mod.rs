@@ -475,7 +475,7 @@ impl PreparedBench {
         let model = &self.nominal.reduced;
         let all = coefficients(model);
         let mut planner = Planner { reduced: model, motors: &self.motors, spec, wanted: Vec::new() };
-        let told = planner.determinable(&all);
+        let determinable = planner.determinable(&all);
         for name in &spec.parameters {
             let found: Vec<_> = all.iter().filter(|one| one.name == name.value).cloned().collect();
             if found.is_empty() {
@@ -516,8 +516,8 @@ impl PreparedBench {
                 self.tolerance.absolute = self.tolerance.absolute.max(1e-2 * TOLERANCE);
             }
             Err(refusal) => {
-                let told = told.iter().map(|one| one.name.as_str());
-                out.push(why(refusal, document, spec, &quoted(told)));
+                let names = determinable.iter().map(|one| one.name.as_str());
+                out.push(why(refusal, document, spec, &quoted(names)));
             }
         }
     }
@@ -581,7 +581,7 @@ fn angles_at(model: &Reduced, position: &[f64], plant: &Reduced) -> Vec<f64> {
 }
 
 /// Why there is no plan, for a reader.
-fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagnostic {
+fn why(refusal: Refusal, document: &Document, spec: &Spec, determinable: &str) -> Diagnostic {
     let (key, message, help) = match refusal {
         Refusal::NotDriven => (
             "plan",
@@ -615,7 +615,7 @@ fn why(refusal: Refusal, document: &Document, spec: &Spec, told: &str) -> Diagno
         Refusal::Undetermined(mixed) => (
             "parameters",
             format!("no log of this kind of motion can tell {} apart", quoted(mixed.iter().map(String::as_str))),
-            if told.is_empty() { "choose another plan".into() } else { format!("this kind of motion can tell {told}") },
+            if determinable.is_empty() { "choose another plan".into() } else { format!("this kind of motion can tell {determinable}") },
         ),
         Refusal::Singular => (
             "points",

@@ -145,8 +145,8 @@ impl Planner<'_> {
     /// Of these coefficients those that this kind of motion can tell from all others.
     pub fn determinable(&self, all: &[Coefficient]) -> Vec<Coefficient> {
         let lost = undetermined(self.reduced, all, &[], self.excitation());
-        let told = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
-        let kept = all.iter().enumerate().filter(|(column, _)| told(*column));
+        let determined = |column: usize| lost.iter().all(|row| Scalar::is_zero(&row[column]));
+        let kept = all.iter().enumerate().filter(|(column, _)| determined(*column));
         kept.map(|(_, one)| one.clone()).collect()
     }
 

@@ -125,7 +125,7 @@ impl Plant {
         if blind.is_empty() || constant() {
             return Ok(());
         }
-        let blind = quoted(blind.into_iter());
+        let blind = quoted(blind);
         let message = format!("the torques depend on angles, but of {blind} only the speed is in the logs");
         Err(wrong(message, "log the angles too: springs and universal joints need them"))
     }
@@ -150,7 +150,7 @@ impl Plant {
             }
         }
         if Regressor::new(&self.reduced, &[], &self.unmeasured, 0.0).rows() == 0 {
-            let names = quoted(unmeasured.into_iter());
+            let names = quoted(unmeasured);
             return Err(wrong(
                 format!("nothing is left to compare: the torques of {names} are not in the logs"),
                 "log them, or name those that did nothing under `absent` in `[identification]`",
