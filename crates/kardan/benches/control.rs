@@ -33,7 +33,7 @@ fn loops<T>(to: impl Fn(f64) -> T) -> PositionLoop<T> {
 }
 
 fn shaft(variant: &PreparedVariant, name: &str) -> usize {
-    variant.reduced.shaft(name).expect("a shaft")
+    variant.reduced.coordinate(name).expect("a shaft")
 }
 
 fn input(variant: &PreparedVariant, name: &str) -> usize {

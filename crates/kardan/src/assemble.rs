@@ -112,7 +112,7 @@ pub struct TransmissionRow {
 #[derive(Debug, Clone, Default)]
 pub struct Equations {
     /// Names of shafts (their angles, rad) and charges (C), sorted; the coordinates q.
-    pub shafts: Vec<String>,
+    pub coordinates: Vec<String>,
     /// What each coordinate is.
     pub domains: Vec<Domain>,
     /// Nodes of circuits, sorted; the last rows of `constraints` are their balances.
@@ -145,10 +145,12 @@ pub struct Equations {
 /// # Panics
 /// If a term names a shaft that is not in `shafts` (the model checks this before).
 pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
-    let mut out = Equations { shafts: shafts.to_vec(), ..Equations::default() };
-    out.shafts.sort();
+    let mut out = Equations { coordinates: shafts.to_vec(), ..Equations::default() };
+    out.coordinates.sort();
     let number = |name: &str| {
-        out.shafts.binary_search_by(|shaft| shaft.as_str().cmp(name)).unwrap_or_else(|_| panic!("no shaft `{name}`"))
+        out.coordinates
+            .binary_search_by(|shaft| shaft.as_str().cmp(name))
+            .unwrap_or_else(|_| panic!("no shaft `{name}`"))
     };
     let row = |along: &Direction| {
         let mut row: Vec<(usize, Rational)> = along
@@ -162,7 +164,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     };
     let mut sorted: Vec<&NamedTerm> = terms.iter().collect();
     sorted.sort_by(|a, b| a.element.cmp(&b.element));
-    let mut next = Equations { domains: vec![Domain::Rotation; out.shafts.len()], ..Equations::default() };
+    let mut next = Equations { domains: vec![Domain::Rotation; out.coordinates.len()], ..Equations::default() };
     let mut balances: BTreeMap<String, BTreeMap<usize, Rational>> = BTreeMap::new();
     for NamedTerm { element, term } in sorted {
         let element = element.clone();
@@ -220,7 +222,7 @@ pub fn assemble(shafts: &[String], terms: &[NamedTerm]) -> Equations {
     next.add_balances(balances);
     next.read_compliances();
     next.sort_terms();
-    Equations { shafts: out.shafts, ..next }
+    Equations { coordinates: out.coordinates, ..next }
 }
 
 impl Equations {
@@ -288,7 +290,7 @@ impl Equations {
     /// use kardan::{assemble::assemble, model};
     /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
     /// let (drive, _) = document.model(&[]);
-    /// let found = assemble(&drive.shafts, &drive.terms).coefficients();
+    /// let found = assemble(&drive.all_coordinates, &drive.terms).coefficients();
     /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
     /// ```
     pub fn coefficients(&self) -> Vec<TermCoefficient> {
@@ -329,7 +331,7 @@ impl Equations {
 
     /// The coefficient matrix C of the linear constraints \[diss. (4.31)\], exact, one row per constraint.
     pub fn constraint_matrix(&self) -> Matrix<Rational> {
-        dense(&self.constraints, self.shafts.len())
+        dense(&self.constraints, self.coordinates.len())
     }
 
     /// The inertia matrix `Σ J a aᵀ` over all shaft angles, exact, kg m².
@@ -349,11 +351,11 @@ impl Equations {
 
     /// The input matrix over all shaft angles, one column per input, exact.
     pub fn input_matrix(&self) -> Matrix<Rational> {
-        dense(&self.inputs, self.shafts.len()).transpose()
+        dense(&self.inputs, self.coordinates.len()).transpose()
     }
 
     fn sum<'a>(&'a self, terms: impl Iterator<Item = (&'a Vec<(usize, Rational)>, Rational)>) -> Matrix<Rational> {
-        let n = self.shafts.len();
+        let n = self.coordinates.len();
         let mut out = Matrix::<Rational>::zeros(n, n);
         for (row, coefficient) in terms {
             for (i, x) in row {

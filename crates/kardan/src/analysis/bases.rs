@@ -138,7 +138,7 @@ fn combination(shares: &Mat<f64>, lengths: &[f64], k: usize) -> Vec<f64> {
 /// If `preferred` names a shaft that does not exist, or one twice.
 pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basis>, BasisError> {
     let reduced = reduction(system, preferred);
-    let n = system.shafts.len();
+    let n = system.coordinates.len();
     let chosen = reduced.basis_matrix();
     let inertia = sum_of_terms(&system.inertias, n);
     let damping = sum_of_terms(&system.dampers, n);
@@ -146,7 +146,7 @@ pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basi
     let input = columns(&system.inputs, n);
     let (orthogonal, orthonormal) = gram_schmidt(&inertia, &chosen)?;
     let numbered = |letter: &str| (1..=chosen.ncols()).map(|k| format!("{letter}{k}")).collect::<Vec<_>>();
-    let names = [reduced.system.shafts.clone(), numbered("u"), numbered("e")];
+    let names = [reduced.system.coordinates.clone(), numbered("u"), numbered("e")];
     let inputs: Vec<String> = system.inputs.iter().map(|input| input.element.clone()).collect();
     let congruent = |k: &Mat<f64>| {
         let [h, d, s] = [&inertia, &damping, &stiffness].map(|m| symmetric(&(k.transpose() * m * k)));
@@ -165,7 +165,7 @@ pub fn bases(system: &ConstrainedSystem, preferred: &[usize]) -> Result<Vec<Basi
         let square = |title: &str, unit: usize, m: &Mat<f64>| named(title, units[k][unit], &names[k], &names[k], m);
         out.push(Basis {
             name: titles[k].to_string(),
-            basis: named("basis", "", &system.shafts, &names[k], basis),
+            basis: named("basis", "", &system.coordinates, &names[k], basis),
             inertia: square("reduced inertia", 0, &h),
             damping: square("reduced damping", 1, &d),
             stiffness: square("reduced stiffness", 2, &s),

@@ -49,7 +49,7 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 .collect(),
         ),
     ];
-    let shafts = &equations.shafts;
+    let shafts = &equations.coordinates;
     let linear = equations.constraints.iter().map(|c| ConstraintClass {
         element: c.element.clone(),
         equation: format!("{} = {}", row_in_words(&c.row, shafts, ""), c.value.to_f64()),
@@ -86,9 +86,9 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
 /// Where it is looked at: angles (rad) and which frictions hold.
 fn operating_point(equations: &Equations, angles: &[f64], stuck: &BTreeSet<String>) -> OperatingPoint {
     OperatingPoint {
-        angles: (0..equations.shafts.len())
+        angles: (0..equations.coordinates.len())
             .filter(|&k| equations.domain(k) == Domain::Rotation)
-            .map(|k| ShaftAngle { shaft: equations.shafts[k].clone(), angle: angles[k] })
+            .map(|k| ShaftAngle { shaft: equations.coordinates[k].clone(), angle: angles[k] })
             .collect(),
         friction: equations
             .frictions
@@ -114,12 +114,13 @@ fn massless(equations: &Equations) -> Vec<(String, String)> {
         Definiteness::PositiveSemi { .. } => {
             let with: BTreeSet<usize> =
                 equations.inertias.iter().flat_map(|term| term.row.iter().map(|(shaft, _)| *shaft)).collect();
-            let without = (0..equations.shafts.len()).filter(|shaft| !with.contains(shaft));
+            let without = (0..equations.coordinates.len()).filter(|shaft| !with.contains(shaft));
             let what = |shaft| match equations.domain(shaft) {
                 Domain::Rotation => "it has no inertia of its own",
                 Domain::Charge => "it has no inductance of its own",
             };
-            let mut out: Vec<_> = without.map(|shaft| (equations.shafts[shaft].clone(), what(shaft).into())).collect();
+            let mut out: Vec<_> =
+                without.map(|shaft| (equations.coordinates[shaft].clone(), what(shaft).into())).collect();
             if out.is_empty() {
                 out.push(("(all)".into(), "a motion of the shafts has no kinetic energy".into()));
             }

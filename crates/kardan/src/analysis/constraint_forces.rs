@@ -23,10 +23,10 @@ const EXACT_UP_TO: usize = 24;
 /// # Errors
 /// [`BasisError::InertiaNotDefinite`] if a motion that the constraints allow has no kinetic energy.
 pub fn constraint_forces(system: &ConstrainedSystem) -> Result<ConstraintForces, BasisError> {
-    let (p, multipliers) = if system.shafts.len() <= EXACT_UP_TO { exact(system)? } else { rounded(system)? };
-    let input = columns(&system.inputs, system.shafts.len());
+    let (p, multipliers) = if system.coordinates.len() <= EXACT_UP_TO { exact(system)? } else { rounded(system)? };
+    let input = columns(&system.inputs, system.coordinates.len());
     let residual = &p * &p - &p;
-    let shafts = &system.shafts;
+    let shafts = &system.coordinates;
     let inputs: Vec<String> = system.inputs.iter().map(|input| input.element.clone()).collect();
     let constraints: Vec<String> = system.constraints.iter().map(|c| c.element.clone()).collect();
     let negative = |title: &str, rows: &[String], m: Mat<f64>| -> NamedMatrix {
@@ -61,7 +61,7 @@ fn exact(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError>
     let regular = "a definite matrix is regular";
     let minus = Rational::ZERO.minus(&Rational::ONE);
     let moving = hk.multiply(&reduced.solve(&k.transpose()).expect(regular));
-    let p = Matrix::identity(system.shafts.len()).plus(&moving.scale(&minus));
+    let p = Matrix::identity(system.coordinates.len()).plus(&moving.scale(&minus));
     let multipliers = c.multiply(&c.transpose()).solve(&c.multiply(&p)).expect("the rows of C are independent");
     Ok((rounded_entries(&p), rounded_entries(&multipliers)))
 }
@@ -72,7 +72,7 @@ fn rounded_entries(m: &Matrix<Rational>) -> Mat<f64> {
 }
 
 fn rounded(system: &ConstrainedSystem) -> Result<(Mat<f64>, Mat<f64>), BasisError> {
-    let n = system.shafts.len();
+    let n = system.coordinates.len();
     let reduced = reduction(system, &[]);
     let k = reduced.basis_matrix();
     let Ok(factor) = reduced.inertia().llt(Side::Lower) else { return Err(not_definite(&reduced.inertia(), &k)) };

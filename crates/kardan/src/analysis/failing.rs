@@ -110,7 +110,7 @@ fn participants(
             (0..r).fold(sum, |sum, j| sum + v[j] * (factor * basis[(*shaft, j)]))
         })
     };
-    let shafts = &mechanics.system.shafts;
+    let shafts = &mechanics.system.coordinates;
     let moved = squares(&matrix, defect, shafts.len(), |v, i| along(v, &[(i, Rational::ONE)]));
     let speed = if eigenvalue == Complex::default() { 1.0 } else { eigenvalue.abs() };
     let kinetic = mechanics.system.inertias.iter().map(|term| (term, speed * speed));

@@ -49,7 +49,7 @@ pub type Pencil = [Matrix<Rational>; 3];
 /// # Panics
 /// If an output names a shaft that is not there.
 pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs: &[OutputSignal]) -> Pencil {
-    let (n, c) = (system.shafts.len(), system.constraints.len());
+    let (n, c) = (system.coordinates.len(), system.constraints.len());
     let (rows, inputs) = (system.constraint_matrix(), system.input_matrix());
     let last = if side == Side::Inputs { inputs.columns() } else { outputs.len() };
     let mut pencil = [0; 3].map(|_| Matrix::<Rational>::zeros(n + c + last, n + c));
@@ -72,7 +72,7 @@ pub fn uncontrollability_pencil(system: &ConstrainedSystem, side: Side, outputs:
         return pencil;
     }
     let shaft = |name: &String| {
-        system.shafts.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+        system.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
     };
     for (k, output) in outputs.iter().enumerate() {
         let row = n + c + k;

@@ -40,7 +40,7 @@ pub fn linear_system(
     let mut c = Matrix::<Rational>::zeros(outputs.len(), 2 * r);
     let mut d = Matrix::<Rational>::zeros(outputs.len(), m);
     let shaft = |name: &String| {
-        system.shafts.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+        system.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
     };
     for (i, output) in outputs.iter().enumerate() {
         match &output.measured {
@@ -84,7 +84,7 @@ pub fn linear_system(
             }
         }
     }
-    let names = coordinates.iter().map(|&shaft| &system.shafts[shaft]);
+    let names = coordinates.iter().map(|&shaft| &system.coordinates[shaft]);
     LinearSystem {
         states: names.clone().map(|n| Quantity::Angle.of(n)).chain(names.map(|n| Quantity::Speed.of(n))).collect(),
         inputs: system.inputs.iter().map(|input| input.element.clone()).collect(),

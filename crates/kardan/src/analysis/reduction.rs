@@ -78,7 +78,7 @@ impl Reduction {
 /// # Panics
 /// If `preferred` or a term names a shaft that does not exist, or `preferred` names one twice.
 pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
-    let n = system.shafts.len();
+    let n = system.coordinates.len();
     let mut wanted = vec![false; n];
     for &shaft in preferred {
         assert!(!wanted[shaft], "shaft {shaft} is preferred twice");
@@ -94,7 +94,7 @@ pub fn reduction(system: &ConstrainedSystem, preferred: &[usize]) -> Reduction {
     let basis = eliminated.kernel(n, &coordinates);
     let terms = |terms: &[Along<Rational>]| terms.iter().map(|term| reduced(term, &basis)).collect();
     let reduced_system = ConstrainedSystem {
-        shafts: coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect(),
+        coordinates: coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect(),
         inertias: terms(&system.inertias),
         dampers: terms(&system.dampers),
         springs: terms(&system.springs),

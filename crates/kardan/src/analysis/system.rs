@@ -12,7 +12,7 @@ use crate::reduce::{Kinematics, Reduced};
 #[derive(Debug, Clone, Default)]
 pub struct ConstrainedSystem {
     /// Names of the coordinates q before reduction (shafts; loop charges of a circuit).
-    pub shafts: Vec<String>,
+    pub coordinates: Vec<String>,
     /// Inertias.
     pub inertias: Vec<Along<Rational>>,
     /// Dampers.
@@ -55,7 +55,7 @@ impl ConstrainedSystem {
         let held = equations.frictions.iter().filter(|f| stuck.contains(&f.element));
         constraints.extend(held.map(|f| row(&f.element, &f.row)));
         let mut out = Self {
-            shafts: equations.shafts.clone(),
+            coordinates: equations.coordinates.clone(),
             inertias: equations.inertias.iter().map(constant).collect(),
             dampers: equations.dampers.iter().map(constant).collect(),
             springs: equations
@@ -104,33 +104,33 @@ impl ConstrainedSystem {
 
     /// C, one row per constraint.
     pub fn constraint_matrix(&self) -> Matrix<Rational> {
-        dense(&self.constraints, self.shafts.len())
+        dense(&self.constraints, self.coordinates.len())
     }
 
     /// F, one column per input.
     pub fn input_matrix(&self) -> Matrix<Rational> {
-        dense(&self.inputs, self.shafts.len()).transpose()
+        dense(&self.inputs, self.coordinates.len()).transpose()
     }
 
     /// `Σ J a aᵀ`.
     pub fn inertia_matrix(&self) -> Matrix<Rational> {
-        sum(&self.inertias, self.shafts.len())
+        sum(&self.inertias, self.coordinates.len())
     }
 
     /// `Σ d a aᵀ`.
     pub fn damping_matrix(&self) -> Matrix<Rational> {
-        sum(&self.dampers, self.shafts.len())
+        sum(&self.dampers, self.coordinates.len())
     }
 
     /// `Σ s a aᵀ`.
     pub fn stiffness_matrix(&self) -> Matrix<Rational> {
-        sum(&self.springs, self.shafts.len())
+        sum(&self.springs, self.coordinates.len())
     }
 
     /// Chosen coordinates and K with `CK = 0`, identity on them (4.34): as many of `preferred` as are independent, then
     /// others by number.
     pub fn explicit_basis(&self, preferred: &[usize]) -> (Vec<usize>, Matrix<Rational>) {
-        let n = self.shafts.len();
+        let n = self.coordinates.len();
         // Columns late in the order stay free.
         let mut order: Vec<usize> = (0..n).rev().filter(|shaft| !preferred.contains(shaft)).collect();
         order.extend(preferred.iter().rev());

@@ -30,7 +30,7 @@ const POSITIONS: (usize, u64) = (6, 1);
 ///             [gear.g]\nshaft_1 = \"a\"\nshaft_2 = \"b\"\nratio = 3\n";
 /// let (document, _) = model::read(text);
 /// let (gears, _) = document.model(&[]);
-/// let reduced = reduce(assemble(&gears.shafts, &gears.terms), Some(&["b".to_string()])).unwrap();
+/// let reduced = reduce(assemble(&gears.all_coordinates, &gears.terms), Some(&["b".to_string()])).unwrap();
 /// let all = coefficients(&reduced);
 /// // a turns three times as fast as b: nine more of b and one less of a are the same.
 /// let left = undetermined(&reduced, &all, &[], Excitation::Free);

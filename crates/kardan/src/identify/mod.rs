@@ -41,7 +41,7 @@ pub struct Coefficient {
 /// use kardan::{assemble::assemble, identify::coefficients, model, reduce::reduce};
 /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
-/// let reduced = reduce(assemble(&drive.shafts, &drive.terms), None).unwrap();
+/// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), None).unwrap();
 /// let found = coefficients(&reduced);
 /// assert!(found.iter().any(|one| one.name == "wg.damping" && (one.value - 251.0 / 510_000.0).abs() < 1e-18));
 /// ```

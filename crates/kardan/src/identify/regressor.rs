@@ -156,7 +156,7 @@ impl Regressor {
             all: vec![0.0; reduced.degrees_of_freedom() * width],
             width,
             direction: vec![0.0; reduced.degrees_of_freedom()],
-            accelerations: vec![0.0; equations.shafts.len()],
+            accelerations: vec![0.0; equations.coordinates.len()],
             kinematics: Kinematics::new(reduced),
             terms,
             rest_speeds: vec![rest_speed; equations.frictions.len()],

@@ -38,7 +38,7 @@ pub struct Model {
     /// A sentence.
     pub description: String,
     /// Names of shafts and of charges, sorted: the coordinates.
-    pub shafts: Vec<String>,
+    pub all_coordinates: Vec<String>,
     /// All terms.
     pub terms: Vec<NamedTerm>,
     /// Each element, for display.
@@ -87,15 +87,15 @@ impl Document {
         self.check_sensors(&terms, &mut doubtful, &mut out);
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));
-        let mut shafts: Vec<String> =
+        let mut all_coordinates: Vec<String> =
             self.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.clone()).collect();
-        shafts.extend(self.charges());
-        shafts.sort();
-        shafts.dedup();
+        all_coordinates.extend(self.charges());
+        all_coordinates.sort();
+        all_coordinates.dedup();
         let model = Model {
             name: header.word_or_default("name").to_string(),
             description: header.word("description").unwrap_or_default().to_string(),
-            shafts,
+            all_coordinates,
             terms,
             elements,
             coordinates: header.words("coordinates").map(<[String]>::to_vec),

@@ -13,7 +13,7 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 /// use kardan::{assemble::assemble, model, reduce::reduce};
 /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
-/// let reduced = reduce(assemble(&drive.shafts, &drive.terms), None).unwrap();
+/// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), None).unwrap();
 /// // Three shafts, one constraint; the shaft with the largest coefficient follows from the others.
 /// assert_eq!(reduced.coordinate_names(), ["fs", "wg"]);
 /// ```
@@ -25,7 +25,7 @@ use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
 /// If `named` holds a name that is no shaft or holds one twice (the model checks this before).
 pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced, ReduceError> {
     let number = |name: &String| {
-        equations.shafts.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
+        equations.coordinates.iter().position(|shaft| shaft == name).unwrap_or_else(|| panic!("no shaft `{name}`"))
     };
     let constraints = check_independence(&equations)?;
     let explicit = match named {
@@ -33,10 +33,10 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
         Some(names) => {
             let wanted: Vec<usize> = names.iter().map(number).collect();
             let suggestion = || match automatic(&equations) {
-                Ok((coordinates, _)) => coordinates.iter().map(|&shaft| equations.shafts[shaft].clone()).collect(),
+                Ok((coordinates, _)) => coordinates.iter().map(|&shaft| equations.coordinates[shaft].clone()).collect(),
                 Err(_) => Vec::new(),
             };
-            let degrees_of_freedom = equations.shafts.len() - constraints;
+            let degrees_of_freedom = equations.coordinates.len() - constraints;
             if wanted.len() != degrees_of_freedom {
                 let (named, suggestion) = (names.to_vec(), suggestion());
                 return Err(ReduceError::CoordinateCount { degrees_of_freedom, named, suggestion });
@@ -53,7 +53,7 @@ type Explicit = (Vec<usize>, Vec<Step>);
 
 /// Checks the linear rows exactly; returns the number of all constraints.
 fn check_independence(equations: &Equations) -> Result<usize, ReduceError> {
-    let n = equations.shafts.len();
+    let n = equations.coordinates.len();
     let e = echelon(&equations.constraint_matrix(), &(0..n).collect::<Vec<_>>());
     if e.rank() < equations.constraints.len() {
         let dependencies = e
@@ -128,7 +128,7 @@ fn automatic(equations: &Equations) -> Result<Explicit, ReduceError> {
 /// Shafts in the order in which they are given up as coordinates: ends of transmissions last, massless ones and those with
 /// large coefficients first; ties go by name.
 fn from_dropped_to_kept(equations: &Equations) -> Vec<usize> {
-    let n = equations.shafts.len();
+    let n = equations.coordinates.len();
     let mut massless = vec![true; n];
     for term in &equations.inertias {
         for (shaft, _) in &term.row {
@@ -185,7 +185,7 @@ fn affine(equations: &Equations, e: &Echelon, shaft: usize) -> Affine {
             let constant = (0..equations.constraints.len())
                 .map(|k| rational_to_f64(&e.transform[(row, k)]) * equations.constraints[k].value.to_f64())
                 .sum();
-            let terms = (0..equations.shafts.len())
+            let terms = (0..equations.coordinates.len())
                 .filter(|&j| j != shaft && !Scalar::is_zero(&e.form[(row, j)]))
                 .map(|j| (j, Rational::ZERO.minus(&e.form[(row, j)])))
                 .collect();
@@ -201,7 +201,7 @@ fn with_coordinates(
 ) -> Result<Explicit, ReduceError> {
     let e = echelon(&equations.constraint_matrix(), &known_last(equations, wanted));
     if e.pivots.iter().any(|pivot| wanted.contains(pivot)) {
-        let named = wanted.iter().map(|&shaft| equations.shafts[shaft].clone()).collect();
+        let named = wanted.iter().map(|&shaft| equations.coordinates[shaft].clone()).collect();
         return Err(ReduceError::CoordinatesDependent { named, suggestion: suggestion() });
     }
     let steps = plan(equations, wanted).map_err(|open| not_explicit(&open, suggestion()))?;
@@ -213,7 +213,7 @@ fn not_explicit(open: &[&TransmissionRow], suggestion: Vec<String>) -> ReduceErr
 }
 
 fn known_last(equations: &Equations, known: &[usize]) -> Vec<usize> {
-    let unknown = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft));
+    let unknown = (0..equations.coordinates.len()).filter(|shaft| !known.contains(shaft));
     unknown.chain(known.iter().copied()).collect()
 }
 
@@ -245,7 +245,7 @@ fn plan<'a>(equations: &'a Equations, coordinates: &[usize]) -> Result<Vec<Step>
             open.remove(k);
             continue;
         }
-        let unknown: Vec<usize> = (0..equations.shafts.len()).filter(|shaft| !known.contains(shaft)).collect();
+        let unknown: Vec<usize> = (0..equations.coordinates.len()).filter(|shaft| !known.contains(shaft)).collect();
         if !open.is_empty() || !unknown.iter().all(|&shaft| follows(shaft)) {
             return Err(open);
         }

@@ -78,7 +78,7 @@ pub struct Kinematics {
 impl Kinematics {
     /// Compiles the plan of a reduced model.
     pub fn new(reduced: &Reduced) -> Self {
-        let (n, r) = (reduced.equations.shafts.len(), reduced.degrees_of_freedom());
+        let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
         let mut varying = vec![false; n];
         let mut operations = Vec::new();
         for step in &reduced.steps {
@@ -177,7 +177,7 @@ impl Kinematics {
 
 /// K at a position, exact where it is constant; slopes of curves are rounded to `f64` once.
 pub(super) fn exact_basis(reduced: &Reduced, position: &[f64]) -> Matrix<Rational> {
-    let (n, r) = (reduced.equations.shafts.len(), reduced.degrees_of_freedom());
+    let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
     let mut numeric = Kinematics::new(reduced);
     numeric.update(position, &vec![0.0; r]);
     let mut basis = Matrix::<Rational>::zeros(n, r);

@@ -38,7 +38,7 @@ impl LinearModel {
 /// let (document, _) = model::read(model::builtin("harmonic-drive").unwrap().source);
 /// let (drive, _) = document.model(&[]);
 /// let named = ["wg".to_string(), "cs".to_string()];
-/// let reduced = reduce(assemble(&drive.shafts, &drive.terms), Some(&named)).unwrap();
+/// let reduced = reduce(assemble(&drive.all_coordinates, &drive.terms), Some(&named)).unwrap();
 /// let linear = linearise(&reduced, &[0.0, 0.0]);
 /// // (6.12b) with Table 6.1: the damping given for the axes is the identified d11 exactly.
 /// assert_eq!(linear.damping[(0, 0)], Rational::from_parts(5.into(), 10_000_u32.into()));

@@ -201,13 +201,13 @@ impl<T: Real> MechanismData<T> {
 
 /// Adds the coordinate of a cut: the element then constrains the shaft's end, `q_shaft − z`, instead of the shaft.
 fn cut(reduced: &Reduced, element: &str, shaft: &str) -> Option<Reduced> {
-    let (mut equations, s) = (reduced.equations.clone(), reduced.shaft(shaft)?);
+    let (mut equations, s) = (reduced.equations.clone(), reduced.coordinate(shaft)?);
     let domain = equations.domain(s);
     let mut add = |name: String| {
-        let new = !equations.shafts.contains(&name);
-        equations.shafts.push(name);
+        let new = !equations.coordinates.contains(&name);
+        equations.coordinates.push(name);
         equations.domains.push(domain);
-        new.then_some(equations.shafts.len() - 1)
+        new.then_some(equations.coordinates.len() - 1)
     };
     let name = format!("{element}.{shaft}.cut");
     let z = add(name.clone())?;
@@ -251,7 +251,7 @@ fn tabulate(reduced: &Reduced, held: usize) -> Result<MechanismData<f64>, Mechan
         let (curve, Affine { constant, terms }) = match step {
             Step::Linear { value, .. } => (None, value),
             Step::Curve { shaft, curve, argument } => {
-                let unknown = || MechanismError::UnknownCurve { shaft: equations.shafts[*shaft].clone() };
+                let unknown = || MechanismError::UnknownCurve { shaft: equations.coordinates[*shaft].clone() };
                 (Some(curve.block().ok_or_else(unknown)?), argument)
             }
         };
@@ -292,7 +292,7 @@ fn tabulate(reduced: &Reduced, held: usize) -> Result<MechanismData<f64>, Mechan
     let frictions = frictions.map(|(row, coefficient)| Along { row: enter(&row), coefficient, rest: 0.0 }).collect();
     let inputs = equations.inputs.iter().map(|input| enter(&input.row)).collect();
     Ok(MechanismData {
-        shafts: equations.shafts.clone(),
+        shafts: equations.coordinates.clone(),
         held,
         coordinates: reduced.coordinates.clone(),
         operations,

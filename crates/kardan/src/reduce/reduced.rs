@@ -25,17 +25,17 @@ impl Reduced {
 
     /// Names of the reduced coordinates.
     pub fn coordinate_names(&self) -> Vec<String> {
-        self.coordinates.iter().map(|&shaft| self.equations.shafts[shaft].clone()).collect()
+        self.coordinates.iter().map(|&shaft| self.equations.coordinates[shaft].clone()).collect()
     }
 
     /// Number of a shaft.
-    pub fn shaft(&self, name: &str) -> Option<usize> {
-        self.equations.shafts.iter().position(|shaft| shaft == name)
+    pub fn coordinate(&self, name: &str) -> Option<usize> {
+        self.equations.coordinates.iter().position(|shaft| shaft == name)
     }
 
     /// Shafts that are not coordinates, one for each constraint.
     pub fn dependents(&self) -> Vec<usize> {
-        (0..self.equations.shafts.len()).filter(|shaft| !self.coordinates.contains(shaft)).collect()
+        (0..self.equations.coordinates.len()).filter(|shaft| !self.coordinates.contains(shaft)).collect()
     }
 }
 

@@ -57,7 +57,7 @@ impl Columns<'_> {
     /// Angles and speeds; charges, currents and voltages of branches.
     fn add_shafts(&mut self) {
         let equations = &self.reduced.equations;
-        for (k, shaft) in equations.shafts.iter().enumerate() {
+        for (k, shaft) in equations.coordinates.iter().enumerate() {
             if equations.domain(k) == Domain::Rotation {
                 self.add(Quantity::Angle.of(shaft), Physical::Angle, format!("angle of shaft {shaft}"), Read::Angle(k));
                 let description = format!("angular velocity of shaft {shaft}");
@@ -128,7 +128,7 @@ impl Columns<'_> {
                 }
             };
             for shaft in shafts {
-                let name = &equations.shafts[shaft];
+                let name = &equations.coordinates[shaft];
                 let description = format!("constraint torque of {element} on shaft {name}");
                 self.torque(format!("{element}.{name}.tau"), description, Read::ConstraintTorque(k, shaft));
             }
@@ -143,7 +143,7 @@ impl Columns<'_> {
             let description = format!("torque of {element} in place of a constraint multiplier");
             self.torque(Quantity::Torque.of(element), description, torque(None));
             for (shaft, _) in &compliance.row {
-                let name = &reduced.equations.shafts[*shaft];
+                let name = &reduced.equations.coordinates[*shaft];
                 let description = format!("torque of {element} on shaft {name}");
                 self.torque(format!("{element}.{name}.tau"), description, torque(Some(*shaft)));
             }
@@ -156,7 +156,8 @@ impl Columns<'_> {
         let is_rotation = |spring: &&Along<_>| equations.domain_of(spring) == Domain::Rotation;
         let mut couplings: Vec<&str> =
             equations.springs.iter().filter(is_rotation).map(|s| s.element.as_str()).collect();
-        couplings.extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.shaft(e).is_none()));
+        couplings
+            .extend(equations.dampers.iter().map(|d| d.element.as_str()).filter(|e| reduced.coordinate(e).is_none()));
         couplings.sort_unstable();
         couplings.dedup();
         couplings.retain(|element| equations.compliances.iter().all(|compliance| compliance.element != *element));
@@ -193,7 +194,7 @@ impl Columns<'_> {
             let measured = &sensor.measured;
             let (physical, quantity) = self.read(measured);
             let quantity = match (measured, Sampler::differentiates(sensor)) {
-                (Measured::Speed(name), true) => Read::Angle(reduced.shaft(name).expect("a sensor names a shaft")),
+                (Measured::Speed(name), true) => Read::Angle(reduced.coordinate(name).expect("a sensor names a shaft")),
                 _ => quantity,
             };
             let description = format!("reading of sensor {name}");
@@ -206,7 +207,7 @@ impl Columns<'_> {
     /// What a sensor measures.
     fn read(&self, measured: &Measured) -> (Physical, Read) {
         let reduced = self.reduced;
-        let shaft = |name: &str| reduced.shaft(name).expect("a sensor names a shaft");
+        let shaft = |name: &str| reduced.coordinate(name).expect("a sensor names a shaft");
         let torque = match measured {
             Measured::Angle(s) => return (Physical::Angle, Read::Angle(shaft(s))),
             Measured::Speed(s) => return (Physical::Speed, Read::Speed(shaft(s))),
@@ -272,7 +273,7 @@ impl Outputs {
             reads.push(read);
             signals.push(Signal { name, physical, description, values: Vec::with_capacity(scenario.times.len()) });
         }
-        let (constraints, shafts) = (multipliers.elements.len(), equations.shafts.len());
+        let (constraints, shafts) = (multipliers.elements.len(), equations.coordinates.len());
         let constrained =
             |read: &Read| matches!(read, Read::Multiplier(_) | Read::ConstraintTorque(..) | Read::Potentials(_));
         let used = |k: usize| reads.iter().any(|read| matches!(read, Read::Sensor(number) if *number == k));

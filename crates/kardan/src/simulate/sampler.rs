@@ -167,7 +167,7 @@ impl Compliance {
 impl Quantity {
     /// Where a sensor takes its reading from; `None` for torques that depend on accelerations.
     pub fn of(measured: &Measured, reduced: &Reduced, differentiates: bool) -> Option<Self> {
-        let shaft = |name: &String| reduced.shaft(name).expect("a sensor names a shaft");
+        let shaft = |name: &String| reduced.coordinate(name).expect("a sensor names a shaft");
         let springs = |name: &String| {
             let all = reduced.equations.springs.iter().enumerate();
             all.filter(|(_, spring)| spring.element == *name).map(|(k, _)| k).collect()

@@ -189,7 +189,7 @@ pub(super) fn output(
     let head = signal.element;
     let has_signal = |name: &str| signals.iter().any(|(other, _)| other == name);
     let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
-    let coordinate = |name: &str| equations.shafts.iter().position(|shaft| shaft == name);
+    let coordinate = |name: &str| equations.coordinates.iter().position(|shaft| shaft == name);
     let measured = signal.alone().and_then(coordinate).and_then(|k| {
         let [position, rate] = equations.domain(k).motion();
         let rates = signal.is(rate).then(|| Measured::Speed(head.into()));
@@ -233,7 +233,7 @@ pub(super) fn output(
     }
     let of = |(k, name): (usize, &String)| equations.domain(k).motion().map(|quantity| quantity.of(name));
     let all: Vec<String> = equations
-        .shafts
+        .coordinates
         .iter()
         .enumerate()
         .flat_map(of)
@@ -241,7 +241,7 @@ pub(super) fn output(
         .collect();
     let names = || all.iter().map(String::as_str);
     let help = unknown_name(name, names());
-    let what = match (0..equations.shafts.len()).all(|k| equations.domain(k) == Domain::Charge) {
+    let what = match (0..equations.coordinates.len()).all(|k| equations.domain(k) == Domain::Charge) {
         true => "charge, current or sensor",
         false => "angle, speed or sensor",
     };
@@ -408,7 +408,7 @@ fn check_point(spec: &AnalysisSpec, table: &Table, point: &Point<'_>, out: &mut 
     }
     let stuck: BTreeSet<String> = spec.stuck.iter().cloned().collect();
     let system = ConstrainedSystem::at(point.reduced, &position, &stuck, &[]);
-    if system.constraints.len() == system.shafts.len() {
+    if system.constraints.len() == system.coordinates.len() {
         let names = quoted(spec.stuck.iter().map(String::as_str));
         let message = format!("`stuck` of `[analysis]`: nothing can move while the friction of {names} holds");
         out.push(

@@ -78,7 +78,7 @@ pub(super) fn analyze_variant(
                 .help("let some of the elements in `stuck` slide"),
         ]);
     }
-    let names: Vec<String> = coordinates.iter().map(|&shaft| system.shafts[shaft].clone()).collect();
+    let names: Vec<String> = coordinates.iter().map(|&shaft| system.coordinates[shaft].clone()).collect();
     let charges = charges(reduced);
     let pencil = linear_system(system, &coordinates, &basis, outputs);
     let mechanical = Mechanical::new(&pencil, names.clone());

@@ -62,7 +62,7 @@ pub(super) fn is_representable(model: &LinearModel) -> bool {
 /// Tells of parts of the drivetrain that neither an element nor a law connects; circuits may stand beside it.
 pub(super) fn check_connected(document: &Document, model: &Model, out: &mut Vec<Diagnostic>) {
     let charges = document.charges();
-    let all: Vec<&String> = model.shafts.iter().filter(|name| !charges.contains(name)).collect();
+    let all: Vec<&String> = model.all_coordinates.iter().filter(|name| !charges.contains(name)).collect();
     let mut part: Vec<usize> = (0..all.len()).collect();
     let number = |name: &str| all.iter().position(|shaft| *shaft == name);
     let mut join = |names: Vec<&str>| {
@@ -131,10 +131,10 @@ pub(super) fn reduce_diagnostics(document: &Document, model: &Model, error: &Red
             let rows = rank + dependencies.len();
             return dependencies.iter().map(|one| dependent_rows(document, one, *rank, rows)).collect();
         }
-        ReduceError::NoMotion { .. } if model.shafts.len() == document.charges().len() => {
+        ReduceError::NoMotion { .. } if model.all_coordinates.len() == document.charges().len() => {
             let out = Diagnostic::error("constraint::no-motion", "no current can flow: the circuit has no loop")
                 .help("close a loop: from a voltage_source through an inductor and back to `ground`");
-            at_all(document, model.shafts.iter().map(String::as_str), "carries no current", out)
+            at_all(document, model.all_coordinates.iter().map(String::as_str), "carries no current", out)
         }
         ReduceError::NoMotion { .. } => {
             let out = Diagnostic::error("constraint::no-motion", error.to_string())
@@ -335,7 +335,7 @@ fn moving(reduced: &Reduced, model: &LinearModel, direction: &[Rational]) -> Vec
     };
     let mut shares: Vec<(f64, String, Rational)> = reduced
         .equations
-        .shafts
+        .coordinates
         .iter()
         .enumerate()
         .map(|(shaft, name)| (rational_to_f64(&share(shaft)).abs(), name.clone(), share(shaft)))

@@ -109,11 +109,11 @@ fn lines(
 fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec<(String, String)> {
     let equations = &variant.reduced.equations;
     let linear = equations.constraints.iter().map(|constraint| {
-        let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.shafts[*shaft])));
+        let terms = constraint.row.iter().map(|(shaft, x)| (x.clone(), angle(&equations.coordinates[*shaft])));
         (constraint.element.clone(), format!("{} = {}", sum(terms), constraint.value.to_f64()))
     });
     let curves = equations.transmissions.iter().map(|t| {
-        let (driven, driving) = (angle(&equations.shafts[t.driven]), angle(&equations.shafts[t.driving]));
+        let (driven, driving) = (angle(&equations.coordinates[t.driven]), angle(&equations.coordinates[t.driving]));
         (t.element.clone(), format!("{driven} = γ({driving})"))
     });
     linear.chain(curves).collect()
@@ -165,7 +165,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
             let _ = writeln!(
                 out,
                 "  {}' = {}",
-                variant.reduced.equations.shafts[shaft],
+                variant.reduced.equations.coordinates[shaft],
                 sum(row(&model.basis, shaft, &rates).into_iter())
             );
         }
@@ -180,7 +180,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
 /// The coordinates that are charges.
 fn charges(variant: &PreparedVariant) -> Vec<&str> {
     let equations = &variant.reduced.equations;
-    let names = equations.shafts.iter().enumerate().filter(|(k, _)| equations.domain(*k) == Domain::Charge);
+    let names = equations.coordinates.iter().enumerate().filter(|(k, _)| equations.domain(*k) == Domain::Charge);
     names.map(|(_, name)| name.as_str()).collect()
 }
 

@@ -216,7 +216,8 @@ fn candidates(plant: &Plant, values: &Values) -> Vec<String> {
             out.push(full);
         }
     }
-    let names = plant.shafts().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| Quantity::Angle.of(shaft));
+    let names =
+        plant.coordinates().iter().filter(|shaft| !measured.contains(shaft)).map(|shaft| Quantity::Angle.of(shaft));
     out.extend(names.filter(|name| !used.contains(name)));
     out
 }

@@ -52,7 +52,7 @@ impl Places<'_> {
     /// What a motor (sensor) at a shaft does, over angles and speeds of the coordinates; those from `begin` on are meant.
     fn column(&self, shaft: &str, begin: usize) -> Vec<Rational> {
         let r = self.basis.columns();
-        let row = self.system.shafts.iter().position(|other| other == shaft).expect("the place was checked");
+        let row = self.system.coordinates.iter().position(|other| other == shaft).expect("the place was checked");
         let entry = |j: usize| j.checked_sub(begin).filter(|j| *j < r).map(|j| self.basis[(row, j)].clone());
         (0..2 * r).map(|j| entry(j).unwrap_or(Rational::ZERO)).collect()
     }

@@ -117,7 +117,7 @@ fn add_new(out: &mut Vec<Diagnostic>, found: Vec<Diagnostic>, later_variant: Opt
 /// As much of a model as can be numbered, as if nothing were constrained: enough to know its signals. Elements that name
 /// what is not there are left out and put in doubt.
 fn unreduced(model: &mut Model) -> Reduced {
-    let shafts = model.shafts.clone();
+    let shafts = model.all_coordinates.clone();
     // A charge is known to the element that introduces it alone.
     let charges: Vec<(String, String)> = model.terms.iter().filter_map(charge_of).collect();
     let known = |name: &String| shafts.contains(name) && charges.iter().all(|(charge, _)| charge != name);
@@ -157,9 +157,9 @@ fn unreduced(model: &mut Model) -> Reduced {
     good.extend(sensors);
     bad.extend(lost);
     model.doubtful.extend(bad.into_iter().map(|named| named.element));
-    let equations = assemble(&model.shafts, &good);
+    let equations = assemble(&model.all_coordinates, &good);
     model.terms = good;
-    Reduced { coordinates: (0..equations.shafts.len()).collect(), equations, steps: Vec::new() }
+    Reduced { coordinates: (0..equations.coordinates.len()).collect(), equations, steps: Vec::new() }
 }
 
 /// A charge and the element that introduces it.
@@ -238,7 +238,7 @@ fn reduced_model(
         out.append(&mut massless);
         return None;
     }
-    let reduced = match reduce(assemble(&model.shafts, &model.terms), model.coordinates.as_deref()) {
+    let reduced = match reduce(assemble(&model.all_coordinates, &model.terms), model.coordinates.as_deref()) {
         Ok(reduced) => reduced,
         Err(error) => {
             out.extend(reduce_diagnostics(document, model, &error));
@@ -265,7 +265,7 @@ fn designed_law(
 ) -> Option<(Arc<dyn Law>, Arc<dyn Law>)> {
     let before = out.len();
     for signal in signals_of(control.law.fields, &control.values) {
-        let shaft = SignalName::new(&signal).angle_of().and_then(|name| reduced.shaft(name));
+        let shaft = SignalName::new(&signal).angle_of().and_then(|name| reduced.coordinate(name));
         if shaft.is_some_and(|shaft| plant.linear.direction(shaft).row(0).iter().all(Scalar::is_zero)) {
             let message =
                 format!("control `{}`: the output `{signal}` cannot move: the constraints hold it", control.name);
@@ -331,7 +331,7 @@ fn design_model(
     if wrong {
         return None;
     }
-    match reduce(assemble(&model.shafts, &model.terms), Some(&reduced.coordinate_names())) {
+    match reduce(assemble(&model.all_coordinates, &model.terms), Some(&reduced.coordinate_names())) {
         Ok(design) => {
             let finite = is_finite_at(&design, &zero);
             let plant = finite.then(|| Plant::new(design, zero));

@@ -219,7 +219,7 @@ fn zero_mode(system: &LinearSystem, plant: &Plant, basis: &Matrix<f64>, pole: Po
     let moves = |motion: &[(f64, f64)]| motion.iter().any(|(re, im)| *re != 0.0 || *im != 0.0);
     let speeds = all("w");
     let motion = if moves(&speeds) { speeds } else { all("phi") };
-    let shafts: Vec<(f64, f64)> = (0..plant.shafts().len())
+    let shafts: Vec<(f64, f64)> = (0..plant.coordinates().len())
         .map(|shaft| {
             let row = plant.linear.direction(shaft).to_f64();
             let sum = |pick: fn(&(f64, f64)) -> f64| -> f64 {

@@ -123,7 +123,7 @@ impl Subject<'_> {
         }));
         let (model, _) = self.document.model(&settings);
         let coordinates = self.variant.reduced.coordinate_names();
-        let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&coordinates)).ok()?;
+        let reduced = reduce(assemble(&model.all_coordinates, &model.terms), Some(&coordinates)).ok()?;
         Some(ConstrainedSystem::at(&reduced, &self.at.position, &self.at.stuck, &self.at.inputs))
     }
 
@@ -132,7 +132,7 @@ impl Subject<'_> {
         let (begin, end) = if side == Side::Inputs { (0.0, 0.5) } else { (0.5, 1.0) };
         let advance = |part: f64| progress.advance(1, "sensitivity", begin + (end - begin) * part);
         advance(0.0);
-        let shafts = &self.variant.reduced.equations.shafts;
+        let shafts = &self.variant.reduced.equations.coordinates;
         let failing = match side {
             Side::Inputs => &self.structure.uncontrollable,
             Side::Outputs => &self.structure.unobservable,

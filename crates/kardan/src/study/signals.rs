@@ -60,7 +60,7 @@ impl WorkingPoint {
 pub(super) fn charges(reduced: &Reduced) -> BTreeSet<String> {
     let equations = &reduced.equations;
     let is_charge = |(k, _): &(usize, &String)| equations.domain(*k) == Domain::Charge;
-    equations.shafts.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
+    equations.coordinates.iter().enumerate().filter(is_charge).map(|(_, name)| name.clone()).collect()
 }
 
 /// Inputs and outputs: asked for on the command line, in the file, or by default; says which default was taken.

@@ -161,7 +161,7 @@ fn watched(
     let acceptable = channel.number(key).unwrap_or_else(|| SampledNoninteractingChannel::default_number(key));
     let (name, unit, watch) = match &signal.measured {
         Measured::Angle(name) => {
-            let shaft = variant.reduced.shaft(name)?;
+            let shaft = variant.reduced.coordinate(name)?;
             if torque {
                 let (name, watch) = torque_along(variant, number, parts, output, shaft);
                 (name, "N m", watch)
@@ -169,9 +169,9 @@ fn watched(
                 (output.to_string(), "rad", Watch::Angle(shaft))
             }
         }
-        Measured::Speed(name) => (output.to_string(), "rad/s", Watch::Speed(variant.reduced.shaft(name)?)),
+        Measured::Speed(name) => (output.to_string(), "rad/s", Watch::Speed(variant.reduced.coordinate(name)?)),
         Measured::NetTorque(name) => {
-            let shaft = variant.reduced.shaft(name)?;
+            let shaft = variant.reduced.coordinate(name)?;
             // As [`Equations::own_inertia`], part by part.
             let own = plant.coefficients().filter(|(_, one)| one.kind == CoefficientKind::Inertia);
             let own = own.filter_map(|(number, one)| match one.row.as_slice() {

@@ -82,7 +82,7 @@ impl Linear {
             references,
             disturbances: disturbances.len(),
             coordinates,
-            shafts: plant.shafts().len(),
+            shafts: plant.coordinates().len(),
             excess: 0,
             limits: Vec::new(),
             block,
@@ -264,7 +264,7 @@ fn data(request: &Request<'_>, design: &Design, references: &[Reference], block:
     let names = &request.plant.linear.coordinates;
     let mut reads = [Quantity::Angle, Quantity::Speed].map(|quantity| ReadSignal::of_each(quantity, names)).concat();
     reads.extend(references.iter().map(|r| ReadSignal::new(&r.name, r.physical.unit())));
-    let shafts = request.plant.shafts();
+    let shafts = request.plant.coordinates();
     reads.extend(ReadSignal::of_each(Quantity::Disturbance, request.disturbances.iter().map(|&k| &shafts[k])));
     let matrices = [("A", &block.a), ("B", &block.b), ("C", &block.c), ("D", &block.d)];
     ControllerData {

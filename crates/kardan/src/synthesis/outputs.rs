@@ -102,7 +102,7 @@ impl Task {
             dynamics: channels(values).map(compensation).collect(),
             system: plant.system(&inputs, &outputs),
             disturbance: plant.torques(request.disturbances, &outputs).into(),
-            disturbed: request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect(),
+            disturbed: request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect(),
             inputs,
             references,
             outputs,

@@ -45,8 +45,8 @@ impl Plant {
     }
 
     /// Names of all shafts, sorted.
-    pub fn shafts(&self) -> &[String] {
-        &self.reduced.equations.shafts
+    pub fn coordinates(&self) -> &[String] {
+        &self.reduced.equations.coordinates
     }
 
     /// The time constant of each input's motor, s; zero for an ideal one.
@@ -116,7 +116,7 @@ impl Plant {
         let signal = SignalName::new(name);
         let head = signal.element;
         let equations = &self.reduced.equations;
-        if self.reduced.shaft(head).is_some() {
+        if self.reduced.coordinate(head).is_some() {
             let measured =
                 if signal.is(Quantity::Speed) { Measured::Speed(head.into()) } else { Measured::Angle(head.into()) };
             return Ok(OutputSignal { name: name.into(), measured });
@@ -140,7 +140,11 @@ impl Plant {
         let mut system = self.constrained(&[]);
         system.inputs = shafts
             .iter()
-            .map(|&shaft| Along { element: self.shafts()[shaft].clone(), row: vec![(shaft, Rational::ONE)], value: () })
+            .map(|&shaft| Along {
+                element: self.coordinates()[shaft].clone(),
+                row: vec![(shaft, Rational::ONE)],
+                value: (),
+            })
             .collect();
         let pencil = linear_system(&system, &self.reduced.coordinates, &self.linear.basis, outputs);
         let explicit = pencil.explicit().expect("reduced inertia is positive definite");

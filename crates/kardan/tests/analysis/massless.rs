@@ -222,7 +222,7 @@ fn drive(circular_spline: &str, flexspline: &str, damped: bool) -> LinearModel {
     let (model, mistakes) = document.model_with(&first.settings, first.controls.as_deref());
     assert!(mistakes.is_empty(), "{mistakes:?}");
     let named = ["wg", "rk", "fs"].map(String::from);
-    let reduced = reduce(assemble(&model.shafts, &model.terms), Some(&named)).unwrap();
+    let reduced = reduce(assemble(&model.all_coordinates, &model.terms), Some(&named)).unwrap();
     let position = vec![0.0; reduced.degrees_of_freedom()];
     linearise(&reduced, &position)
 }

@@ -23,7 +23,7 @@ fn along<T>(element: &str, row: &[(usize, i64)], value: T) -> Along<T> {
 fn two_bodies(p: &[Rational]) -> Option<ConstrainedSystem> {
     let [j, s, d] = [&p[0], &p[1], &p[2]];
     Some(ConstrainedSystem {
-        shafts: vec!["a".into(), "b".into()],
+        coordinates: vec!["a".into(), "b".into()],
         inertias: vec![along("a", &[(0, 1)], j.clone()), along("b", &[(1, 1)], j.clone())],
         dampers: vec![
             along("a", &[(0, 1)], d.clone()),
@@ -177,7 +177,7 @@ fn a_small_distance_is_not_zero() {
     let build = |p: &[Rational]| {
         let spring = |other: i64, value: Rational| along("s", &[(other as usize, 1), (1, -1)], value);
         Some(ConstrainedSystem {
-            shafts: ["a", "b", "c"].map(String::from).to_vec(),
+            coordinates: ["a", "b", "c"].map(String::from).to_vec(),
             inertias: (0..3).map(|i| along("j", &[(i, 1)], whole(1))).collect(),
             springs: vec![
                 spring(0, whole(2)),
@@ -210,7 +210,7 @@ fn a_small_distance_is_not_zero() {
 fn undamped_twins_are_found() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
-            shafts: ["a", "b", "c"].map(String::from).to_vec(),
+            coordinates: ["a", "b", "c"].map(String::from).to_vec(),
             inertias: (0..3).map(|i| along("j", &[(i, 1)], if i == 0 { p[0].clone() } else { whole(1) })).collect(),
             springs: vec![
                 along("s", &[(0, 1), (1, -1)], p[1].clone()),
@@ -255,7 +255,7 @@ fn ratios_in_constraints_are_parameters_too() {
             value: (),
         };
         Some(ConstrainedSystem {
-            shafts: ["m", "g", "a", "h", "c"].map(String::from).to_vec(),
+            coordinates: ["m", "g", "a", "h", "c"].map(String::from).to_vec(),
             inertias: [0, 2, 4].map(|k| along("j", &[(k, 1)], whole(1))).to_vec(),
             springs: vec![along("s", &[(1, -1), (2, 1)], p[1].clone()), along("t", &[(3, -1), (4, 1)], whole(3))],
             constraints: vec![gear("u", 1, p[0].clone()), gear("v", 3, whole(2))],
@@ -355,7 +355,7 @@ fn a_speed_hides_the_rigid_motion() {
 fn samples_follow_the_distribution() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
-            shafts: vec!["a".into()],
+            coordinates: vec!["a".into()],
             inertias: vec![along("a", &[(0, 1)], p[0].clone())],
             inputs: vec![along("m", &[(0, 1)], ())],
             ..ConstrainedSystem::default()
@@ -388,7 +388,7 @@ fn samples_follow_the_distribution() {
 fn sampled_observability_of_a_constraint_torque() {
     let build = |p: &[Rational]| {
         Some(ConstrainedSystem {
-            shafts: vec!["a".into(), "b".into()],
+            coordinates: vec!["a".into(), "b".into()],
             inertias: vec![along("a", &[(0, 1)], p[0].clone()), along("b", &[(1, 1)], whole(1))],
             springs: vec![along("s", &[(0, 1)], whole(4))],
             constraints: vec![along("c", &[(0, 1), (1, -1)], ())],
@@ -477,7 +477,7 @@ fn what_only_rounding_loses_is_not_lost() {
     let build = |p: &[Rational]| {
         let tiny = fraction(1, 100_000_000_000_000_000);
         Some(ConstrainedSystem {
-            shafts: ["a", "b"].map(String::from).to_vec(),
+            coordinates: ["a", "b"].map(String::from).to_vec(),
             inertias: vec![along("a", &[(0, 1)], whole(1)), along("b", &[(1, 1)], p[0].clone())],
             springs: vec![
                 along("s", &[(0, 1)], whole(1)),

@@ -1064,7 +1064,7 @@ fn along<T>(element: &str, row: &[(usize, Rational)], value: T) -> Along<T> {
 fn constrained(dice: &mut Dice) -> ConstrainedSystem {
     let n = 3 + dice.below(3);
     let m = 1 + dice.below(n - 2);
-    let mut system = ConstrainedSystem { shafts: (0..n).map(|k| format!("s{k}")).collect(), ..Default::default() };
+    let mut system = ConstrainedSystem { coordinates: (0..n).map(|k| format!("s{k}")).collect(), ..Default::default() };
     for k in 0..n {
         system.inertias.push(along(&format!("s{k}"), &[(k, int(1))], frac(dice.between(1, 9), 10)));
     }
@@ -1088,9 +1088,9 @@ fn constrained(dice: &mut Dice) -> ConstrainedSystem {
 
 /// All shaft angles, then every constraint torque on every shaft that its row has.
 fn signals(system: &ConstrainedSystem) -> Vec<OutputSignal> {
-    let angles = system.shafts.iter().map(|shaft| Measured::Angle(shaft.clone()));
+    let angles = system.coordinates.iter().map(|shaft| Measured::Angle(shaft.clone()));
     let torques = system.constraints.iter().flat_map(|c| {
-        c.row.iter().map(|(j, _)| Measured::ConstraintTorque(c.element.clone(), system.shafts[*j].clone()))
+        c.row.iter().map(|(j, _)| Measured::ConstraintTorque(c.element.clone(), system.coordinates[*j].clone()))
     });
     angles.chain(torques).map(|measured| OutputSignal { name: format!("{measured:?}"), measured }).collect()
 }
@@ -1102,7 +1102,7 @@ fn theorems_4_1_and_4_5_hold_exactly_in_any_basis() {
     for seed in 0..60 {
         let mut dice = Dice(12_000 + seed);
         let system = constrained(&mut dice);
-        let (n, m) = (system.shafts.len(), system.constraints.len());
+        let (n, m) = (system.coordinates.len(), system.constraints.len());
         let (h, d, s) = (system.inertia_matrix(), system.damping_matrix(), system.stiffness_matrix());
         let (c, f) = (system.constraint_matrix(), system.input_matrix());
         let outputs = signals(&system);
@@ -1160,7 +1160,7 @@ fn theorem_4_2_no_answer_depends_on_the_basis() {
         };
         let (coordinates, basis) = system.explicit_basis(&[]);
         let expected = answers(&coordinates, &basis);
-        let last = system.shafts.len() - 1;
+        let last = system.coordinates.len() - 1;
         let (others, other_basis) = system.explicit_basis(&[last, last - 1]);
         assert_eq!(answers(&others, &other_basis), expected, "seed {seed}");
         let (t, _) = dice.unimodular(coordinates.len());
@@ -1175,7 +1175,7 @@ fn built_in(name: &str, forces: &[&str], sensors: &[&str]) -> LinearSystem {
     let variant = first(model::builtin(name).expect("built in").source);
     let position = vec![0.0; variant.reduced.degrees_of_freedom()];
     let mut system = ConstrainedSystem::at(&variant.reduced, &position, &BTreeSet::new(), &[]);
-    let number = |shaft: &str| system.shafts.iter().position(|s| s == shaft).expect("a shaft");
+    let number = |shaft: &str| system.coordinates.iter().position(|s| s == shaft).expect("a shaft");
     let inputs = forces.iter().map(|shaft| along(shaft, &[(number(shaft), int(1))], ())).collect();
     let (coordinates, basis) = system.explicit_basis(&variant.reduced.coordinates);
     let outputs: Vec<OutputSignal> = sensors

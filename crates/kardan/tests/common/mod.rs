@@ -290,7 +290,7 @@ pub fn explicit(reduced: &Reduced, dynamics: &Dynamics, work: &Work, inputs: &[f
         acceleration[i] -= (0..frictions.len()).map(|k| frictions[k] * work.friction_rows[k * r + i]).sum::<f64>();
     }
     work.factor.solve(&mut acceleration);
-    let n = reduced.equations.shafts.len();
+    let n = reduced.equations.coordinates.len();
     let shafts = (0..n).map(|s| dot(work.kinematics.row(s), &acceleration) + work.kinematics.bias[s]).collect();
     let mut force = vec![0.0; n];
     dynamics.constraint_force(work, &acceleration, inputs, frictions, &mut force);

@@ -60,7 +60,7 @@ const RAMPS: &str = r#"
 fn stiffness_is_that_of_the_flexspline() {
     let keys = "stiffness = \"8000 N m/rad\"\ndamping = \"0.3 N m s/rad\"\noffset = \"0.1 rad\"";
     let equations = first(&drive(keys, "")).reduced.equations.clone();
-    let number = |name: &str| equations.shafts.iter().position(|shaft| shaft == name).unwrap();
+    let number = |name: &str| equations.coordinates.iter().position(|shaft| shaft == name).unwrap();
     let gear = [("cs", -51), ("fs", 50), ("wg", 1)];
     let square = Rational::from(50 * 50);
     let shaft_damping =

@@ -130,7 +130,7 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
             .map(|shaft| (read(format!("{element}.{shaft}.tau")), read(format!("{shaft}.w"))))
             .collect();
     };
-    let name = |charge: usize| &equations.shafts[charge];
+    let name = |charge: usize| &equations.coordinates[charge];
     let currents = row.row_f64().into_iter().map(|(charge, x)| (charge, x, read(format!("{}.i", name(charge)))));
     if !equations.nodes.iter().any(|node| node == element) {
         return currents.map(|(charge, _, current)| (read(format!("{}.v", name(charge))), current)).collect();
@@ -185,7 +185,7 @@ fn every_element_keeps_the_laws() {
         let own: Vec<_> = variant.model.terms.iter().filter(|t| kind.example.contains(&t.element)).cloned().collect();
         assert!(!own.is_empty(), "`{}` makes terms", kind.keyword);
         for terms in [&own, &variant.model.terms] {
-            let equations = assemble(&variant.model.shafts, terms);
+            let equations = assemble(&variant.model.all_coordinates, terms);
             for matrix in [equations.inertia_matrix(), equations.damping_matrix(), equations.stiffness_matrix()] {
                 assert_eq!(matrix, matrix.transpose(), "{}", kind.keyword);
                 let indefinite = matches!(definiteness(&matrix), Definiteness::Indefinite { .. });
@@ -250,7 +250,7 @@ fn every_law_is_what_its_gains_say() {
         let law = &*laws[0];
         let mut running = law.run();
         assert_eq!(law.describe().law, kind.keyword);
-        let (m, n) = (law.inputs().len(), variant.reduced.equations.shafts.len());
+        let (m, n) = (law.inputs().len(), variant.reduced.equations.coordinates.len());
         assert!(m > 0);
         let references = vec![0.0; law.references().len()];
         let LinearLaw { on_angles, on_speeds, .. } = law.linear();
@@ -326,7 +326,7 @@ fn every_law_is_what_its_gains_say() {
 fn noninteracting_decouples_exactly() {
     let variant = first(model::builtin("sia-steering").expect("built in").source);
     let model = linearise(&variant.reduced, &[0.0; 3]);
-    let (shafts, inputs) = (variant.reduced.equations.shafts.len(), model.inputs.len());
+    let (shafts, inputs) = (variant.reduced.equations.coordinates.len(), model.inputs.len());
     let (mut designed, mut refused) = (0, 0);
     for (a, b) in pairs(shafts) {
         for (u, v) in pairs(inputs) {

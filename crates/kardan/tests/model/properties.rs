@@ -325,7 +325,7 @@ proptest! {
     #[test]
     fn constraints_hold_in_explicit_form(tree in tree(7, true)) {
         let reduced = first(&tree.text(false, false, false)).reduced.clone();
-        let (r, place) = (reduced.degrees_of_freedom(), tree.places(&reduced.equations.shafts));
+        let (r, place) = (reduced.degrees_of_freedom(), tree.places(&reduced.equations.coordinates));
         let mut kinematics = Kinematics::new(&reduced);
         kinematics.update(&tree.position[..r], &tree.speed[..r]);
         let of = |x: &[f64]| -> Vec<f64> { place.iter().map(|p| x[*p]).collect() };
@@ -352,7 +352,7 @@ proptest! {
     #[test]
     fn implicit_and_explicit_form_agree(tree in tree(7, false)) {
         let reduced = first(&tree.text(false, false, false)).reduced.clone();
-        let (r, n, place) = (reduced.degrees_of_freedom(), tree.nodes.len(), tree.places(&reduced.equations.shafts));
+        let (r, n, place) = (reduced.degrees_of_freedom(), tree.nodes.len(), tree.places(&reduced.equations.coordinates));
         let (dynamics, mut work) = Dynamics::new(&reduced);
         prop_assert!(dynamics.update(&tree.position[..r], &tree.speed[..r], &mut work));
         // Inputs by name: `load`, `m`.
@@ -414,7 +414,7 @@ proptest! {
         for (a, b) in [
             (&point.kinematics.angles, &image.kinematics.angles),
             (&point.kinematics.speeds, &image.kinematics.speeds),
-            (&one.shafts, &two.shafts),
+            (&one.shafts, &two.all_coordinates),
             (&one.force, &two.force),
         ] {
             let scale = largest(a);

@@ -188,7 +188,7 @@ proptest! {
         near(&rows_of(&reduced.inertia()), &congruent(&k, &system.inertia_matrix()), scale, "H_r");
         near(&rows_of(&reduced.damping()), &congruent(&k, &system.damping_matrix()), scale, "D_r");
         near(&rows_of(&reduced.stiffness()), &congruent(&k, &system.stiffness_matrix()), scale, "S_r");
-        let force: Vec<f64> = (0..system.shafts.len()).map(|i| 1.0 + i as f64).collect();
+        let force: Vec<f64> = (0..system.coordinates.len()).map(|i| 1.0 + i as f64).collect();
         let k = k.to_rows();
         let reduced_force: Vec<f64> = flipped(&k).iter().map(|column| dot(column, &force)).collect();
         let acceleration = solve(&rows_of(&reduced.inertia()), &reduced_force);
@@ -520,7 +520,7 @@ fn the_built_in_model_is_that_of_table_6_3() {
     let position = vec![0.0; variant.reduced.degrees_of_freedom()];
     let inputs = ["wg_motor".to_string(), "rk_motor".to_string()];
     let system = ConstrainedSystem::at(&variant.reduced, &position, &BTreeSet::new(), &inputs);
-    let number = |name: &str| system.shafts.iter().position(|shaft| shaft == name).expect("a shaft");
+    let number = |name: &str| system.coordinates.iter().position(|shaft| shaft == name).expect("a shaft");
     let reference = &golden()["hds"];
     let reduced = reduction(&system, &["wg", "rk", "fs"].map(number));
     for (matrix, key) in [(reduced.inertia(), "Hr"), (reduced.damping(), "Dr"), (reduced.stiffness(), "Sr")] {

@@ -345,7 +345,7 @@ load = \"load_fs\"
         let variant = self.straight();
         let model = linearise(&variant.reduced, &[0.0; 3]);
         let input = |name: &str| model.inputs.iter().position(|input| input == name).expect("an input");
-        let shaft = |name: &str| variant.reduced.shaft(name).expect("a shaft");
+        let shaft = |name: &str| variant.reduced.coordinate(name).expect("a shaft");
         let channels = [
             ChannelDesign { shaft: shaft("fs"), input: input("wg_motor") },
             ChannelDesign { shaft: shaft("rk"), input: input("rk_motor") },
@@ -640,7 +640,7 @@ fn theorem_4_5_projector_idempotent() {
 fn eq_4_56_projector_of_the_steering_system() {
     let reduced = Sia::table().straight().reduced.clone();
     let (p, _) = projector(&reduced);
-    let order = ["fs", "cs", "wg", "cj", "rk"].map(|name| reduced.shaft(name).expect("a shaft"));
+    let order = ["fs", "cs", "wg", "cj", "rk"].map(|name| reduced.coordinate(name).expect("a shaft"));
     let sorted = Matrix::from_fn(5, 5, |i, j| p[(order[i], order[j])].clone());
     agrees(&sorted, &rows(&golden()["sia"]["projector_P_5x5"]), TOLERANCE, "P");
 }
@@ -1202,7 +1202,7 @@ fn eq_6_127_and_6_128_corrected() {
 fn eq_6_129_effective_inertia() {
     for sia in Sia::both() {
         let variant = sia.straight();
-        let shaft = variant.reduced.shaft("fs").expect("a shaft");
+        let shaft = variant.reduced.coordinate("fs").expect("a shaft");
         assert_eq!(effective_inertia(&sia.linear(), shaft), sia.jfs_effective().rational());
         assert_eq!(sia.design().effective_inertia, [sia.jfs_effective().rational(), sia.jrk.rational()]);
     }
@@ -1424,7 +1424,7 @@ fn eq_6_138() {
 fn outputs_are_rows_of_the_basis() {
     let variant = Sia::skew().straight();
     let model = &variant.design_models[0].linear;
-    let shaft = variant.reduced.shaft("wg").expect("a shaft");
+    let shaft = variant.reduced.coordinate("wg").expect("a shaft");
     let i = Sia::skew().i;
     let expected = [int(0), -i, i + int(1)].map(Q::rational);
     assert_eq!(exact_row(&model.basis, shaft), expected);

@@ -50,7 +50,7 @@ fn input(reduced: &Reduced, name: &str) -> usize {
 }
 
 fn shaft(reduced: &Reduced, name: &str) -> usize {
-    reduced.shaft(name).expect("a shaft")
+    reduced.coordinate(name).expect("a shaft")
 }
 
 /// Asserts agreement relative to the largest entry.

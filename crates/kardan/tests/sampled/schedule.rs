@@ -145,7 +145,7 @@ fn the_block_at_a_point_is_the_block_designed_there() {
         (states[n], states[n + 2]) = (0.25, 0.5);
         let mut kinematics = kardan::reduce::Kinematics::new(&plant.reduced);
         kinematics.update(&estimate, &[0.0; 3]);
-        let shaft = |name: &str| kinematics.angles[plant.reduced.shaft(name).expect("a shaft")];
+        let shaft = |name: &str| kinematics.angles[plant.reduced.coordinate(name).expect("a shaft")];
         let exact = [shaft("rk"), shaft("wg"), 100.0 * (shaft("rk") - shaft("cj"))];
         let c = matrix(table(&data, "output"));
         let error = [3e-4, -5e-3, 0.02];

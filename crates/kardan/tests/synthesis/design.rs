@@ -804,7 +804,7 @@ impl Printed {
         Self {
             inputs: names(&["wg_motor", "rk_motor"]),
             references: vec![reference("ref_rk", Physical::Angle), reference("u2", Physical::Torque)],
-            shafts: ["rk", "fs", "cj"].map(|name| variant.reduced.shaft(name).expect("a shaft")),
+            shafts: ["rk", "fs", "cj"].map(|name| variant.reduced.coordinate(name).expect("a shaft")),
             kx,
             ku,
         }
@@ -1322,7 +1322,7 @@ fn check_block(text: &str, variant: &str, control: &str) {
     let design = law.describe();
     let exported = Flat::new(&design.controller_data);
     let observer = design.observer_data.as_ref().map(|data| (data, Flat::new(data)));
-    let shafts = variant.reduced.equations.shafts.clone();
+    let shafts = variant.reduced.equations.coordinates.clone();
     let mut numbers = Numbers(11);
     for _ in 0..100 {
         let (angles, speeds) = (numbers.list(shafts.len(), 20.0), numbers.list(shafts.len(), 50.0));

@@ -39,7 +39,7 @@ fn built_in(name: &str, sensors: &[&str], torques: &[&str]) -> (LinearSystem, Ma
         None => angle(sensor),
     };
     let outputs: Vec<OutputSignal> = sensors.iter().map(signal).collect();
-    let shaft = |name: &&str| system.shafts.iter().position(|s| s == name).unwrap();
+    let shaft = |name: &&str| system.coordinates.iter().position(|s| s == name).unwrap();
     let torques = torques_on(&basis, &torques.iter().map(shaft).collect::<Vec<_>>());
     (linear_system(&system, &coordinates, &basis, &outputs), torques)
 }

@@ -53,7 +53,7 @@ pub fn modes(system: &ConstrainedSystem, reduction: &Reduction) -> Option<Vec<Mo
         let all: Vec<c64> = basis.iter().map(|row| along(row, &pair.vector)).collect();
         let scale = largest(&all);
         let vector: Vec<c64> = pair.vector.iter().map(|x| x / scale).collect();
-        let shape = shape(&system.shafts, all.iter().map(|x| x / scale));
+        let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
         elements.mode(pair.value, &vector, shape)
     };
     Some(sorted(pairs.iter().map(mode).collect()))
@@ -90,7 +90,7 @@ pub fn exact_modes(system: &ConstrainedSystem, reduction: &Reduction, factors: &
             let all: Vec<c64> = basis.iter().map(|row| along(row, vector)).collect();
             let scale = largest(&all);
             let vector: Vec<c64> = vector.iter().map(|x| x / scale).collect();
-            let shape = shape(&system.shafts, all.iter().map(|x| x / scale));
+            let shape = shape(&system.coordinates, all.iter().map(|x| x / scale));
             elements.mode(c64::new(pole.re, pole.im), &vector, shape)
         };
         vectors.unwrap_or_default().iter().map(mode).collect()
@@ -228,12 +228,12 @@ fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
 /// # Panics
 /// If there is not one entry for each shaft.
 pub fn mode_of_motion(system: &ConstrainedSystem, eigenvalue: Pole, motion: &[(f64, f64)]) -> Mode {
-    assert_eq!(motion.len(), system.shafts.len(), "one entry for each shaft");
+    assert_eq!(motion.len(), system.coordinates.len(), "one entry for each shaft");
     let vector: Vec<c64> = motion.iter().map(|(re, im)| c64::new(*re, *im)).collect();
     let value = c64::new(eigenvalue.re, eigenvalue.im);
     match normalised(&vector) {
         Some(vector) => {
-            let shape = shape(&system.shafts, vector.iter().copied());
+            let shape = shape(&system.coordinates, vector.iter().copied());
             Elements::new(system).mode(value, &vector, shape)
         }
         None => root(value),

@@ -15,7 +15,7 @@ pub(super) struct Rigid {
 
 /// The kernel of `S_r`, split by `D_r`, exact. Empty if a stiffness is negative, when springs can cancel each other.
 pub(super) fn rigid_motions(reduced: &ConstrainedSystem) -> Rigid {
-    let n = reduced.shafts.len();
+    let n = reduced.coordinates.len();
     let columns: Vec<usize> = (0..n).collect();
     if reduced.springs.iter().any(|spring| spring.value < Rational::ZERO) {
         return Rigid { free: Vec::new(), damped: Vec::new() };

@@ -427,11 +427,12 @@ fn true_plant(truth: &Truth, own: &[Setting], model: &Reduced, out: &mut Vec<Dia
     let mut wrong: Vec<Diagnostic> = mistakes.into_iter().filter(is_error).collect();
     let mut found = None;
     if wrong.is_empty() {
-        let equations = assemble(&plant.shafts, &plant.terms);
+        let equations = assemble(&plant.all_coordinates, &plant.terms);
         let reduced = reduce(equations.clone(), None).map(|free| {
             let mut names = model.coordinate_names();
             let more = free.degrees_of_freedom().saturating_sub(names.len());
-            let others: Vec<String> = equations.shafts.iter().filter(|name| !names.contains(name)).cloned().collect();
+            let others: Vec<String> =
+                equations.coordinates.iter().filter(|name| !names.contains(name)).cloned().collect();
             // A spring in place of a constraint frees one shaft after the other.
             for name in others {
                 if names.len() == model.degrees_of_freedom() + more {
@@ -528,7 +529,7 @@ impl PreparedBench {
         let readings: Vec<(String, String)> = encoders(&self.plant)
             .into_iter()
             .map(|(sensor, shaft)| {
-                (names::Quantity::Angle.of(&equations.shafts[shaft]), names::Quantity::Angle.of(&sensor))
+                (names::Quantity::Angle.of(&equations.coordinates[shaft]), names::Quantity::Angle.of(&sensor))
             })
             .collect();
         let motor = |k: usize| names::Quantity::Torque.of(&equations.inputs[k].element);

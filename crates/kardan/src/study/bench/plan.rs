@@ -165,7 +165,7 @@ impl Planner<'_> {
                 if largest > 0.0 { largest } else { f64::INFINITY }
             }
         };
-        self.reduced.equations.shafts.iter().map(limit).collect()
+        self.reduced.equations.coordinates.iter().map(limit).collect()
     }
 
     /// Least speed of each shaft at a constant speed, rad/s.
@@ -179,13 +179,13 @@ impl Planner<'_> {
             None if limits[shaft].is_finite() && slides(shaft) => LEAST * limits[shaft],
             None => 0.0,
         };
-        equations.shafts.iter().enumerate().map(own).collect()
+        equations.coordinates.iter().enumerate().map(own).collect()
     }
 
     /// The speeds of a coordinate that a grid lists, or `levels` from limit to limit.
     fn levels(&self, coordinate: usize, limits: &[f64]) -> Vec<f64> {
         let shaft = self.reduced.coordinates[coordinate];
-        let name = &self.reduced.equations.shafts[shaft];
+        let name = &self.reduced.equations.coordinates[shaft];
         let listed = self.spec.speeds.iter().filter(|(known, _)| known == name).map(|(_, speed)| *speed);
         let mut listed: Vec<f64> = listed.collect();
         listed.dedup();
@@ -209,7 +209,7 @@ impl Planner<'_> {
         let mut rating = Rating::new(self, &wanted)?;
         let limits = self.limits();
         if let Some(&free) = self.reduced.coordinates.iter().find(|&&shaft| limits[shaft].is_infinite()) {
-            return Err(Refusal::NoLimit(self.reduced.equations.shafts[free].clone()));
+            return Err(Refusal::NoLimit(self.reduced.equations.coordinates[free].clone()));
         }
         let shortest = self.count(0) as f64 * self.dwell();
         if self.spec.plan != ExcitationPlan::ConstantSpeeds && shortest > self.spec.duration {
@@ -252,7 +252,7 @@ impl Planner<'_> {
             kind: self.spec.plan.into(),
             known: known.map(|one| one.name.clone()).collect(),
             parameters: wanted.iter().zip(errors).map(parameter).collect(),
-            shafts: self.reduced.equations.shafts.clone(),
+            shafts: self.reduced.equations.coordinates.clone(),
             motors: self.motors.iter().map(|&k| self.reduced.equations.inputs[k].element.clone()).collect(),
             points,
             candidates: candidates.len(),

@@ -51,7 +51,7 @@ pub(super) fn encoders(reduced: &Reduced) -> Vec<(String, usize)> {
     let sensors = reduced.equations.sensors.iter();
     let angle = |(name, sensor): &(String, crate::equations::Sensor)| match &sensor.measured {
         Measured::Angle(shaft) => {
-            reduced.shaft(shaft).filter(|shaft| !kinematics.is_varying(*shaft)).map(|shaft| (name.clone(), shaft))
+            reduced.coordinate(shaft).filter(|shaft| !kinematics.is_varying(*shaft)).map(|shaft| (name.clone(), shaft))
         }
         _ => None,
     };
@@ -76,7 +76,7 @@ impl Servo {
         let inverse_of_readings = found.unwrap_or_else(|| Matrix::from_fn(r, r, |i, j| f64::from(u8::from(i == j))));
         let signal = |(name, shaft): (String, usize)| OutputSignal {
             name: Quantity::Angle.of(&name),
-            measured: Measured::Angle(reduced.equations.shafts[shaft].clone()),
+            measured: Measured::Angle(reduced.equations.coordinates[shaft].clone()),
         };
         let servo = Self {
             inputs: motors.iter().map(|&motor| reduced.equations.inputs[motor].element.clone()).collect(),

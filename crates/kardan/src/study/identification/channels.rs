@@ -67,7 +67,7 @@ pub(super) struct Wired {
 pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Option<f64>)> {
     let name = SignalName::new(signal);
     let (head, asked) = (name.alone()?, name.quantity());
-    if model.shafts.iter().any(|shaft| shaft == head) {
+    if model.all_coordinates.iter().any(|shaft| shaft == head) {
         let shaft = head.to_string();
         match asked {
             Some(names::Quantity::Angle) => return Some((Quantity::Angle(shaft), None)),
@@ -88,7 +88,8 @@ pub(super) fn quantity_of(signal: &str, model: &Model) -> Option<(Quantity, Opti
 
 /// All signals that a channel may be.
 pub(super) fn signals(model: &Model) -> Vec<String> {
-    let shafts = model.shafts.iter().flat_map(|shaft| Domain::Rotation.motion().map(|quantity| quantity.of(shaft)));
+    let shafts =
+        model.all_coordinates.iter().flat_map(|shaft| Domain::Rotation.motion().map(|quantity| quantity.of(shaft)));
     let inputs = model.terms.iter().filter_map(|named| match named.term {
         Term::Input { .. } => Some(names::Quantity::Torque.of(&named.element)),
         _ => None,

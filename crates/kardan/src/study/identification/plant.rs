@@ -52,7 +52,7 @@ pub(super) fn plant(
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
-    let equations = assemble(&model.shafts, &model.terms);
+    let equations = assemble(&model.all_coordinates, &model.terms);
     let failed = |error: &dyn std::fmt::Display| {
         wrong(format!("the model cannot be reduced: {error}"), "`kardan check` says more")
     };
@@ -97,7 +97,7 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
     measured.sort_by_key(|shaft| preferred.iter().position(|name| name == shaft).unwrap_or(usize::MAX));
     let freedom = free.degrees_of_freedom();
     let basis = linearise(free, &vec![0.0; freedom]).basis;
-    let rows: Vec<usize> = measured.iter().filter_map(|shaft| free.shaft(shaft)).collect();
+    let rows: Vec<usize> = measured.iter().filter_map(|shaft| free.coordinate(shaft)).collect();
     let transposed = Matrix::from_fn(basis.columns(), rows.len(), |i, j| basis[(rows[j], i)].clone());
     let pivots = echelon(&transposed, &(0..rows.len()).collect::<Vec<_>>()).pivots;
     if pivots.len() < freedom {
@@ -105,7 +105,8 @@ fn measured_coordinates(model: &Model, free: &Reduced, slots: &[Quantity]) -> Re
         let help = if measured.is_empty() {
             "no angle and no speed of a shaft is in the logs; say in `[log.NAME]` which column is which".to_string()
         } else {
-            let others = free.equations.shafts.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
+            let others =
+                free.equations.coordinates.iter().filter(|shaft| !measured.contains(shaft)).map(String::as_str);
             let measured = quoted(measured.iter().map(String::as_str));
             format!("measured are {measured}; log the motion of one of {} too", quoted(others))
         };

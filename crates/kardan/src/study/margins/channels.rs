@@ -82,7 +82,7 @@ pub(super) fn errors(
         (signal.name.clone(), found.c.to_f64().row(0).to_vec())
     };
     let sensors: Vec<(String, Vec<f64>)> = law.sensors().iter().map(rows).collect();
-    if let Some((names, readings)) = survey.readings(&sensors, model.shafts()) {
+    if let Some((names, readings)) = survey.readings(&sensors, model.coordinates()) {
         let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&readings.channel(k))));
         out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
     }

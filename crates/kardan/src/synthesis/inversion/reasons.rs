@@ -72,8 +72,8 @@ fn over_shafts(
     outputs: &[OutputSignal],
     system: &ConstrainedSystem,
 ) -> Option<Vec<Polynomial>> {
-    let number = |name: &String| system.shafts.iter().position(|shaft| shaft == name);
-    let mut out = vec![Polynomial::default(); system.shafts.len()];
+    let number = |name: &String| system.coordinates.iter().position(|shaft| shaft == name);
+    let mut out = vec![Polynomial::default(); system.coordinates.len()];
     for (i, factor) in relation.iter().enumerate().filter(|(_, factor)| !is_zero(factor)) {
         match &outputs.get(i)?.measured {
             Measured::Angle(shaft) => {
@@ -115,7 +115,7 @@ struct Cause {
 
 impl Cause {
     fn of(row: &[Polynomial], system: &ConstrainedSystem) -> Option<Self> {
-        let n = system.shafts.len();
+        let n = system.coordinates.len();
         let (coordinates, basis) = system.explicit_basis(&[]);
         let (inertia, damping, stiffness) =
             (system.inertia_matrix(), system.damping_matrix(), system.stiffness_matrix());
@@ -178,7 +178,7 @@ impl Cause {
             }
         }
         let moving: Vec<&String> =
-            system.shafts.iter().zip(&self.moving).filter(|(_, moves)| **moves).map(|(shaft, _)| shaft).collect();
+            system.coordinates.iter().zip(&self.moving).filter(|(_, moves)| **moves).map(|(shaft, _)| shaft).collect();
         if names.is_empty() {
             return moving.is_empty().then(|| "they measure the same motion".to_string());
         }

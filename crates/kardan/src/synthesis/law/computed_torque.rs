@@ -136,7 +136,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         named(("L", "reference gain L", ""), &inputs, &reference_names, &found.l),
     ];
     if !request.disturbances.is_empty() {
-        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        let shafts: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         gains.push(named(("M", "disturbance gain M of u = -K x + L r - M d", ""), &inputs, &shafts, &found.m));
     }
     let rows: Vec<String> =
@@ -187,7 +187,7 @@ fn channel_tasks(
         let polynomial = compensation(channel).polynomial(degree).map_err(wrong)?;
         wanted.push(match &output.measured {
             Measured::Angle(shaft) => WantedTask::Task(Task::Position {
-                shaft: plant.reduced.shaft(shaft).expect("an output names a shaft"),
+                shaft: plant.reduced.coordinate(shaft).expect("an output names a shaft"),
                 position_loop: position_loop(&polynomial),
             }),
             measured => WantedTask::ConstraintTorque(measured.clone()),

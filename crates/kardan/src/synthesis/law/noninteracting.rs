@@ -332,7 +332,7 @@ fn chosen_channels(request: &Request<'_>) -> Result<ChosenChannels, SynthesisErr
     for channel in channels(request.values) {
         let output = channel.word_or_default("output").to_string();
         let input = channel.word_or_default("input").to_string();
-        let shaft = output_shaft(&output, request.plant.shafts())?;
+        let shaft = output_shaft(&output, request.plant.coordinates())?;
         let number = model.inputs.iter().position(|name| *name == input).expect("the model file names an input");
         for (list, name, what) in [(&inputs, &input, "input"), (&outputs, &output, "output")] {
             if list.contains(name) {
@@ -366,7 +366,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let model = &request.plant.linear;
     let (designs, inputs, outputs) = chosen_channels(request)?;
     let names = |channel: &ChannelDesign| {
-        (Quantity::Angle.of(&request.plant.shafts()[channel.shaft]), model.inputs[channel.input].clone())
+        (Quantity::Angle.of(&request.plant.coordinates()[channel.shaft]), model.inputs[channel.input].clone())
     };
     let design = design_noninteracting(model, &designs, &names)?;
     once((NONINTERACTING.references)(request.values).iter().map(|r| r.name.as_str()), "reference")?;
@@ -388,8 +388,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     if request.values.has("friction_width") && !nonlinear {
         return Err(SynthesisError::NeedsNonlinear { key: "friction_width" });
     }
-    let shaft =
-        |name: &String| request.plant.shafts().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft");
+    let shaft = |name: &String| {
+        request.plant.coordinates().iter().position(|shaft| shaft == name).expect("a coordinate is a shaft")
+    };
     let m = designs.len();
     let disturbance_gain = disturbance_gain(request, &design, &designs, &specs);
     let references_of_channels: Vec<usize> = reference_places.iter().map(|(reference, _)| *reference).collect();
@@ -419,11 +420,11 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         inputs,
         outputs,
         references,
-        shafts: request.plant.shafts().len(),
+        shafts: request.plant.coordinates().len(),
         design,
         disturbance_gain,
         disturbed: (0..request.disturbances.len())
-            .map(|k| request.plant.shafts()[request.disturbances[k]].clone())
+            .map(|k| request.plant.coordinates()[request.disturbances[k]].clone())
             .collect(),
         block,
     };

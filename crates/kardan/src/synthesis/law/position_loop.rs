@@ -113,7 +113,7 @@ impl<T: Float> Block for PositionLoopBlock<T> {
 fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
     let values = request.values;
     let output = values.word_or_default("output").to_string();
-    let shaft = output_shaft(&output, request.plant.shafts())?;
+    let shaft = output_shaft(&output, request.plant.coordinates())?;
     let inputs = (POSITION_LOOP.inputs)(values);
     let input = inputs.first().cloned().unwrap_or_default();
     let number =
@@ -128,7 +128,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         inputs,
         output,
         references: references(values),
-        shafts: request.plant.shafts().len(),
+        shafts: request.plant.coordinates().len(),
         block: PositionLoopBlock {
             shaft,
             inertia,

@@ -292,7 +292,7 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
         readings: observed.readings,
         offsets,
         coordinates: plant.reduced.coordinates.clone(),
-        shafts: plant.shafts().len(),
+        shafts: plant.coordinates().len(),
         states,
         data,
         design,
@@ -319,7 +319,7 @@ fn state_names(observed: &Observer, asked: &Asked<'_>, references: &[Reference])
 /// The shaft whose angle follows a reference.
 fn position(task: &Task, output: &OutputSignal, plant: &Plant) -> Option<usize> {
     match (task, &output.measured) {
-        (Task::Position, Measured::Angle(shaft)) => plant.reduced.shaft(shaft),
+        (Task::Position, Measured::Angle(shaft)) => plant.reduced.coordinate(shaft),
         _ => None,
     }
 }
@@ -472,13 +472,13 @@ fn tasks(plant: &Plant, values: &Values) -> Result<(Vec<Task>, Vec<OutputSignal>
         let torque = channel.word("kind") == Some("torque");
         let (task, output) = match &output.measured {
             Measured::Angle(shaft) if torque => {
-                let number = plant.reduced.shaft(shaft).expect("an output names a shaft");
+                let number = plant.reduced.coordinate(shaft).expect("an output names a shaft");
                 (Task::Torque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
             }
             Measured::Angle(_) => (Task::Position, output),
             Measured::Speed(_) => (Task::Speed, output),
             Measured::NetTorque(shaft) => {
-                let number = plant.reduced.shaft(shaft).expect("a sensor names a shaft");
+                let number = plant.reduced.coordinate(shaft).expect("a sensor names a shaft");
                 (Task::NetTorque(number), OutputSignal { measured: Measured::Speed(shaft.clone()), ..output })
             }
             _ => (Task::Sensor, output),
@@ -532,7 +532,7 @@ fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
 
 fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock) -> Result<Observer, SynthesisError> {
     let (plant, r) = (request.plant, request.plant.linear.coordinates.len());
-    let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.shafts()[k].clone()).collect();
+    let disturbances: Vec<String> = request.disturbances.iter().map(|&k| plant.coordinates()[k].clone()).collect();
     let keys = request.values.table("observer");
     if let Some(share) = keys.and_then(|keys| keys.number("compensation")).filter(|share| *share > 1.0) {
         return Err(SynthesisError::NotAShare { share });

@@ -54,9 +54,9 @@ pub(in crate::synthesis) fn distinguishable_torques(
     plant: &Plant,
     system: &LinearSystem,
 ) -> Result<Vec<String>, SynthesisError> {
-    let all: Vec<usize> = (0..plant.shafts().len()).collect();
+    let all: Vec<usize> = (0..plant.coordinates().len()).collect();
     let (torques, _) = plant.torques(&all, &[]);
-    let names: Vec<String> = plant.shafts().iter().map(|shaft| format!("T_{shaft}")).collect();
+    let names: Vec<String> = plant.coordinates().iter().map(|shaft| format!("T_{shaft}")).collect();
     let failed = |error| SynthesisError::Observer { sensors: system.outputs.clone(), error: Box::new(error) };
     Ok(distinguishable(system, &torques, &names).map_err(failed)?.sentences)
 }

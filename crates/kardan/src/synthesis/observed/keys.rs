@@ -46,6 +46,7 @@ keys! {
 pub(in crate::synthesis) fn disturbances(values: &Values, plant: &Plant) -> Result<Vec<usize>, SynthesisError> {
     let Some(observer) = values.table("observer") else { return Ok(Vec::new()) };
     let Some(names) = observer.words("disturbances") else { return Ok(plant.reduced.coordinates.clone()) };
-    let shaft = |name: &String| plant.reduced.shaft(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
+    let shaft =
+        |name: &String| plant.reduced.coordinate(name).ok_or_else(|| SynthesisError::NoShaft { name: name.clone() });
     names.iter().map(shaft).collect()
 }

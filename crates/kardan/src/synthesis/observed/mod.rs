@@ -76,7 +76,7 @@ impl Observed {
         let inputs = law.inputs().to_vec();
         let system = plant.system(&inputs, &sensors);
         let (torques, _) = plant.torques(disturbed, &[]);
-        let names: Vec<String> = disturbed.iter().map(|&k| plant.shafts()[k].clone()).collect();
+        let names: Vec<String> = disturbed.iter().map(|&k| plant.coordinates()[k].clone()).collect();
         let states: Vec<String> = names.iter().map(|name| Quantity::Disturbance.of(name)).collect();
         let extended = extend(&system, &torques, &states);
         let (gain, poles, notes) = gain(values, &extended)?;
@@ -98,7 +98,7 @@ impl Observed {
             gain,
             distinguishable: sentences,
         };
-        let rows = rows(&readings, plant.shafts().len());
+        let rows = rows(&readings, plant.coordinates().len());
         let view = EstimatedView::new(readings, plant, compensation, disturbed.len());
         let model = if nonlinear {
             Model::Nonlinear(Box::new(FullModel::new(&*law, plant, &view.readings, disturbed, &floating)?))

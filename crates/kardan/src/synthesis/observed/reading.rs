@@ -29,7 +29,7 @@ impl Reading {
 
 /// What a sensor reads.
 pub(in crate::synthesis) fn reading(sensor: &OutputSignal, plant: &Plant) -> Result<Reading, SynthesisError> {
-    let shaft = |name: &String| plant.reduced.shaft(name).expect("an output names a shaft");
+    let shaft = |name: &String| plant.reduced.coordinate(name).expect("an output names a shaft");
     Ok(match &sensor.measured {
         Measured::Angle(name) => Reading::Angle(shaft(name)),
         Measured::Speed(name) => Reading::Speed(shaft(name)),

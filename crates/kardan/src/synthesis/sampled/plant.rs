@@ -56,7 +56,7 @@ impl SlowSensor {
 
     fn of(name: &str, sensor: &Sensor, reduced: &Reduced) -> Option<Self> {
         let period = sensor.sample_time.as_ref()?.to_f64();
-        let shaft = |name: &String| Some(vec![(reduced.shaft(name)?, 1.0)]);
+        let shaft = |name: &String| Some(vec![(reduced.coordinate(name)?, 1.0)]);
         let (row, reads) = match &sensor.measured {
             Measured::Angle(name) => (shaft(name)?, Reads::Angles),
             Measured::Speed(name) if sensor.resolution.is_some() => (shaft(name)?, Reads::Differences),

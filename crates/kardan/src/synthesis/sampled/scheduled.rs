@@ -28,7 +28,7 @@ pub(in crate::synthesis) struct ScheduleData {
 /// # Errors
 /// Why there is none, as the end of a sentence.
 pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> {
-    let (n, r) = (reduced.equations.shafts.len(), reduced.degrees_of_freedom());
+    let (n, r) = (reduced.equations.coordinates.len(), reduced.degrees_of_freedom());
     let names = reduced.coordinate_names();
     // How often each shaft turns, on the whole, with each coordinate, and whether it depends on it at all.
     let mut turns = vec![vec![Rational::ZERO; r]; n];
@@ -46,7 +46,7 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
         let own_turns: Vec<Rational> = (0..r).map(along).collect();
         let own: Vec<bool> = (0..r).map(|k| affine.terms.iter().any(|(shaft, _)| depends[*shaft][k])).collect();
         if let Step::Curve { shaft, curve, .. } = step {
-            let name = &reduced.equations.shafts[*shaft];
+            let name = &reduced.equations.coordinates[*shaft];
             if curve.block().is_none() {
                 return Err(format!("the transmission that gives the angle of `{name}` is no universal joint"));
             }
