@@ -23,7 +23,7 @@ fn chain(n: usize) -> ConstrainedSystem {
     let fraction = |a: i64, b: i64| Rational::from(a) / Rational::from(b);
     let between = |i: usize| [(i, 1), (i + 1, -1)];
     ConstrainedSystem {
-        shafts: (0..n).map(|i| format!("body_{i}")).collect(),
+        coordinates: (0..n).map(|i| format!("body_{i}")).collect(),
         inertias: (0..n).map(|i| along(format!("body_{i}"), &[(i, 1)], fraction(1 + i as i64 % 7, 100))).collect(),
         dampers: (0..n - 1).map(|i| along(format!("shaft_{i}"), &between(i), fraction(1 + i as i64 % 5, 50))).collect(),
         springs: (0..n - 1)

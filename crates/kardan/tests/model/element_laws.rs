@@ -124,7 +124,7 @@ fn shares(run: &Run, reduced: &Reduced, element: &str) -> Vec<(Vec<f64>, Vec<f64
         equations.constraints.iter().find(|row| row.element == element && equations.domain_of(row) == Domain::Charge);
     let Some(row) = row else {
         return equations
-            .shafts
+            .coordinates
             .iter()
             .filter(|shaft| run.series.signal(&format!("{element}.{shaft}.tau")).is_some())
             .map(|shaft| (read(format!("{element}.{shaft}.tau")), read(format!("{shaft}.w"))))

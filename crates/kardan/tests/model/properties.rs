@@ -414,7 +414,7 @@ proptest! {
         for (a, b) in [
             (&point.kinematics.angles, &image.kinematics.angles),
             (&point.kinematics.speeds, &image.kinematics.speeds),
-            (&one.shafts, &two.all_coordinates),
+            (&one.shafts, &two.shafts),
             (&one.force, &two.force),
         ] {
             let scale = largest(a);

@@ -52,7 +52,7 @@ fn systems(damped: bool) -> impl Strategy<Value = Random> {
         )
             .prop_map(move |(inertias, couplings, constraints, order)| {
                 let mut system =
-                    ConstrainedSystem { shafts: (0..n).map(|k| format!("s{k}")).collect(), ..Default::default() };
+                    ConstrainedSystem { coordinates: (0..n).map(|k| format!("s{k}")).collect(), ..Default::default() };
                 for (k, x) in inertias.iter().enumerate() {
                     system.inertias.push(term(&format!("s{k}"), &[(k, int(1))], frac(*x, 10)));
                 }
@@ -92,7 +92,7 @@ fn drive(i: Q, [jwg, jcs, jfs, jrk]: [Q; 4], [dwg, dcs, dfs, drk]: [Q; 4], ssp: 
     let mut dampers = bodies([dwg, dcs, dfs, drk]);
     dampers.push(term("torsion_bar", &bar, dsp));
     ConstrainedSystem {
-        shafts: names.map(String::from).to_vec(),
+        coordinates: names.map(String::from).to_vec(),
         inertias: bodies([jwg, jcs, jfs, jrk]),
         dampers,
         springs: vec![term("torsion_bar", &bar, ssp)],
@@ -337,7 +337,7 @@ fn gram_schmidt_says_why_it_cannot() {
     assert!(energy < 1e-30);
     let nan = mat(&vec![vec![f64::NAN]]);
     assert_eq!(gram_schmidt(&nan, &mat(&vec![vec![1.0]])), Err(BasisError::NotFinite { matrix: "inertia" }));
-    let massless = ConstrainedSystem { shafts: vec!["a".into()], ..Default::default() };
+    let massless = ConstrainedSystem { coordinates: vec!["a".into()], ..Default::default() };
     assert!(matches!(bases(&massless, &[]), Err(BasisError::InertiaNotDefinite { .. })));
     let refused = constraint_forces(&massless);
     assert_eq!(refused, Err(BasisError::InertiaNotDefinite { direction: vec![1.0], energy: 0.0 }));
@@ -363,7 +363,7 @@ fn no_numbering_puts_every_eigenvalue_into_its_disc() {
     // The same matrix as that of a mechanical system with three bodies and two couplings.
     let coupling = |j: usize| term("coupling", &[(j, int(1)), (2, int(1))], int(1));
     let system = ConstrainedSystem {
-        shafts: ["a", "b", "c"].map(String::from).to_vec(),
+        coordinates: ["a", "b", "c"].map(String::from).to_vec(),
         inertias: vec![coupling(0), coupling(1), term("a", &[(0, int(1))], int(1)), term("b", &[(1, int(1))], int(1))],
         ..Default::default()
     };
@@ -443,7 +443,7 @@ fn chain(n: usize) -> ConstrainedSystem {
     let gear =
         |k: usize| along(&format!("g{k}"), &[(5 * k + 1, int(1)), (5 * k + 2, int(-51)), (5 * k + 4, int(50))], ());
     ConstrainedSystem {
-        shafts: (0..n).map(|i| format!("b{i:04}")).collect(),
+        coordinates: (0..n).map(|i| format!("b{i:04}")).collect(),
         inertias: (0..n).map(|i| term(&format!("b{i:04}"), &[(i, int(1))], frac(1 + i as i128 % 7, 100))).collect(),
         dampers: (1..n - 1).map(|i| term(&format!("s{i}"), &between(i), frac(1 + i as i128 % 5, 50))).collect(),
         springs: (0..n - 1).map(|i| term(&format!("s{i}"), &between(i), int(90 + i as i128 % 11))).collect(),
@@ -658,7 +658,7 @@ fn two_bodies() {
     let bodies = |value: Q| -> Vec<_> { (0..2).map(|k| term(&format!("body{k}"), &[(k, int(1))], value)).collect() };
     let between = [(0, int(1)), (1, int(-1))];
     let mut system = ConstrainedSystem {
-        shafts: vec!["body0".into(), "body1".into()],
+        coordinates: vec!["body0".into(), "body1".into()],
         inertias: bodies(int(1)),
         dampers: bodies(frac(1, 2)),
         springs: vec![term("spring", &between, int(2))],
@@ -730,7 +730,7 @@ fn negative_coefficients_are_allowed() {
     for damped in [false, true] {
         let spring = |k: usize, value: i128| term("s", &[(k, int(1))], int(value));
         let mut system = ConstrainedSystem {
-            shafts: vec!["a".into(), "b".into()],
+            coordinates: vec!["a".into(), "b".into()],
             inertias: (0..2).map(|k| term("j", &[(k, int(1))], int(1))).collect(),
             springs: vec![spring(0, 2), spring(0, -2), spring(1, -4)],
             ..Default::default()
