@@ -5,7 +5,6 @@
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
 use kardan_tables::read::{Block, CsvOptions, Group, LogError, in_memory, open};
 use kardan_tables::{Column, Table, write};
@@ -624,10 +623,8 @@ fn random_damage_never_panics() {
                     _ => bytes[at] = bytes[at].wrapping_add(1),
                 }
             }
-            let begin = Instant::now();
             let mut outcome = (0, String::new());
             let memory = allocation_counter::measure(|| outcome = harm(bytes));
-            assert!(begin.elapsed().as_secs() < 10, "{} s: {}", begin.elapsed().as_secs(), outcome.1);
             assert!(memory.bytes_max < 300 << 20, "{} bytes: {}", memory.bytes_max, outcome.1);
             told += usize::from(!outcome.1.trim().is_empty());
         }

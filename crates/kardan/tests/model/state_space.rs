@@ -4,7 +4,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use kardan::analysis::LinearSystem;
 use kardan::diagnostics::{Diagnostic, plain};
@@ -366,9 +365,7 @@ fn a_bomb_is_refused() {
     bytes.extend(15u32.to_le_bytes());
     bytes.extend((packed.len() as u32).to_le_bytes());
     bytes.extend(packed);
-    let start = Instant::now();
     assert_eq!(bad(&bytes)[0].code, "mat::too-large");
-    assert!(start.elapsed() < Duration::from_secs(20));
 }
 
 /// Neither a truncated file nor one with a wrong byte does harm.

@@ -817,11 +817,11 @@ fn polynomials_of_channels() {
     assert_eq!(wrong.to_string(), "the damping ratio must be positive, it is 0");
 }
 
-// ---- time ---------------------------------------------------------------------------------------------------------
+// ---- size ---------------------------------------------------------------------------------------------------------
 
 /// A chain of 20 bodies (40 states) with springs, dampers and decimals as parameters, two motors and two outputs.
 #[test]
-fn forty_states_take_no_time() {
+fn forty_states_are_designed() {
     let (bodies, mut random) = (20, Random::new(5));
     let mut decimal = |size: u64| frac(1 + random.below(size) as i64, 1000);
     let (mut stiffness, mut damping) = (M::zeros(bodies, bodies), M::zeros(bodies, bodies));
@@ -842,41 +842,26 @@ fn forty_states_take_no_time() {
     let b = M::from_fn(n, 2, |i, j| if i == bodies + place[j] { inverse_inertia[place[j]].clone() } else { int(0) });
     let c = M::from_fn(2, n, |i, j| int(i64::from(j == place[i] + 1)));
     let system = LinearSystem::state_space(a, b, c);
-    let spent = timed(&system, &[3, 3]);
-    assert!(spent < 20.0, "{spent} s"); // some 0.1 s; loose because the machine may be busy
+    designed(&system, &[3, 3]);
 }
 
-/// Every step of a design; seconds in all.
-fn timed(system: &LinearSystem, degrees: &[usize]) -> f64 {
+/// Every step of a design.
+fn designed(system: &LinearSystem, degrees: &[usize]) {
     let n = system.states.len();
-    let mut total = 0.0;
-    let mut time = |what: &str, f: &mut dyn FnMut()| {
-        let start = std::time::Instant::now();
-        f();
-        let spent = start.elapsed().as_secs_f64();
-        println!("{n} states, {what}: {spent:.3} s");
-        total += spent;
-    };
-    let mut gains = None;
-    time("quotient", &mut || assert_eq!(observable_quotient(system, &[]).system.states.len(), n));
-    time("decouple", &mut || gains = decouple(system, &none(system), None, &standard(degrees)).ok());
-    let closed = gains.expect("decouplable").closed_loop(system);
-    time("coupled entries", &mut || assert_eq!(coupled_entries(&closed), []));
-    let left = n - degrees.iter().sum::<usize>();
-    time("zeros", &mut || assert_eq!(zero_polynomial(system).unwrap().degree(), left));
-    time("transfer, open loop", &mut || assert_eq!(transfer_matrix(system)[0][0].denominator.degree(), n));
-    time("transfer, closed loop", &mut || assert!(transfer_matrix(&closed)[0][1].is_zero()));
-    time("canonical form", &mut || {
-        let form = canonical_form(&integrator_decoupled(system).unwrap()).unwrap();
-        check_canonical(&form, &degrees.iter().map(|&r| Some(r)).collect::<Vec<_>>()).unwrap();
-        println!("{:?}", form.sizes);
-    });
-    total
+    assert_eq!(observable_quotient(system, &[]).system.states.len(), n);
+    let gains = decouple(system, &none(system), None, &standard(degrees)).expect("decouplable");
+    let closed = gains.closed_loop(system);
+    assert_eq!(coupled_entries(&closed), []);
+    assert_eq!(zero_polynomial(system).unwrap().degree(), n - degrees.iter().sum::<usize>());
+    assert_eq!(transfer_matrix(system)[0][0].denominator.degree(), n);
+    assert!(transfer_matrix(&closed)[0][1].is_zero());
+    let form = canonical_form(&integrator_decoupled(system).unwrap()).unwrap();
+    check_canonical(&form, &degrees.iter().map(|&r| Some(r)).collect::<Vec<_>>()).unwrap();
 }
 
 /// 15 bodies that all move each other (30 states): a dense inertia matrix makes fractions with a large denominator.
 #[test]
-fn dense_inertia_takes_little_time() {
+fn dense_inertia_is_designed() {
     let (bodies, mut random) = (15, Random::new(77));
     let mut sum = |terms: usize, size: u64| {
         let mut out = M::zeros(bodies, bodies);
@@ -904,6 +889,5 @@ fn dense_inertia_takes_little_time() {
             M::from_fn(2, n, |i, j| int(i64::from(j == 1 + 4 * i))),
         )
     };
-    let spent = timed(&system.explicit().unwrap(), &[2, 2]);
-    assert!(spent < 60.0, "{spent} s"); // some 1 s
+    designed(&system.explicit().unwrap(), &[2, 2]);
 }
