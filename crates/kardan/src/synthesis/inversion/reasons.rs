@@ -26,7 +26,7 @@ use crate::synthesis::words::listed;
 ///     element: element.into(), row: row.iter().map(|&(shaft, x)| (shaft, number(x))).collect(), value: (),
 /// };
 /// let gearbox = ConstrainedSystem {
-///     shafts: vec!["a".into(), "b".into()], constraints: vec![along("gear", &[(0, 1), (1, -3)])], ..Default::default()
+///     coordinates: vec!["a".into(), "b".into()], constraints: vec![along("gear", &[(0, 1), (1, -3)])], ..Default::default()
 /// };
 /// let signal = |shaft: &str| OutputSignal { name: format!("{shaft}.phi"), measured: Measured::Angle(shaft.into()) };
 /// let constant = |x: i64| Polynomial::new(vec![number(x)]);
