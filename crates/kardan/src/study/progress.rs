@@ -11,7 +11,7 @@ pub trait Progress: Sync {
     fn advance(&self, variant: usize, name: &str, fraction: f64);
 
     /// Why everything is to end now; `None`: it goes on. Asked often by all that takes long and keeps what it has: runs end
-    /// with [`Outcome::Failed`] and this cause, trials of a design are left out and say so.
+    /// with [`Outcome::Failed`](crate::results::Outcome::Failed) and this cause, trials of a design are left out and say so.
     fn stop(&self) -> Option<String> {
         None
     }

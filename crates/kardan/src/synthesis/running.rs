@@ -103,9 +103,9 @@ pub struct Seen<'a> {
     pub speeds: &'a [f64],
     /// Disturbance torques on the shafts of [`Request::disturbances`](super::Request::disturbances), N m.
     pub disturbances: &'a [f64],
-    /// What the scenario tells it, in the order of [`Law::references`].
+    /// What the scenario tells it, in the order of [`Law::references`](super::Law::references).
     pub references: &'a [f64],
-    /// What its sensors read, in the order of [`Law::sensors`]; in continuous time nothing, and sensors are ideal.
+    /// What its sensors read, in the order of [`Law::sensors`](super::Law::sensors); in continuous time nothing, and sensors are ideal.
     pub readings: &'a [f64],
     /// Its own states.
     pub states: &'a [f64],
