@@ -3,9 +3,10 @@
 use super::PlotFile;
 use super::curves::{self, Curve};
 use super::model::Chart;
-use super::text::{json_array, json_number, json_string};
+use super::text::{json_array, json_number, json_numbers, json_string};
 use super::thin::thin;
 use kardan::results::{Plot, Study};
+use rayon::prelude::*;
 
 const POINTS: usize = 4000;
 /// Zoom buttons beyond this number would only be in the way.
@@ -25,15 +26,16 @@ pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
 /// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",
 /// "dash", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
 pub(super) fn data(study: &Study) -> String {
-    let plots = study.plots.iter().map(|plot| {
+    let plot = |plot: &Plot| {
         let curves = curves::curves(study, plot);
         let label = json_string(&curves::axis_label(plot, &curves));
         format!("{{\"y\":{label},\"curves\":{}}}", json_array(curves.iter().map(curve)))
-    });
+    };
+    let plots: Vec<String> = study.plots.par_iter().map(plot).collect();
     let clock = curves::clock(study);
     format!(
         "{{\"marks\":{},\"plots\":{},\"clock\":{{\"per_second\":{},\"unit\":{}}}}}",
-        json_array(marks(study).into_iter().map(json_number)),
+        json_numbers(marks(study)),
         json_array(plots),
         json_number(clock.per_second),
         json_string(clock.unit)
@@ -47,9 +49,9 @@ fn curve(curve: &Curve) -> String {
         json_string(&curve.label),
         json_string(curve.physical.unit()),
         curve.colour.map_or("null".into(), |index| (index % curves::ON_WHITE.len()).to_string()),
-        json_array(curve.dash.iter().map(|&length| json_number(length))),
-        json_array(kept.iter().map(|&index| json_number(curve.time[index]))),
-        json_array(kept.iter().map(|&index| json_number(curve.values[index]))),
+        json_numbers(curve.dash.iter().copied()),
+        json_numbers(kept.iter().map(|&index| curve.time[index])),
+        json_numbers(kept.iter().map(|&index| curve.values[index])),
     )
 }
 

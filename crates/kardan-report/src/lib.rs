@@ -36,6 +36,7 @@ pub use present::bench::{page as bench, plan};
 pub use present::design::page as design;
 pub use present::identification::page as identification;
 pub use present::study::page as study;
+pub use present::study::words_of as study_in_words;
 
 impl Page {
     /// One HTML file that opens offline: nothing is fetched, styles, scripts and data are inside, and the page's own content
@@ -48,6 +49,15 @@ impl Page {
     /// ```
     pub fn html(&self) -> String {
         html::html(self)
+    }
+
+    /// The pictures of its charts, each with a name for a file.
+    pub fn plots(&self) -> impl Iterator<Item = (&str, &str)> {
+        let blocks = self.sections.iter().flat_map(|section| &section.body.0);
+        blocks.filter_map(|block| match block {
+            model::Block::Chart(chart) => Some((chart.anchor.as_str(), chart.svg.as_str())),
+            _ => None,
+        })
     }
 
     /// Text in 100 columns for a terminal, without pictures and details; `origin` tells where it comes from, if it is known.

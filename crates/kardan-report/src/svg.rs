@@ -17,6 +17,7 @@ use super::text::Clock;
 use super::thin::thin;
 use super::ticks::{self, Axis};
 use kardan::results::{Plot, Study};
+use rayon::prelude::*;
 
 const WIDTH: f64 = 760.0;
 /// Height without title and legend.
@@ -32,7 +33,7 @@ pub(super) fn plots(study: &Study) -> Vec<PlotFile> {
         let svg = finish(&draw(study, plot), &stem);
         PlotFile { name: format!("{stem}.svg"), svg }
     };
-    study.plots.iter().zip(stems).map(file).collect()
+    study.plots.par_iter().zip(stems).map(file).collect()
 }
 
 /// What `kuva` leaves to do: a view box, so that the picture can be scaled, and an id of its own for the clip path,

@@ -1,5 +1,7 @@
 //! Numbers and texts as HTML and JSON want them.
 
+use std::fmt::Write;
+
 /// The text with everything that HTML would interpret written as entities; control characters become spaces.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -118,12 +120,46 @@ pub(super) fn json_string(text: &str) -> String {
 
 /// A JSON number of nine significant digits in its shortest form; `null` if it is not finite.
 pub(super) fn json_number(value: f64) -> String {
-    if !value.is_finite() {
-        return "null".into();
+    json_numbers([value]).trim_matches(['[', ']']).into()
+}
+
+/// A JSON array of such numbers.
+pub(super) fn json_numbers(values: impl IntoIterator<Item = f64>) -> String {
+    let (mut out, mut digits) = (String::from("["), String::new());
+    for value in values {
+        if out.len() > 1 {
+            out.push(',');
+        }
+        if !value.is_finite() {
+            out.push_str("null");
+            continue;
+        }
+        digits.clear();
+        let _ = write!(digits, "{value:.8e}");
+        let (mantissa, exponent) = digits.split_once('e').unwrap_or((&digits, "0"));
+        let (sign, mantissa) = mantissa.strip_prefix('-').map_or(("", mantissa), |rest| ("-", rest));
+        let fraction = mantissa[1..].trim_start_matches('.').trim_end_matches('0');
+        let (first, places) = (&mantissa[..1], exponent.parse::<i32>().unwrap_or(0));
+        out.push_str(sign);
+        // The digits begin before the point, end behind it, or stand on both sides.
+        let (count, shift) = (fraction.len(), places.unsigned_abs() as usize);
+        let scientific = 1 + usize::from(count > 0) + count + 1 + exponent.len();
+        let plain = match places {
+            0 => 1 + usize::from(count > 0) + count,
+            1.. => (shift + 1).max(count + 1) + usize::from(count > shift),
+            _ => 2 + shift + count,
+        };
+        let _ = match places {
+            _ if plain > scientific && count == 0 => write!(out, "{first}e{exponent}"),
+            _ if plain > scientific => write!(out, "{first}.{fraction}e{exponent}"),
+            ..0 => write!(out, "0.{:0<1$}{first}{fraction}", "", shift - 1),
+            _ if count > shift && shift == 0 => write!(out, "{first}.{fraction}"),
+            _ if count > shift => write!(out, "{first}{}.{}", &fraction[..shift], &fraction[shift..]),
+            _ => write!(out, "{first}{fraction:0<shift$}"),
+        };
     }
-    let rounded: f64 = format!("{value:.8e}").parse().expect("Rust reads what it prints");
-    let (plain, scientific) = (format!("{rounded}"), format!("{rounded:e}"));
-    if plain.len() <= scientific.len() { plain } else { scientific }
+    out.push(']');
+    out
 }
 
 /// A JSON array of items that are JSON already.
@@ -166,6 +202,20 @@ mod tests {
         assert_eq!(json_number(0.1 + 0.2), "0.3");
         assert_eq!(json_number(-1.25e-12), "-1.25e-12");
         assert_eq!(json_number(f64::NAN), "null");
+        // What Rust writes of the number that the nine digits are read as.
+        let mut random = 1u64;
+        for power in -40..40 {
+            for part in [1.0, -1.0, 1.5, 0.123_456_789_012, 12.0, 120.0, 9.999_999_999_9, 0.0, 3.000_1] {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                for value in [part, (random >> 11) as f64, (random >> 50) as f64].map(|part| part * 10f64.powi(power)) {
+                    let rounded: f64 = format!("{value:.8e}").parse().unwrap();
+                    let (plain, scientific) = (format!("{rounded}"), format!("{rounded:e}"));
+                    let expected = if plain.len() <= scientific.len() { plain } else { scientific };
+                    assert_eq!(json_number(value), expected, "{value:e}");
+                }
+            }
+        }
+        assert_eq!(json_numbers([]), "[]");
         assert_eq!(json_string("a\"</script>\n"), r#""a\"\u003c/script\u003e\u000a""#);
         assert_eq!(json_array(["1".into(), "2".into()]), "[1,2]");
     }

@@ -8,6 +8,7 @@ use kardan::results::{Outcome, Run, Study};
 use kardan::study;
 use kardan::study::{Part, Project, Settings};
 use kardan_report as report;
+use rayon::prelude::*;
 
 use crate::args::{Format, RunArgs};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
@@ -49,14 +50,18 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
 /// Writes and prints what was computed, all of it or not.
 fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> Result<u8, Failure> {
     let mut folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
-    let (files, problems) = write(study, &mut folder, args);
+    let page = match args.no_report {
+        false => report::study(study),
+        true => report::study_in_words(study),
+    };
+    let (files, problems) = write(study, &page, &mut folder, args);
     render::show(None, &problems);
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
         let written = files.runs.iter().flatten().chain(&files.report).chain(&files.plots);
         let written: String = written.map(|path| format!("wrote {path}\n")).collect();
-        print(&(report::study(study).text(origin) + "\n" + &render::visible(&written)))?;
+        print(&(page.text(origin) + "\n" + &render::visible(&written)))?;
     }
     if let Some(why) = stop::reason() {
         study.warnings.iter().filter(|warning| warning.starts_with(&why)).for_each(|warning| render::note(warning));
@@ -65,23 +70,22 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> 
 }
 
 /// Writes everything that can be written, tables first; gives what could not.
-fn write(study: &Study, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
+fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs) -> (Files, Vec<Diagnostic>) {
     let mut files = Files::default();
     let mut problems = Vec::new();
-    for run in &study.runs {
-        let table = table(&study.model.name, run, args.format);
+    let tables: Vec<_> = study.runs.par_iter().map(|run| table(&study.model.name, run, args.format)).collect();
+    for (run, table) in study.runs.iter().zip(tables) {
         let written = table.and_then(|(extension, bytes)| folder.write(&run.name, extension, &bytes));
         files.runs.push(written.map_err(|problem| problems.push(problem)).into_iter().collect());
     }
     if !args.no_report {
-        for plot in report::plots(study) {
-            let stem = plot.name.strip_suffix(".svg").unwrap_or(&plot.name);
-            match folder.write(stem, "svg", plot.svg.as_bytes()) {
+        for (name, svg) in page.plots() {
+            match folder.write(name, "svg", svg.as_bytes()) {
                 Ok(path) => files.plots.push(path),
                 Err(problem) => problems.push(problem),
             }
         }
-        let (extension, text) = shown(&report::study(study), args.markdown);
+        let (extension, text) = shown(page, args.markdown);
         match folder.write("report", extension, text.as_bytes()) {
             Ok(path) => files.report = Some(path),
             Err(problem) => problems.push(problem),

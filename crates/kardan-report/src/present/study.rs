@@ -1,5 +1,6 @@
 //! Runs as a page: charts, key figures, requirements, motors, energy, events, the model with its laws.
 
+use crate::PlotFile;
 use crate::charts;
 use crate::curves::{clock, variant_label};
 use crate::model::{Alert, Block, Body, Cell, Page, Section, row};
@@ -17,9 +18,19 @@ const EVENTS: usize = 300;
 
 /// The page of a study.
 pub fn page(study: &Study) -> Page {
+    let (data, plots) = rayon::join(|| charts::data(study), || crate::plots(study));
+    Page { data: Some(data), ..with_plots(study, &plots) }
+}
+
+/// The page of a study for those who read its words alone: nothing is drawn, which takes most of the time.
+pub fn words_of(study: &Study) -> Page {
+    with_plots(study, &[])
+}
+
+fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
     let new = Body::default;
     let mut sections = Page::sections([
-        ("plots", "Plots", plots(study)),
+        ("plots", "Plots", plots(study, drawn)),
         ("figures", "Key figures", key_figures(study)),
         ("requirements", "Requirements", requirements(study)),
         ("motors", "Motors and their limits", motors(study)),
@@ -42,7 +53,7 @@ pub fn page(study: &Study) -> Page {
         verdict: Some(verdict(study)),
         alerts: failures(study),
         sections,
-        data: Some(charts::data(study)),
+        data: None,
     }
 }
 
@@ -123,11 +134,10 @@ fn or_none(body: Body, none: &str) -> Body {
     if body.0.is_empty() { body.say(none) } else { body }
 }
 
-fn plots(study: &Study) -> Body {
-    let pictures = crate::plots(study);
-    let charts = study.plots.iter().zip(&pictures).enumerate();
+fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
+    let charts = study.plots.iter().zip(drawn).enumerate();
     let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
-    if charts.is_empty() {
+    if study.plots.is_empty() {
         return Body::default().say("The model file asks for no plots.");
     }
     Body(charts)
