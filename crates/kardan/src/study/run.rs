@@ -14,6 +14,7 @@ use super::{
     AnalyzeSettings, DesignSettings, Part, Prepared, PreparedVariant, Progress, Project, Silent, overrule, strain,
 };
 use crate::diagnostics::{Diagnostic, nearest};
+use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, Run, Study};
 use crate::simulate::{Setup, Tolerance, signal_names};
 
@@ -171,12 +172,11 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     let columns = signal_names(&variant.reduced, &variant.scenario);
     let columns: Vec<String> = columns.into_iter().map(|(name, _)| name).collect();
     // Of an angle there is no charge, and the other way round.
-    let coordinates = |suffix: &str| {
-        names.iter().map(|name| format!("{name}.{suffix}")).filter(|name| columns.contains(name)).collect::<Vec<_>>()
+    let coordinates = |quantity: Quantity| {
+        names.iter().map(|name| quantity.of(name)).filter(|name| columns.contains(name)).collect::<Vec<_>>()
     };
-    let inputs = |suffix: &str| {
-        let inputs: Vec<_> =
-            variant.reduced.equations.inputs.iter().map(|input| format!("{}.{suffix}", input.element)).collect();
+    let inputs = |quantity: Quantity| {
+        let inputs: Vec<_> = variant.reduced.equations.inputs.iter().map(|input| quantity.of(&input.element)).collect();
         columns.iter().filter(|name| inputs.contains(name)).cloned().collect()
     };
     let plot = |id: &str, title: &str, signals: Vec<String>| Plot {
@@ -186,12 +186,12 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
         ..Plot::default()
     };
     [
-        plot("angles", "Angles of the coordinates", coordinates("phi")),
-        plot("speeds", "Speeds of the coordinates", coordinates("w")),
-        plot("torques", "Motor torques", inputs("tau")),
-        plot("charges", "Charges of the coordinates", coordinates("q")),
-        plot("currents", "Currents of the coordinates", coordinates("i")),
-        plot("voltages", "Source voltages", inputs("v")),
+        plot("angles", "Angles of the coordinates", coordinates(Quantity::Angle)),
+        plot("speeds", "Speeds of the coordinates", coordinates(Quantity::Speed)),
+        plot("torques", "Motor torques", inputs(Quantity::Torque)),
+        plot("charges", "Charges of the coordinates", coordinates(Quantity::Charge)),
+        plot("currents", "Currents of the coordinates", coordinates(Quantity::Current)),
+        plot("voltages", "Source voltages", inputs(Quantity::Voltage)),
     ]
     .into_iter()
     .filter(|plot| !plot.signals.is_empty())
