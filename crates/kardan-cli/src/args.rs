@@ -39,10 +39,31 @@ pub enum Command {
     Completions(CompletionsArgs),
 }
 
+impl Command {
+    /// Whether one JSON object is to be printed instead of text.
+    pub fn json(&self) -> bool {
+        match self {
+            Self::Run(args) => args.json,
+            Self::Analyze(args) => args.json,
+            Self::Design(args) => args.json,
+            Self::Identify(args) => args.json,
+            Self::Bench(args) => args.json,
+            Self::Equations(args) => args.json,
+            Self::Check(args) => args.json,
+            Self::Models(args) => args.json,
+            Self::Elements(args) => args.json,
+            Self::Schema(args) => args.json,
+            Self::Completions(args) => args.json,
+        }
+    }
+}
+
 /// Run the study of a model file: one table for each variant, the plots and a report.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:\n  kardan run\n  kardan run ./my.toml --out my-out --variant beta-10deg\n  \
-                        kardan run my.toml --json | jq '.variants[].signals[\"rk.phi\"].max'")]
+#[command(
+    after_help = "Examples:\n  kardan run\n  kardan run ./my.toml --out my-out --variant beta-10deg\n  kardan run my.toml --set beta=\"20 deg\" --set wg.inertia=\"140 kg mm^2\"\n  kardan run my.toml --watch\n  \
+                        kardan run my.toml --json | jq '.variants[].signals[\"rk.phi\"].max'"
+)]
 pub struct RunArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input; a file that is called like a built-in
     /// model needs `./` before it.
@@ -71,6 +92,8 @@ pub struct RunArgs {
     pub force: bool,
     #[command(flatten)]
     pub limits: Limits,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors
@@ -85,7 +108,7 @@ pub struct AnalyzeArgs {
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
     /// Analyse plain matrices A, B, C, D from this file instead of a model (`-` for standard input).
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "variant"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "variant", "set"])]
     pub state_space: Option<PathBuf>,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
@@ -108,6 +131,8 @@ pub struct AnalyzeArgs {
     /// Eliminate motions without inertia (massless shafts) instead of refusing them.
     #[arg(long, conflicts_with = "state_space")]
     pub eliminate_massless: bool,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// Design one controller of a model: whether its outputs can be decoupled, gains, poles, zero dynamics, the exact proof and
@@ -165,6 +190,20 @@ pub struct DesignArgs {
     pub force: bool,
     #[command(flatten)]
     pub limits: Limits,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+/// Values of the model that hold instead of those of its file, and whether to wait for a new file.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Changes {
+    /// Take another value (may be given several times): of a parameter, `beta="20 deg"`; of a key of what the model names,
+    /// `wg.inertia="2 kg cm^2"`; of any key by its path, `scenario.duration="2 s"`, `requirement[0].below="1 rad"`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Do it again whenever the model file or another file that is read changes, until Ctrl-C.
+    #[arg(long)]
+    pub watch: bool,
 }
 
 /// The word of a choice, which is its word in a model file too.
@@ -179,7 +218,7 @@ pub struct Limits {
     #[arg(long, value_name = "N", default_value = "100000000", value_parser = clap::value_parser!(u64).range(1..))]
     pub max_steps: u64,
     /// Time after which the command ends early, s; what it has by then is written [default: none].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "watch")]
     pub time_limit: Option<f64>,
 }
 
@@ -242,6 +281,8 @@ pub struct IdentifyArgs {
     /// Exit with 1 unless every parameter is determined, from logs that are whole with sound clocks, without a warning.
     #[arg(long)]
     pub strict: bool,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// A percentage from 1 to below 100.
@@ -327,6 +368,8 @@ pub struct BenchArgs {
     pub json: bool,
     #[command(flatten)]
     pub limits: Limits,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// How outputs are to be decoupled.
@@ -362,6 +405,11 @@ pub struct EquationsArgs {
     /// LaTeX instead of plain text.
     #[arg(long)]
     pub latex: bool,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// Look for mistakes in a model file; nothing is run.
@@ -370,6 +418,11 @@ pub struct EquationsArgs {
 pub struct CheckArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
     pub model: PathBuf,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 /// List the built-in models, or print or save one of them.
@@ -381,6 +434,9 @@ pub struct ModelsArgs {
     /// Save it there instead of printing it; a file that exists is not touched.
     #[arg(long, value_name = "FILE", requires = "name")]
     pub write: Option<PathBuf>,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Print the manual of the tables that a model file may have.
@@ -389,17 +445,26 @@ pub struct ModelsArgs {
 pub struct ElementsArgs {
     /// The table whose page is wanted.
     pub name: Option<String>,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
-/// List the JSON schemas of what commands print with `--json`, or print one of them (draft 2020-12).
+/// List the JSON schemas of model files and of what commands print with `--json`, or print one of them.
 ///
+/// `kardan schema model` is for editors: with it they complete keys, show units and mark mistakes in a model file (docs/editors.md).
 /// Each object begins with the key `schema`: the version of the format, `kardan/1`. Numbers are in SI; one that is not finite is
 /// `null`, a complex one is `[re, im]`, an exact one a text.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:\n  kardan schema\n  kardan schema run > run.schema.json")]
+#[command(
+    after_help = "Examples:\n  kardan schema\n  kardan schema run > run.schema.json\n  kardan schema model > kardan.schema.json"
+)]
 pub struct SchemaArgs {
-    /// What the schema is of: `run`, `analyze`, `design`, `identify`, `bench`, `bench-study` or `error`.
+    /// What the schema is of: `model` for model files, or one of those that `kardan schema` lists.
     pub name: Option<String>,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Print a completion script for a shell.
@@ -408,6 +473,9 @@ pub struct SchemaArgs {
 pub struct CompletionsArgs {
     /// The shell.
     pub shell: Shell,
+    /// Print one JSON object instead of the text; `kardan schema` tells its keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[cfg(test)]

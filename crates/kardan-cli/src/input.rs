@@ -6,28 +6,43 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, nearest};
 use kardan::model::BUILTIN;
+use kardan::study::Project;
 
+use crate::args::Changes;
 use crate::output::{protect, reason};
-use crate::render;
+use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
 
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;
 
-/// Reads the model that the user named, and says so if it is a built-in one.
+/// The model that the user named, with the values of `--set`.
+pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
+    let mut source = read(model, quiet)?;
+    let project = Project::open(source.text.as_str());
+    if changes.set.is_empty() {
+        return Ok((source, project));
+    }
+    let (project, remarks) = project.with(&changes.set)?;
+    remarks.iter().filter(|_| !quiet).for_each(|remark| render::note(remark));
+    source.changed = Some(project.to_toml());
+    Ok((source, project))
+}
+
+/// Reads the model that the user named.
 pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     if model.as_os_str() == "-" {
         let text = decode("standard input", &bounded("standard input", std::io::stdin().lock())?)?;
-        return Ok(Source { name: "standard input".into(), text, origin: Origin::Stdin });
+        return Ok(Source::new("standard input".into(), text, Origin::Stdin));
     }
     if let Some(builtin) = BUILTIN.iter().find(|builtin| model.as_os_str() == builtin.name) {
         let name = builtin.name.to_owned();
-        if !quiet && model.exists() {
-            render::note(&format!("taking the built-in model {name}; the file of that name is ./{name}"));
-        } else if !quiet {
-            render::note(&format!("taking the built-in model {name}"));
+        // Which of two is meant is said only where there are two.
+        let beside = [name.clone(), format!("{name}.toml")].into_iter().find(|file| Path::new(file).exists());
+        if let (false, Some(file)) = (quiet, beside) {
+            render::note(&format!("taking the built-in model {name}; the file beside it is ./{file}"));
         }
-        return Ok(Source { name, text: builtin.source.to_owned(), origin: Origin::Builtin });
+        return Ok(Source::new(name, builtin.source.to_owned(), Origin::Builtin));
     }
     let name = model.display().to_string();
     let no_model = |name: &str| {
@@ -36,7 +51,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
             .help(builtin_hint(&stem))
     };
     let text = decode(&name, &file(model, &name, &no_model)?)?;
-    Ok(Source { name, text, origin: Origin::File })
+    Ok(Source::new(name, text, Origin::File))
 }
 
 /// Reads plain matrices as they are, and what to call them.

@@ -6,6 +6,7 @@ mod args;
 mod commands;
 mod exit;
 mod fault;
+mod folder;
 mod input;
 mod output;
 mod panics;
@@ -13,6 +14,7 @@ mod progress;
 mod render;
 mod source;
 mod stop;
+mod watch;
 
 fn main() -> std::process::ExitCode {
     std::process::ExitCode::from(commands::main(std::env::args_os().collect()))

@@ -7,7 +7,6 @@
 //! somebody else, or has several names (hard links: renaming would leave the others with the old content, writing in place
 //! could lose both). A symbolic link is followed. Extended attributes and access lists are not carried over.
 
-use std::collections::HashSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -18,6 +17,8 @@ use kardan::diagnostics::Diagnostic;
 use kardan_report::Page;
 
 use crate::fault;
+use crate::folder::Folder;
+use crate::render::{note, stderr};
 
 /// Symbolic links that lead to one another.
 const LINKS: usize = 40;
@@ -70,71 +71,28 @@ fn identity(path: &Path) -> Option<Identity> {
     fs::canonicalize(path).ok().filter(|path| path.is_file())
 }
 
-/// The files that this command reads.
-static READ: Mutex<Vec<Identity>> = Mutex::new(Vec::new());
+/// The files that this command reads, and how they are called.
+static READ: Mutex<Vec<(Identity, PathBuf)>> = Mutex::new(Vec::new());
 
 /// Says that a file is read by this command: nothing is written over it, whatever comes.
 pub fn protect(path: &Path) {
-    READ.lock().unwrap_or_else(PoisonError::into_inner).extend(identity(path));
+    let found = identity(path).map(|identity| (identity, path.to_owned()));
+    READ.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
+}
+
+/// The command begins anew: nothing has been read.
+pub fn begin() {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).clear();
+}
+
+/// The paths of the files that this command has read.
+pub fn read_paths() -> Vec<PathBuf> {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).iter().map(|(_, path)| path.clone()).collect()
 }
 
 fn is_read(path: &Path) -> bool {
     let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    identity(path).is_some_and(|own| read.contains(&own))
-}
-
-/// A folder known to take files.
-#[derive(Debug)]
-pub struct Folder {
-    path: PathBuf,
-    taken: HashSet<String>,
-}
-
-impl Folder {
-    /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
-    pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
-        let shown = path.display();
-        let wrong = |message: String| {
-            Diagnostic::error("output::folder", message)
-                .help("nothing was computed yet; name another folder with --out DIR")
-        };
-        match fs::metadata(path) {
-            Ok(metadata) if !metadata.is_dir() => {
-                return Err(wrong(format!("the output folder `{shown}` exists already and is a file")));
-            }
-            Ok(_) => {}
-            Err(_) => fs::create_dir_all(path)
-                .map_err(|error| wrong(format!("cannot create the output folder `{shown}`: {}", reason(&error))))?,
-        }
-        sweep(path);
-        Part::create(path, None)
-            .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
-            .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
-        Ok(Self { path: path.to_owned(), taken: HashSet::new() })
-    }
-
-    /// Writes a file whose name is made from `stem`, and gives its path.
-    pub fn write(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
-        let name = self.name(stem, extension);
-        let path = self.path.join(name);
-        save(&path, bytes)?;
-        Ok(path.display().to_string())
-    }
-
-    /// A name that is safe on any file system and was not given before.
-    fn name(&mut self, stem: &str, extension: &str) -> String {
-        let safe = |c: char| if c.is_alphanumeric() || "-_.+=".contains(c) { c } else { '-' };
-        let stem: String = stem.chars().map(safe).take(60).collect();
-        let stem = stem.trim_matches('.');
-        let stem = if stem.is_empty() { "unnamed" } else { stem };
-        let mut name = format!("{stem}.{extension}");
-        let mut number = 2;
-        while !self.taken.insert(name.to_lowercase()) {
-            name = format!("{stem}-{number}.{extension}");
-            number += 1;
-        }
-        name
-    }
+    identity(path).is_some_and(|own| read.iter().any(|(identity, _)| *identity == own))
 }
 
 /// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
@@ -283,6 +241,31 @@ pub fn shown(page: &Page, markdown: bool) -> (&'static str, String) {
     if markdown { ("md", page.markdown()) } else { ("html", page.html()) }
 }
 
+/// Says that a file was written, and how to look at it if it is a page.
+pub fn say_written(path: &Path) {
+    let path = path.display().to_string();
+    note(&format!("wrote {path}"));
+    stderr(&where_to_look(&path));
+}
+
+/// How to look at a page that was written; nothing for Markdown.
+pub fn where_to_look(path: &str) -> String {
+    if !path.ends_with(".html") {
+        return String::new();
+    }
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path));
+    let mut address = String::from("file://");
+    for byte in absolute.to_string_lossy().replace('\\', "/").bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'-' | b'_' | b'.' | b'~' | b':' => {
+                address.push(char::from(byte));
+            }
+            other => address += &format!("%{other:02X}"),
+        }
+    }
+    format!("open it in a browser: {address}\n")
+}
+
 /// Writes a page; as Markdown where the name of the file says so.
 pub fn save_page(path: &Path, page: &Page) -> Result<(), Diagnostic> {
     let markdown = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("md"));
@@ -340,8 +323,8 @@ fn sync_folder(_: &Path) -> io::Result<()> {
 
 /// A hidden file beside where the real one will be; it goes with this value, unless it was renamed. While it is written it is
 /// locked, so that what a killed run left can be told from what a living one writes.
-struct Part {
-    file: File,
+pub(super) struct Part {
+    pub(super) file: File,
     path: PathBuf,
     renamed: bool,
 }
@@ -355,7 +338,7 @@ impl Drop for Part {
 }
 
 impl Part {
-    fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
+    pub(super) fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
         // No name is used twice, so that nobody who takes away a leftover can mistake one file for another.
         static NUMBER: AtomicUsize = AtomicUsize::new(0);
         let process = std::process::id();
@@ -435,7 +418,7 @@ pub fn sweep_beside(path: &Path) {
 }
 
 /// Removes what killed runs left in a folder: files of our name that nobody has locked.
-fn sweep(folder: &Path) {
+pub(super) fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let is_ours =
@@ -458,16 +441,6 @@ fn is_part(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_are_safe_and_different() {
-        let mut folder = Folder { path: PathBuf::new(), taken: HashSet::new() };
-        let names = ["β=10°", "../../etc/passwd", "", "..", "A", "a", "a-2"].map(|stem| folder.name(stem, "csv"));
-        let expected =
-            ["β=10-.csv", "-..-etc-passwd.csv", "unnamed.csv", "unnamed-2.csv", "A.csv", "a-2.csv", "a-2-2.csv"];
-        assert_eq!(names, expected);
-        assert!(folder.name(&"ä".repeat(500), "csv").len() < 200);
-    }
 
     #[test]
     fn leftovers_are_known_by_their_names() {

@@ -8,6 +8,19 @@ pub struct Source {
     pub name: String,
     pub text: String,
     pub origin: Origin,
+    /// The model with the values of `--set`, as a file.
+    pub changed: Option<String>,
+}
+
+impl Source {
+    pub fn new(name: String, text: String, origin: Origin) -> Self {
+        Self { name, text, origin, changed: None }
+    }
+
+    /// The model file that a copy with other values is made of.
+    pub fn model(&self) -> &str {
+        self.changed.as_deref().unwrap_or(&self.text)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,16 +4,16 @@ use std::path::Path;
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Analysis;
-use kardan::study::{AnalyzeSettings, Part, Project};
+use kardan::study::{AnalyzeSettings, Part};
 use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{prepare_file, print, save_page};
+use crate::output::{prepare_file, print, save_page, say_written};
 use crate::progress::Bars;
-use crate::render::{self, Failure, note};
+use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
 
 pub fn analyze(args: &AnalyzeArgs, quiet: bool) -> Result<u8, Failure> {
@@ -39,16 +39,15 @@ fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> R
     }
     print(&if args.json { export::analysis_json(analysis) + "\n" } else { page.text(origin) })?;
     if let (Some(path), false) = (&args.report, quiet) {
-        note(&format!("wrote {}", path.display()));
+        say_written(path);
     }
     Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
-    let source = input::read(&args.model, quiet)?;
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.
-    let project = Project::open(source.text.as_str());
     let mut warnings = project.mistakes().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
     render::show(Some(&source), &warnings);
@@ -73,7 +72,7 @@ fn of_matrices(
     let analysis = found.map_err(|diagnostics| {
         // Places in a file that is no text cannot be shown.
         let text = String::from_utf8(bytes).unwrap_or_default();
-        Failure { source: Some(Source { name: name.clone(), text, origin: Origin::File }), diagnostics }
+        Failure { source: Some(Source::new(name.clone(), text, Origin::File)), diagnostics }
     })?;
     Ok((analysis, name))
 }

@@ -14,8 +14,9 @@ use super::identify::logs as opened;
 use super::run::table;
 use crate::args::{BenchArgs, Format, Limits};
 use crate::exit::{DONE, ERROR};
+use crate::folder::{Folder, tell_gone};
 use crate::input;
-use crate::output::{Folder, print, shown};
+use crate::output::{print, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -33,8 +34,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             formats.push(*format);
         }
     }
-    let source = input::read(&args.model, quiet)?;
-    let project = Project::open(source.text.as_str());
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let known = project.mistakes().to_vec();
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
@@ -85,7 +85,9 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
         output.problems.push(missing(&reason));
     }
     print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
-    let Output { problems, .. } = output;
+    let Output { folder, mut problems, .. } = output;
+    let gone = folder.finish("bench").map_err(|problem| problems.push(problem)).unwrap_or_default();
+    tell_gone(&gone, quiet);
     render::show(None, &problems);
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
@@ -96,7 +98,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
 /// The true values in a file.
 fn true_values(path: &Path) -> Result<Named, Failure> {
     let text = input::read_text(path)?;
-    let source = Source { name: path.display().to_string(), text, origin: Origin::File };
+    let source = Source::new(path.display().to_string(), text, Origin::File);
     study::read_truth(&source.text).map_err(|diagnostics| Failure { source: Some(source), diagnostics })
 }
 
@@ -129,6 +131,9 @@ fn printed(
     files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
     if files.len() > SHOWN {
         let _ = writeln!(out, "  and {} more", files.len() - SHOWN);
+    }
+    if found.is_some() {
+        files.iter().filter(|file| file.ends_with(".html")).for_each(|report| out += &where_to_look(report));
     }
     out
 }
@@ -227,7 +232,7 @@ impl Output {
             return Ok(None);
         }
         let found = found.map_err(failed)?;
-        let (text, left) = study::written(&source.text, &found).map_err(failed)?;
+        let (text, left) = study::written(source.model(), &found).map_err(failed)?;
         self.keep("identified", "toml", text.as_bytes());
         let bars = Bars::within(quiet, args.limits);
         self.keep_told(bench, logs, args.json);

@@ -1,7 +1,7 @@
 //! `kardan check`: the diagnostics of a model file and nothing else.
 
 use kardan::diagnostics::Severity;
-use kardan::study;
+use kardan::export;
 
 use crate::args::CheckArgs;
 use crate::exit::DONE;
@@ -10,12 +10,16 @@ use crate::output::print;
 use crate::render::{self, Failure, visible};
 
 pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
-    let source = input::read(&args.model, quiet)?;
-    let diagnostics = study::check(&source.text);
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let diagnostics = project.mistakes().to_vec();
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics });
     }
     render::show(Some(&source), &diagnostics);
+    if args.json {
+        print(&(export::check_json(&source.to_string(), &source.text, &diagnostics) + "\n"))?;
+        return Ok(DONE);
+    }
     // What is shown above must not be contradicted below.
     let warnings = match diagnostics.iter().filter(|d| d.severity == Severity::Warning).count() {
         0 => String::new(),

@@ -1,6 +1,10 @@
-//! `kardan completions`: a completion script.
+//! `kardan completions`: a completion script, which knows the built-in models.
 
-use clap::CommandFactory;
+use clap::builder::PossibleValuesParser;
+use clap::{Command, CommandFactory};
+use clap_complete::Shell;
+use kardan::export;
+use kardan::model::BUILTIN;
 
 use crate::args::{Cli, CompletionsArgs};
 use crate::exit::DONE;
@@ -9,7 +13,58 @@ use crate::render::Failure;
 
 pub fn completions(args: &CompletionsArgs) -> Result<u8, Failure> {
     let mut script = Vec::new(); // the generator panics on a closed pipe
-    clap_complete::generate(args.shell, &mut Cli::command(), "kardan", &mut script);
-    print(&String::from_utf8_lossy(&script))?;
+    clap_complete::generate(args.shell, &mut with_models(Cli::command()), "kardan", &mut script);
+    let script = finished(args.shell, &String::from_utf8_lossy(&script));
+    match args.json {
+        true => print(&(export::completions_json(&args.shell.to_string(), &script) + "\n"))?,
+        false => print(&script)?,
+    }
     Ok(DONE)
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    BUILTIN.iter().map(|builtin| builtin.name)
+}
+
+/// The arguments that name a model, with the built-in ones as their values.
+fn with_models(command: Command) -> Command {
+    let takes = |command: &Command, argument: &str| command.get_arguments().any(|one| one.get_id() == argument);
+    command.mut_subcommands(|command| {
+        let argument = if command.get_name() == "models" { "name" } else { "model" };
+        match takes(&command, argument) {
+            true => command.mut_arg(argument, |one| one.value_parser(PossibleValuesParser::new(names()))),
+            false => command,
+        }
+    })
+}
+
+/// Where a model may be named a file may be too.
+fn finished(shell: Shell, script: &str) -> String {
+    let list = names().collect::<Vec<_>>().join(" ");
+    match shell {
+        Shell::Zsh => {
+            let models = format!(
+                "_kardan_models() {{\n    _alternative 'models:built-in model:({list})' 'files:model file:_files'\n}}\n\n"
+            );
+            let script = script.replace(&format!(":({list})"), ":_kardan_models");
+            // The function stands before the first one of the script.
+            match script.find("_kardan() {") {
+                Some(at) => [&script[..at], &models, &script[at..]].concat(),
+                None => script,
+            }
+        }
+        Shell::Fish => {
+            let used = "__fish_kardan_using_subcommand";
+            let commands = Cli::command();
+            let commands = commands.get_subcommands().filter(|command| {
+                let argument = if command.get_name() == "models" { "name" } else { "model" };
+                command.get_arguments().any(|one| one.get_id() == argument)
+            });
+            let lines = commands.map(|command| {
+                format!("complete -c kardan -n \"{used} {}\" -a \"{list}\" -d 'Built-in model'\n", command.get_name())
+            });
+            script.to_string() + &lines.collect::<String>()
+        }
+        _ => script.to_string(),
+    }
 }

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::results::Design;
-use kardan::study::{DesignSettings, Part, Project, ToleranceBox};
+use kardan::study::{DesignSettings, Part, ToleranceBox};
 use kardan::{export, study};
 use kardan_report as report;
 
 use crate::args::{DesignArgs, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{prepare_files, print, save, save_page};
+use crate::output::{prepare_files, print, save, save_page, say_written};
 use crate::progress::{Bars, because};
-use crate::render::{self, Failure, note};
+use crate::render::{self, Failure};
 use crate::stop;
 
 /// The law of a controller that is not in the file.
@@ -21,11 +21,10 @@ const LAW: &str = "decoupling";
 
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = settings(args)?;
-    let source = input::read(&args.model, quiet)?;
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.
-    let project = Project::open(source.text.as_str());
     let mut warnings = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut warnings);
@@ -63,7 +62,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     }
     print(&if args.json { export::design_json(design) + "\n" } else { page.text(origin) })?;
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
-        note(&format!("wrote {}", path.display()));
+        say_written(path);
     }
     Ok(if design.unfinished.is_none() { DONE } else { ERROR })
 }

@@ -1,7 +1,7 @@
 //! `kardan elements`: the manual of the tables in a model file.
 
 use kardan::diagnostics::{Diagnostic, nearest};
-use kardan::{element, model, synthesis};
+use kardan::{element, export, model, synthesis};
 
 use crate::args::ElementsArgs;
 use crate::exit::DONE;
@@ -15,6 +15,13 @@ pub fn elements(args: &ElementsArgs) -> Result<u8, Failure> {
             Diagnostic::error("element::unknown", format!("a model file has no tables `{name}`")).help(hint(name))
         })?,
     };
+    if args.json {
+        let page = args.name.as_deref().map(|name| name.trim_start_matches("scenario."));
+        let mut tables = model::manual_tables();
+        tables.retain(|table| page.is_none_or(|page| table.name == page));
+        print(&(export::elements_json(&tables) + "\n"))?;
+        return Ok(DONE);
+    }
     print(&page)?;
     Ok(DONE)
 }
@@ -23,7 +30,6 @@ fn hint(name: &str) -> String {
     let elements = element::REGISTRY.iter().map(|element| element.keyword);
     let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
     let list = "`kardan elements` lists all tables";
-    let pages = model::STUDY_PAGES.iter().copied();
-    nearest(name, elements.chain(laws).chain(pages))
+    nearest(name, elements.chain(laws).chain(model::study_pages()))
         .map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }

@@ -1,6 +1,7 @@
 //! `kardan equations`: the equations of motion of a model.
 
-use kardan::study::{self, EquationsForm};
+use kardan::export;
+use kardan::study::EquationsForm;
 
 use crate::args::EquationsArgs;
 use crate::exit::DONE;
@@ -9,14 +10,16 @@ use crate::output::print;
 use crate::render::{self, Failure, visible};
 
 pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
-    let source = input::read(&args.model, quiet)?;
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let form = if args.latex { EquationsForm::Latex } else { EquationsForm::Text };
-    match study::equations(&source.text, form) {
-        Ok((text, warnings)) => {
-            render::show(Some(&source), &warnings);
-            print(&visible(&text))?;
-            Ok(DONE)
-        }
-        Err(diagnostics) => Err(Failure { source: Some(source), diagnostics }),
+    let (text, warnings) = match args.json {
+        true => project
+            .motion_equations()
+            .map(|(found, warnings)| (export::equations_json(&found, &source.text, &warnings) + "\n", warnings)),
+        false => project.equations(form).map(|(text, warnings)| (visible(&text), warnings)),
     }
+    .map_err(|diagnostics| Failure { source: Some(source.clone()), diagnostics })?;
+    render::show(Some(&source), &warnings);
+    print(&text)?;
+    Ok(DONE)
 }

@@ -15,7 +15,7 @@ use kardan_report as report;
 use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
-use crate::output::{prepare_files, print, protect, reason, save_over, save_page};
+use crate::output::{prepare_files, print, protect, reason, save_over, save_page, say_written};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::source::Source;
@@ -31,7 +31,7 @@ impl Bytes for OnDisk {
 }
 
 pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
-    let source = input::read(&args.model, quiet)?;
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let files = logs(&args.logs)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.write).map(PathBuf::as_path).collect();
     // Only what is written as a model may take the place of the model.
@@ -52,7 +52,7 @@ pub fn identify(args: &IdentifyArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let found = study::identify(&source.text, files, &settings, &bars);
+    let found = project.identify(files, &settings, &bars);
     bars.finish();
     match found {
         Ok(mut found) => {
@@ -79,7 +79,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     print(&if args.json { export::identification_json(found) + "\n" } else { page.text(&source.to_string()) })?;
     let left = left?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
-        note(&format!("wrote {}", path.display()));
+        say_written(path);
     }
     if let (Some(path), false) = (&args.write, whole) {
         note(&format!("`{}` is not written: the identification is not complete", path.display()));
@@ -150,7 +150,7 @@ fn window(text: &str) -> Result<f64, Diagnostic> {
 
 /// Writes a copy of the model file with what was found, and says what it cannot hold.
 fn write(path: &Path, model: &Path, source: &Source, found: &Identification) -> Result<Vec<String>, Failure> {
-    let (text, left) = study::written(&source.text, found).map_err(|diagnostics| {
+    let (text, left) = study::written(source.model(), found).map_err(|diagnostics| {
         let mut diagnostics = diagnostics;
         diagnostics.insert(
             0,

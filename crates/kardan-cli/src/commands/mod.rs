@@ -13,6 +13,7 @@ mod run;
 mod schema;
 
 use std::ffi::OsString;
+use std::path::Path;
 
 use clap::Parser;
 
@@ -21,7 +22,7 @@ use crate::exit::{DONE, ERROR, exit_code};
 use crate::output::print;
 use crate::panics;
 use crate::render::Failure;
-use crate::stop;
+use crate::{stop, watch};
 
 /// Does what the arguments (with the program's name first) ask for, and gives the exit code.
 pub fn main(arguments: Vec<OsString>) -> u8 {
@@ -36,14 +37,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
             return if usage.use_stderr() { ERROR } else { DONE };
         }
     };
-    let json = match &cli.command {
-        Command::Run(args) => args.json,
-        Command::Analyze(args) => args.json,
-        Command::Design(args) => args.json,
-        Command::Identify(args) => args.json,
-        Command::Bench(args) => args.json,
-        _ => false,
-    };
+    let json = cli.command.json();
     stop::listen(json);
     panics::answer(json);
     let limits = match &cli.command {
@@ -55,7 +49,25 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     if let Some(seconds) = limits.and_then(|limits| limits.time_limit) {
         stop::limit(seconds);
     }
-    exit_code(dispatch(&cli), json)
+    match watched(&cli.command) {
+        None => exit_code(dispatch(&cli), json),
+        Some(model) => watch::again_and_again(model, cli.quiet, json, || exit_code(dispatch(&cli), json)),
+    }
+}
+
+/// The model file of a command that is to be done whenever it changes.
+fn watched(command: &Command) -> Option<&Path> {
+    let (model, changes) = match command {
+        Command::Run(args) => (&args.model, &args.changes),
+        Command::Analyze(args) => (args.state_space.as_ref().unwrap_or(&args.model), &args.changes),
+        Command::Design(args) => (&args.model, &args.changes),
+        Command::Identify(args) => (&args.model, &args.changes),
+        Command::Bench(args) => (&args.model, &args.changes),
+        Command::Equations(args) => (&args.model, &args.changes),
+        Command::Check(args) => (&args.model, &args.changes),
+        _ => return None,
+    };
+    changes.watch.then_some(model.as_path())
 }
 
 fn dispatch(cli: &Cli) -> Result<u8, Failure> {

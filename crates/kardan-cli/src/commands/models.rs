@@ -1,7 +1,9 @@
 //! `kardan models`: the built-in models, as a list or as TOML.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::model::BUILTIN;
+use kardan::export;
+use kardan::model::{BUILTIN, Builtin, json_schema};
+use kardan::results::BuiltinModel;
 
 use crate::args::ModelsArgs;
 use crate::exit::DONE;
@@ -9,8 +11,21 @@ use crate::input::builtin_hint;
 use crate::output::{print, save, sweep_beside};
 use crate::render::{Failure, note};
 
+/// The schema that the built-in models name in their first line.
+const SCHEMA: &str = "kardan.schema.json";
+
 pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
+    let listed = |builtin: &Builtin| BuiltinModel {
+        name: builtin.name.into(),
+        summary: builtin.summary.into(),
+        ..BuiltinModel::default()
+    };
     let Some(name) = &args.name else {
+        if args.json {
+            let all: Vec<BuiltinModel> = BUILTIN.iter().map(listed).collect();
+            print(&(export::models_json(&all) + "\n"))?;
+            return Ok(DONE);
+        }
         let width = BUILTIN.iter().map(|builtin| builtin.name.len()).max().unwrap_or(0);
         let lines = BUILTIN.iter().map(|builtin| format!("{:width$}  {}\n", builtin.name, builtin.summary));
         print(&lines.collect::<String>())?;
@@ -19,8 +34,11 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
     let builtin = BUILTIN.iter().find(|builtin| builtin.name == name).ok_or_else(|| {
         Diagnostic::error("model::unknown", format!("there is no built-in model `{name}`")).help(builtin_hint(name))
     })?;
+    let file = args.write.as_ref().map(|path| path.display().to_string());
+    let whole = BuiltinModel { source: Some(builtin.source.into()), file, ..listed(builtin) };
+    let told = |text: &str| if args.json { print(&(export::models_json(&[whole]) + "\n")) } else { print(text) };
     match &args.write {
-        None => print(builtin.source)?,
+        None => told(builtin.source)?,
         Some(path) if path.symlink_metadata().is_ok() => {
             let message = format!("`{}` exists already and is not touched", path.display());
             return Err(Diagnostic::error("file::exists", message).help("choose another name or remove it").into());
@@ -28,8 +46,17 @@ pub fn models(args: &ModelsArgs, quiet: bool) -> Result<u8, Failure> {
         Some(path) => {
             sweep_beside(path);
             save(path, builtin.source.as_bytes())?;
+            told("")?;
+            let schema = path.with_file_name(SCHEMA);
+            let beside = schema.symlink_metadata().is_err();
+            if beside {
+                save(&schema, (json_schema() + "\n").as_bytes())?;
+            }
             if !quiet {
                 note(&format!("wrote {}", path.display()));
+                if beside {
+                    note(&format!("wrote {}, by which editors complete its keys and mark mistakes", schema.display()));
+                }
             }
         }
     }

@@ -6,21 +6,21 @@ use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
 use kardan::study;
-use kardan::study::{Part, Project, Settings};
+use kardan::study::{Part, Settings};
 use kardan_report as report;
 use rayon::prelude::*;
 
 use crate::args::{Format, RunArgs};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
+use crate::folder::{Folder, tell_gone};
 use crate::input;
-use crate::output::{Folder, print, shown};
+use crate::output::{print, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
-    let source = input::read(&args.model, quiet)?;
-    let project = Project::open(source.text.as_str());
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     let mut known = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut known);
@@ -34,7 +34,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
     let bars = Bars::within(quiet, args.limits).showing({
         let (args, origin, folder) = (args.clone(), origin.clone(), Arc::clone(&folder));
         move |part| match part {
-            Part::Study(study) => exit_code(tell(&study, &folder, &args, &origin), args.json),
+            Part::Study(study) => exit_code(tell(&study, &folder, &args, &origin, quiet), args.json),
             _ => ERROR,
         }
     });
@@ -44,25 +44,28 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));
         Failure { source: Some(source.clone()), diagnostics }
     })?;
-    tell(&study, &folder, args, &origin)
+    tell(&study, &folder, args, &origin, quiet)
 }
 
 /// Writes and prints what was computed, all of it or not.
-fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str) -> Result<u8, Failure> {
+fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, quiet: bool) -> Result<u8, Failure> {
     let mut folder = folder.lock().unwrap_or_else(PoisonError::into_inner);
     let page = match args.no_report {
         false => report::study(study),
         true => report::study_in_words(study),
     };
-    let (files, problems) = write(study, &page, &mut folder, args);
+    let (files, mut problems) = write(study, &page, &mut folder, args);
+    let gone = folder.finish("run").map_err(|problem| problems.push(problem)).unwrap_or_default();
     render::show(None, &problems);
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;
     } else {
         let written = files.runs.iter().flatten().chain(&files.report).chain(&files.plots);
-        let written: String = written.map(|path| format!("wrote {path}\n")).collect();
+        let mut written: String = written.map(|path| format!("wrote {path}\n")).collect();
+        files.report.iter().for_each(|report| written += &where_to_look(report));
         print(&(page.text(origin) + "\n" + &render::visible(&written)))?;
     }
+    tell_gone(&gone, quiet);
     if let Some(why) = stop::reason() {
         study.warnings.iter().filter(|warning| warning.starts_with(&why)).for_each(|warning| render::note(warning));
     }

@@ -1,7 +1,8 @@
 //! `kardan schema`: the JSON schemas of what the commands print.
 
 use kardan::diagnostics::Diagnostic;
-use kardan::export::{SCHEMAS, schema as text_of};
+use kardan::export::{SCHEMAS, schema as text_of, schemas_json};
+use kardan::model;
 use kardan::names::unknown_name;
 
 use crate::args::SchemaArgs;
@@ -9,16 +10,28 @@ use crate::exit::DONE;
 use crate::output::print;
 use crate::render::Failure;
 
+/// The schema of model files, which is no schema of an output.
+const MODEL: (&str, &str) = ("model", "a model file, for editors: see docs/editors.md");
+
 pub fn schema(args: &SchemaArgs) -> Result<u8, Failure> {
     let Some(name) = &args.name else {
+        if args.json {
+            print(&(schemas_json() + "\n"))?;
+            return Ok(DONE);
+        }
+        let all = [MODEL].into_iter().chain(SCHEMAS);
         let width = SCHEMAS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-        let lines = SCHEMAS.iter().map(|(name, what)| format!("{name:width$}  {what}\n"));
+        let lines = all.map(|(name, what)| format!("{name:width$}  {what}\n"));
         print(&lines.collect::<String>())?;
         return Ok(DONE);
     };
+    if name == MODEL.0 {
+        print(&(model::json_schema() + "\n"))?;
+        return Ok(DONE);
+    }
     let text = text_of(name).ok_or_else(|| {
         Diagnostic::error("schema::unknown", format!("there is no schema `{name}`"))
-            .help(unknown_name(name, SCHEMAS.iter().map(|(known, _)| *known)))
+            .help(unknown_name(name, SCHEMAS.iter().map(|(known, _)| *known).chain([MODEL.0])))
     })?;
     print(&(text + "\n"))?;
     Ok(DONE)

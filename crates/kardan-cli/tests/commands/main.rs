@@ -1,6 +1,7 @@
 //! The binary `kardan` as its users meet it.
 
 mod bench;
+mod changes;
 mod cli;
 mod design;
 mod end_to_end;

@@ -35,6 +35,12 @@ fn kind(object: &Value) -> &'static str {
         ("experiments", "bench-study"),
         ("plan", "bench"),
         ("verdict", "identify"),
+        ("equations", "equations"),
+        ("checked", "check"),
+        ("models", "models"),
+        ("tables", "elements"),
+        ("schemas", "schemas"),
+        ("script", "completions"),
     ];
     keys.iter().find(|(key, _)| object.get(key).is_some()).map_or("error", |(_, name)| name)
 }

@@ -133,7 +133,7 @@ struct Problem<'a> {
 /// A mistake with its place.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Diagnostic")]
-struct Place<'a> {
+pub(super) struct Place<'a> {
     /// How bad it is.
     severity: Word,
     /// Its kind: `unit::unknown`.
@@ -183,6 +183,11 @@ pub fn json(study: &Study, files: &Files) -> String {
 /// Line and column count from 1 in `source` and are `null` for a diagnostic without a place. What its keys are says
 /// [`schema`](super::schema()) of `error`.
 pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> String {
+    printed(ErrorView { error: Problem { message: message.into(), diagnostics: places(source, diagnostics) } })
+}
+
+/// Diagnostics with line and column in the text that they are about.
+pub(super) fn places<'a>(source: &str, diagnostics: &'a [Diagnostic]) -> Vec<Place<'a>> {
     let lines = Lines::new(source);
     let places = diagnostics.iter().map(|d| {
         let written = d.labels.iter().find(|label| label.place.path().is_none());
@@ -199,7 +204,7 @@ pub fn json_error(message: &str, source: &str, diagnostics: &[Diagnostic]) -> St
             help: d.help.as_deref(),
         }
     });
-    printed(ErrorView { error: Problem { message: message.into(), diagnostics: places.collect() } })
+    places.collect()
 }
 
 fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {

@@ -15,6 +15,7 @@
 //! | [`bench_study_json`] | a study on a virtual bench | scripts |
 //! | [`truth_toml`] | what the plant of a virtual bench has | `kardan bench --truth` |
 //! | [`json_error`] | why there is no outcome | scripts |
+//! | [`equations_json`], [`check_json`], [`models_json`], [`elements_json`] … | what commands tell that compute nothing | scripts, editors |
 //! | [`schema()`] | the JSON schema of one of these | validators |
 
 mod analysis;
@@ -23,6 +24,7 @@ mod design;
 mod identification;
 mod json;
 mod printed;
+mod reference;
 mod schema;
 mod tables;
 mod truth;
@@ -32,6 +34,7 @@ pub use bench::{WrittenLog, bench_json, bench_study_json};
 pub use design::{controller_json, design_json};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
+pub use reference::{check_json, completions_json, elements_json, equations_json, models_json, schemas_json};
 pub use schema::{SCHEMAS, schema};
 pub use tables::{csv, mat, mdf, parquet};
 pub use truth::truth_toml;

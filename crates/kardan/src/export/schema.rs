@@ -6,17 +6,23 @@ use schemars::transform::{Transform, transform_subschemas};
 use serde_json::json;
 
 use super::printed::Printed;
-use super::{analysis, bench, identification, json as study};
+use super::{analysis, bench, identification, json as study, reference};
 use crate::results::Design;
 
 /// What there are schemas of, and which command prints it.
-pub const SCHEMAS: [(&str, &str); 7] = [
+pub const SCHEMAS: [(&str, &str); 13] = [
     ("run", "`kardan run --json`: the outcome of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
     ("design", "`kardan design --json`: a designed controller with its proofs"),
     ("identify", "`kardan identify --json`: parameters found in logs"),
     ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
     ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
+    ("equations", "`kardan equations --json`: the equations of motion of a model"),
+    ("check", "`kardan check --json`: a model file without mistakes, and its warnings"),
+    ("models", "`kardan models --json`: the built-in models"),
+    ("elements", "`kardan elements --json`: the tables of a model file"),
+    ("schemas", "`kardan schema --json`: the schemas that there are"),
+    ("completions", "`kardan completions --json`: a completion script"),
     ("error", "any of them: why there is no outcome"),
 ];
 
@@ -36,6 +42,12 @@ pub fn schema(name: &str) -> Option<String> {
         "identify" => of::<identification::IdentificationView>(),
         "bench" => of::<bench::BenchView>(),
         "bench-study" => of::<bench::StudyView>(),
+        "equations" => of::<reference::EquationsView>(),
+        "check" => of::<reference::CheckView>(),
+        "models" => of::<reference::ModelsView>(),
+        "elements" => of::<reference::ElementsView>(),
+        "schemas" => of::<reference::SchemasView>(),
+        "completions" => of::<reference::CompletionsView>(),
         _ => of::<study::ErrorView>(),
     };
     schema.insert("$id".into(), format!("kardan/1/{name}").into());

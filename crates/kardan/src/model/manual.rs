@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::reading::CONTROL;
 use super::tables;
 use crate::element;
+use crate::results::{ManualKey, ManualTable};
 use crate::schema::{Field, Keys, Kind, Sign};
 use crate::synthesis;
 
@@ -19,44 +20,69 @@ pub fn manual() -> String {
         let _ = writeln!(out, "  [control.NAME] with law = \"{}\"\n      {}", law.keyword, law.summary);
     }
     out.push_str("\nStudy\n");
-    for (name, what) in STUDY {
-        let _ = writeln!(out, "  {name}\n      {what}");
+    for (_, header, what) in STUDY {
+        let _ = writeln!(out, "  {header}\n      {what}");
     }
     out
 }
 
-const STUDY: &[(&str, &str)] = &[
-    ("[model]", "Name, description, reduced coordinates."),
-    ("[parameters]", "Named quantities, with tolerances if you like; elements use them by name: angle = \"beta\"."),
-    ("[variants]", "Lists of parameter values, one run for each: beta = \"[0, 10, 20, 30] deg\"."),
-    ("[[variant]]", "A run with parameter values and a name of its own."),
-    ("[scenario]", "Duration, output step, initial state."),
-    ("[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
-    ("[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
-    ("[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
-    ("[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
-    ("[log.NAME]", "What a measured log holds: which column is which signal."),
-    ("[identification]", "What is to be found in logs, and how; extra friction terms, models to compare."),
-    ("[analysis]", "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit."),
-    ("[bench]", "The virtual test bench of `kardan bench`: true values that the model does not know, excitation, log."),
+/// The tables that are neither an element nor a law: page, header, what it is.
+const STUDY: &[(&str, &str, &str)] = &[
+    ("model", "[model]", "Name, description, reduced coordinates."),
+    (
+        "parameters",
+        "[parameters]",
+        "Named quantities, with tolerances if you like; elements use them by name: angle = \"beta\".",
+    ),
+    ("variants", "[variants]", "Lists of parameter values, one run for each: beta = \"[0, 10, 20, 30] deg\"."),
+    ("variant", "[[variant]]", "A run with parameter values and a name of its own."),
+    ("scenario", "[scenario]", "Duration, output step, initial state."),
+    ("event", "[[scenario.event]]", "A step or ramp of a reference, a disturbance or a motor torque."),
+    ("fault", "[[scenario.fault]]", "A sensor of a sampled controller that fails for a while, or for good."),
+    ("requirement", "[[requirement]]", "A bound on a signal; `kardan run` ends with exit code 1 if it does not hold."),
+    ("plot", "[[plot]]", "A plot of the report; without any, angles, speeds and motor torques are drawn."),
+    ("log", "[log.NAME]", "What a measured log holds: which column is which signal."),
+    (
+        "identification",
+        "[identification]",
+        "What is to be found in logs, and how; extra friction terms, models to compare.",
+    ),
+    (
+        "analysis",
+        "[analysis]",
+        "Inputs, outputs and operating point of the structure analysis; where motors and sensors may sit.",
+    ),
+    (
+        "bench",
+        "[bench]",
+        "The virtual test bench of `kardan bench`: true values that the model does not know, excitation, log.",
+    ),
 ];
 
-/// The names of the manual pages that are neither an element nor a law.
-pub const STUDY_PAGES: &[&str] = &[
-    "model",
-    "parameters",
-    "variants",
-    "variant",
-    "scenario",
-    "event",
-    "fault",
-    "requirement",
-    "plot",
-    "analysis",
-    "log",
-    "identification",
-    "bench",
+/// The keys of the tables that are neither an element nor a law, by their pages; `[parameters]` and `[variants]` have names instead.
+pub(super) const STUDY_TABLES: &[(&str, &[Field])] = &[
+    ("model", tables::Header::FIELDS),
+    ("variant", tables::Variant::FIELDS),
+    ("scenario", tables::Scenario::FIELDS),
+    ("event", tables::Event::FIELDS),
+    ("fault", tables::Fault::FIELDS),
+    ("requirement", tables::Requirement::FIELDS),
+    ("plot", tables::Plot::FIELDS),
+    ("analysis", tables::Analysis::FIELDS),
+    ("log", tables::Log::FIELDS),
+    ("identification", tables::Identification::FIELDS),
+    ("bench", tables::Bench::FIELDS),
 ];
+
+/// Header and summary of such a table.
+pub(super) fn study_table(page: &str) -> (&'static str, &'static str) {
+    STUDY.iter().find(|(name, ..)| *name == page).map_or(("", ""), |(_, header, what)| (header, what))
+}
+
+/// The names of the manual pages that are neither an element nor a law.
+pub fn study_pages() -> impl Iterator<Item = &'static str> {
+    STUDY.iter().map(|(page, ..)| *page)
+}
 
 const VARIANTS: &str = "\
 [variants]
@@ -153,7 +179,7 @@ name = \"viscous\"
 parameters = [\"wg.damping\"]
 ";
 
-/// The manual page of one table: an element, a law, or one of [`STUDY_PAGES`].
+/// The manual page of one table: an element, a law, or one of [`study_pages`].
 pub fn manual_of(name: &str) -> Option<String> {
     let name = name.trim_start_matches("scenario.");
     let mut out = String::new();
@@ -177,36 +203,66 @@ pub fn manual_of(name: &str) -> Option<String> {
     } else if name == "parameters" {
         out.push_str(PARAMETERS);
     } else {
-        let (header, fields) = match name {
-            "model" => ("[model]", tables::Header::FIELDS),
-            "variant" => ("[[variant]]", tables::Variant::FIELDS),
-            "scenario" => ("[scenario]", tables::Scenario::FIELDS),
-            "event" => ("[[scenario.event]]", tables::Event::FIELDS),
-            "fault" => ("[[scenario.fault]]", tables::Fault::FIELDS),
-            "requirement" => ("[[requirement]]", tables::Requirement::FIELDS),
-            "plot" => ("[[plot]]", tables::Plot::FIELDS),
-            "analysis" => ("[analysis]", tables::Analysis::FIELDS),
-            "log" => ("[log.NAME]", tables::Log::FIELDS),
-            "identification" => ("[identification]", tables::Identification::FIELDS),
-            "bench" => ("[bench]", tables::Bench::FIELDS),
-            _ => return None,
-        };
+        let (page, fields) = STUDY_TABLES.iter().find(|(page, _)| *page == name)?;
+        let (header, _) = study_table(page);
         let _ = writeln!(out, "{header}\n\nKeys");
         keys(fields, &mut out);
-        let example = match name {
-            "analysis" => ANALYSIS_EXAMPLE,
-            "log" => LOG_EXAMPLE,
-            "identification" => IDENTIFICATION_EXAMPLE,
-            _ => "",
-        };
+        let example = example_of(name);
         if !example.is_empty() {
             let _ = write!(out, "\nExample\n\n{example}");
         }
-        if name == "bench" {
-            let _ = write!(out, "\nExample\n\n{BENCH_EXAMPLE}");
-        }
     }
     Some(out)
+}
+
+/// The tables of a model file as data: elements, laws, and the rest.
+pub fn manual_tables() -> Vec<ManualTable> {
+    let table = |name: &str, header: String, group: &str, summary: &str, fields: &[Field], example: &str| ManualTable {
+        name: name.into(),
+        header,
+        group: group.into(),
+        summary: summary.into(),
+        keys: manual_keys(fields),
+        example: example.into(),
+    };
+    let elements = element::REGISTRY.iter().map(|kind| {
+        table(kind.keyword, format!("[{}.NAME]", kind.keyword), "element", kind.summary, kind.fields, kind.example)
+    });
+    let laws = synthesis::REGISTRY.iter().map(|law| {
+        let keys = [CONTROL, law.fields].concat();
+        table(law.keyword, "[control.NAME]".into(), "law", law.summary, &keys, law.example)
+    });
+    let study = STUDY.iter().map(|(page, header, summary)| {
+        let fields = STUDY_TABLES.iter().find(|(name, _)| name == page).map_or(&[][..], |(_, fields)| *fields);
+        table(page, (*header).into(), "study", summary, fields, example_of(page))
+    });
+    elements.chain(laws).chain(study).collect()
+}
+
+fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
+    let key = |field: &Field| ManualKey {
+        name: field.name.into(),
+        holds: describe(&field.kind),
+        required: field.required,
+        default: field.default.map(Into::into),
+        summary: field.doc.into(),
+        keys: match field.kind {
+            Kind::Tables(inner) | Kind::Table(inner) => manual_keys(inner),
+            _ => Vec::new(),
+        },
+    };
+    fields.iter().map(key).collect()
+}
+
+/// The example on the page of a table of the study.
+fn example_of(page: &str) -> &'static str {
+    match page {
+        "analysis" => ANALYSIS_EXAMPLE,
+        "log" => LOG_EXAMPLE,
+        "identification" => IDENTIFICATION_EXAMPLE,
+        "bench" => BENCH_EXAMPLE,
+        _ => "",
+    }
 }
 
 fn keys(fields: &[Field], out: &mut String) {
@@ -222,7 +278,7 @@ fn keys(fields: &[Field], out: &mut String) {
 }
 
 /// Whether a key must be there, or what holds without it.
-fn need(field: &Field) -> String {
+pub(super) fn need(field: &Field) -> String {
     match (field.required, field.default) {
         (true, _) => "required".into(),
         (_, Some(default)) => format!("left out: {default}"),
@@ -230,7 +286,7 @@ fn need(field: &Field) -> String {
     }
 }
 
-fn describe(kind: &Kind) -> String {
+pub(super) fn describe(kind: &Kind) -> String {
     let sign = |sign: &Sign| match sign {
         Sign::Any => "",
         Sign::NonNegative => ", zero or more",
@@ -270,26 +326,14 @@ mod tests {
 
     #[test]
     fn every_page_tells_its_keys() {
-        for (name, fields) in [
-            ("model", tables::Header::FIELDS),
-            ("variant", tables::Variant::FIELDS),
-            ("scenario", tables::Scenario::FIELDS),
-            ("event", tables::Event::FIELDS),
-            ("fault", tables::Fault::FIELDS),
-            ("requirement", tables::Requirement::FIELDS),
-            ("plot", tables::Plot::FIELDS),
-            ("analysis", tables::Analysis::FIELDS),
-            ("log", tables::Log::FIELDS),
-            ("identification", tables::Identification::FIELDS),
-            ("bench", tables::Bench::FIELDS),
-        ] {
-            assert!(STUDY_PAGES.contains(&name));
+        for (name, fields) in STUDY_TABLES {
+            assert!(study_pages().any(|page| page == *name));
             let page = manual_of(name).unwrap_or_default();
-            for field in fields {
+            for field in *fields {
                 assert!(page.contains(&format!("\n  {} (", field.name)) && page.contains(field.doc), "{name}: {page}");
             }
         }
-        for name in STUDY_PAGES {
+        for name in study_pages() {
             assert!(manual_of(name).is_some(), "{name}");
         }
         let page = manual_of("analysis").unwrap_or_default();
@@ -330,15 +374,7 @@ mod tests {
         let mut seen = 0;
         element::REGISTRY.iter().for_each(|kind| check(kind.fields, &mut seen));
         synthesis::REGISTRY.iter().for_each(|law| check(law.fields, &mut seen));
-        for fields in [
-            tables::Header::FIELDS,
-            tables::Scenario::FIELDS,
-            tables::Requirement::FIELDS,
-            tables::Analysis::FIELDS,
-            tables::Bench::FIELDS,
-            tables::Log::FIELDS,
-            tables::Identification::FIELDS,
-        ] {
+        for (_, fields) in STUDY_TABLES {
             check(fields, &mut seen);
         }
         assert!(seen > 40, "{seen}");

@@ -2,8 +2,10 @@
 //!
 //! Only this folder knows the syntax of the file.
 
+mod assignment;
 mod builder;
 mod document;
+mod json_schema;
 mod manual;
 mod parameters;
 pub mod parse;
@@ -16,9 +18,11 @@ mod tolerance;
 mod variants;
 mod write;
 
+pub(crate) use assignment::assign;
 pub use builder::Builder;
 pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter, Setting, VariantSettings, Variants};
-pub use manual::{STUDY_PAGES, manual, manual_of};
+pub use json_schema::json_schema;
+pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
 pub use state_space::read_state_space;

@@ -11,6 +11,7 @@ use crate::equations::{Domain, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
 use crate::reduce::{Kinematics, LinearModel, linearise};
+use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 
 /// How equations are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +48,44 @@ impl Project {
             EquationsForm::Latex => latex(variant, &model),
         };
         Ok((text, diagnostics))
+    }
+}
+
+impl Project {
+    /// The equations of motion of the first variant as data, and the warnings of the file.
+    ///
+    /// # Errors
+    /// All mistakes.
+    pub fn motion_equations(&self) -> Result<(MotionEquations, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (latex, diagnostics) = self.equations(EquationsForm::Latex)?;
+        let Some(variant) = self.prepared().variants.first() else { return Err(diagnostics) };
+        let model = linearise(&variant.reduced, &variant.scenario.position);
+        let lines = lines(variant, &model, &text_mark).into_iter();
+        let constraints = constraints(variant, &|name| name.to_string()).into_iter();
+        let exact = [&model.inertia, &model.damping, &model.stiffness, &model.input];
+        let matrices = matrices(variant, &model).into_iter().zip(["H", "D", "S", "F"]).zip(exact);
+        let matrices = matrices.map(|(((title, unit, matrix, columns), name), exact)| ExactMatrix {
+            name: name.into(),
+            title,
+            unit: unit.into(),
+            rows: model.coordinates.clone(),
+            columns: columns.to_vec(),
+            values: matrix.to_rows(),
+            exact: Some(
+                (0..exact.rows()).map(|i| (0..exact.columns()).map(|j| exact[(i, j)].to_string()).collect()).collect(),
+            ),
+        });
+        let found = MotionEquations {
+            model: variant.model.name.clone(),
+            coordinates: model.coordinates.clone(),
+            inputs: model.inputs.clone(),
+            constant: Kinematics::new(&variant.reduced).is_constant(),
+            equations: lines.map(|(left, right)| Equation { left, right }).collect(),
+            constraints: constraints.map(|(element, equation)| ConstraintEquation { element, equation }).collect(),
+            matrices: matrices.collect(),
+            latex,
+        };
+        Ok((found, diagnostics))
     }
 }
 
@@ -119,17 +158,20 @@ fn constraints(variant: &PreparedVariant, angle: &dyn Fn(&str) -> String) -> Vec
     linear.chain(curves).collect()
 }
 
-fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
-    let mut out = String::new();
-    let mark = |name: &str, order: usize| match order {
-        0 => name.to_string(),
+/// A name in the text: of a coordinate by the order of its derivative, of a motor's torque, friction, disturbance or voltage.
+fn text_mark(name: &str, order: usize) -> String {
+    match order {
+        0 | 5 => name.to_string(),
         1 => format!("{name}'"),
         2 => format!("{name}''"),
         3 => Quantity::Torque.of(name),
-        5 => name.to_string(),
         6 => Quantity::Voltage.of(name),
         _ => format!("sgn({name}')"),
-    };
+    }
+}
+
+fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
+    let mut out = String::new();
     let charges = charges(variant).len();
     let shafts = model.basis.rows() - charges;
     let (kinds, units, others) = match (shafts, charges) {
@@ -144,7 +186,7 @@ fn text(variant: &PreparedVariant, model: &LinearModel) -> String {
     let _ = writeln!(out, "Model {}: {kinds}, degrees of freedom {}", variant.model.name, model.coordinates.len());
     let _ = writeln!(out, "Coordinates: {} ({units})\n", model.coordinates.join(", "));
     out.push_str("Equations of motion\n");
-    for (left, right) in lines(variant, model, &mark) {
+    for (left, right) in lines(variant, model, &text_mark) {
         let _ = writeln!(out, "  {left} = {right}");
     }
     if !variant.reduced.equations.frictions.is_empty() {

@@ -7,7 +7,7 @@ use super::prepare::{Purpose, is_error, prepare_document};
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
-use crate::model::{Builder, Document, open, read_entries};
+use crate::model::{Builder, Document, assign, open, read_entries};
 use crate::schema::{ElementKeys, LawKeys};
 use crate::simulate::{Setup, Simulation};
 
@@ -79,8 +79,40 @@ impl Project {
     /// ```
     #[must_use]
     pub fn changed(&self, change: impl FnOnce(Builder) -> Builder) -> Self {
-        let entries = change(Builder::from_entries(self.entries.clone())).into_entries();
-        Self::of(entries, self.source.clone(), Vec::new(), false)
+        self.again(change(Builder::from_entries(self.entries.clone())).into_entries())
+    }
+
+    /// The same model with values written anew, as `kardan run --set` does, and remarks on them: `beta=10 deg` for a parameter,
+    /// `wg.inertia=2 kg cm^2` for a key of what the model names, or a path from the top of the file.
+    ///
+    /// ```
+    /// use kardan::project::Project;
+    ///
+    /// let project = Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\n");
+    /// let (heavier, _) = project.with(&["axle.inertia=3 kg cm^2"]).unwrap();
+    /// assert_eq!(heavier.to_toml(), "[shaft.axle]\ninertia = \"3 kg cm^2\"\n");
+    /// let mistake = project.with(&["axel.inertia=3 kg cm^2"]).unwrap_err();
+    /// assert_eq!(mistake.help.as_deref(), Some("did you mean `axle`?"));
+    /// ```
+    ///
+    /// # Errors
+    /// No `=`, no such table or parameter. What is wrong in the value is told by [`mistakes`](Self::mistakes).
+    pub fn with(&self, values: &[impl AsRef<str>]) -> Result<(Self, Vec<String>), Diagnostic> {
+        let mut entries = self.entries.clone();
+        let mut remarks = Vec::new();
+        for value in values {
+            remarks.extend(assign(&mut entries, value.as_ref())?);
+        }
+        entries.settle();
+        Ok((self.again(entries), remarks))
+    }
+
+    /// Other entries from the same text; what is broken in that text still is.
+    fn again(&self, entries: Entries) -> Self {
+        let broken = |d: &&Diagnostic| matches!(d.code, "toml::syntax" | "file::empty");
+        let broken: Vec<_> = self.reading.iter().filter(broken).cloned().collect();
+        let in_doubt = !broken.is_empty();
+        Self::of(entries, self.source.clone(), broken, in_doubt)
     }
 
     /// The model as a file: opened again it says the same.

@@ -31,7 +31,8 @@ mod tests;
 mod wording;
 
 pub use node::Node;
-use wording::{example, expected, unknown_key, what_is_written};
+pub(super) use wording::example;
+use wording::{expected, unknown_key, what_is_written};
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, Place, Written};

@@ -65,7 +65,7 @@ pub(super) fn expected(kind: &Kind) -> String {
 }
 
 /// A value of a kind as it stands in a file.
-pub(super) fn example(kind: &Kind) -> String {
+pub(in crate::model) fn example(kind: &Kind) -> String {
     match kind {
         Kind::Shaft => "\"wg\"".to_string(),
         Kind::Node => "\"out\"".to_string(),

@@ -1,0 +1,176 @@
+//! The folder that results go to: tried before anything is computed, and without files of an earlier run beside the new ones.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use kardan::diagnostics::{Diagnostic, quoted};
+
+use crate::fault;
+use crate::output::{Part, reason, save, sweep};
+use crate::render::note;
+
+/// A folder known to take files.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    taken: HashSet<String>,
+    /// What was written there: names with sums of their bytes.
+    written: Vec<(String, u32)>,
+}
+
+impl Folder {
+    /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
+    pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
+        let shown = path.display();
+        let wrong = |message: String| {
+            Diagnostic::error("output::folder", message)
+                .help("nothing was computed yet; name another folder with --out DIR")
+        };
+        match fs::metadata(path) {
+            Ok(metadata) if !metadata.is_dir() => {
+                return Err(wrong(format!("the output folder `{shown}` exists already and is a file")));
+            }
+            Ok(_) => {}
+            Err(_) => fs::create_dir_all(path)
+                .map_err(|error| wrong(format!("cannot create the output folder `{shown}`: {}", reason(&error))))?,
+        }
+        sweep(path);
+        Part::create(path, None)
+            .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
+            .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
+        Ok(Self { path: path.to_owned(), taken: HashSet::new(), written: Vec::new() })
+    }
+
+    /// Writes a file whose name is made from `stem`, and gives its path.
+    pub fn write(&mut self, stem: &str, extension: &str, bytes: &[u8]) -> Result<String, Diagnostic> {
+        let name = self.name(stem, extension);
+        let path = self.path.join(&name);
+        save(&path, bytes)?;
+        self.written.push((name, sum(bytes)));
+        Ok(path.display().to_string())
+    }
+
+    /// A name that is safe on any file system and was not given before.
+    fn name(&mut self, stem: &str, extension: &str) -> String {
+        let safe = |c: char| if c.is_alphanumeric() || "-_.+=".contains(c) { c } else { '-' };
+        let stem: String = stem.chars().map(safe).take(60).collect();
+        let stem = stem.trim_matches('.');
+        let stem = if stem.is_empty() { "unnamed" } else { stem };
+        let mut name = format!("{stem}.{extension}");
+        let mut number = 2;
+        while !self.taken.insert(name.to_lowercase()) {
+            name = format!("{stem}-{number}.{extension}");
+            number += 1;
+        }
+        name
+    }
+
+    /// Ends the work of a command here: what its run before has written and this one has not goes to `earlier/`, so that files of
+    /// two runs do not stand side by side. What somebody has changed since stays. Gives the paths that have gone.
+    pub fn finish(&self, command: &str) -> Result<Vec<String>, Diagnostic> {
+        let list = self.path.join(LIST);
+        let before = fs::read_to_string(&list).unwrap_or_default();
+        let (own, others): (Vec<Line<'_>>, Vec<Line<'_>>) =
+            before.lines().filter_map(Line::read).partition(|line| line.command == command);
+        let mut gone = Vec::new();
+        let written = |name: &str| self.written.iter().any(|(other, _)| other.eq_ignore_ascii_case(name));
+        for line in own.iter().filter(|line| !written(line.name)) {
+            let path = self.path.join(line.name);
+            let unchanged = fs::read(&path).is_ok_and(|bytes| sum(&bytes) == line.sum);
+            if unchanged && is_plain(&path) {
+                self.put_away(line.name)?;
+                gone.push(path.display().to_string());
+            }
+        }
+        let own = self.written.iter().map(|(name, sum)| Line { command, sum: *sum, name });
+        let now: String = others.into_iter().chain(own).map(|line| line.written()).collect();
+        if now != before {
+            save(&list, now.as_bytes())?;
+        }
+        Ok(gone)
+    }
+
+    fn put_away(&self, name: &str) -> Result<(), Diagnostic> {
+        let (from, folder) = (self.path.join(name), self.path.join(EARLIER));
+        let done = fault::step(|| fs::create_dir_all(&folder))
+            .and_then(|()| fault::step(|| fs::rename(&from, folder.join(name))));
+        done.map_err(|error| {
+            let message = format!("cannot move `{}` of an earlier run to `{}`", from.display(), folder.display());
+            Diagnostic::error("output::earlier", format!("{message}: {}", reason(&error)))
+                .help("the new files are complete; take the old one away, or name another folder with --out DIR")
+        })
+    }
+}
+
+/// Says which files of an earlier run have gone, and where.
+pub fn tell_gone(gone: &[String], quiet: bool) {
+    if let (false, Some(first)) = (quiet, gone.first()) {
+        let folder = Path::new(first).with_file_name(EARLIER);
+        let names = quoted(gone.iter().map(String::as_str));
+        note(&format!("this run has not written {names} of an earlier one: moved to `{}`", folder.display()));
+    }
+}
+
+/// The list of the files that commands have written in a folder.
+const LIST: &str = ".kardan-files";
+/// Where files of an earlier run go.
+const EARLIER: &str = "earlier";
+
+/// A line of the list.
+struct Line<'a> {
+    command: &'a str,
+    sum: u32,
+    name: &'a str,
+}
+
+impl<'a> Line<'a> {
+    /// `run 1f3a5b7c report.html`; nothing if it is none, or names a file elsewhere.
+    fn read(text: &'a str) -> Option<Self> {
+        let (command, rest) = text.split_once(' ')?;
+        let (sum, name) = rest.split_once(' ')?;
+        let plain = !name.is_empty() && !name.contains(['/', '\\']) && name != ".." && name != "." && name != LIST;
+        Some(Self { command, sum: u32::from_str_radix(sum, 16).ok()?, name }).filter(|_| plain)
+    }
+
+    fn written(&self) -> String {
+        format!("{} {:08x} {}\n", self.command, self.sum, self.name)
+    }
+}
+
+/// A sum of bytes that differs if they do, but for one case in 2^32: Fowler, Noll, Vo 1a.
+fn sum(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0x811c_9dc5, |sum, byte| (sum ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}
+
+/// Whether it is a file itself, not a link to one.
+fn is_plain(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|there| there.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_safe_and_different() {
+        let mut folder = Folder { path: PathBuf::new(), taken: HashSet::new(), written: Vec::new() };
+        let names = ["β=10°", "../../etc/passwd", "", "..", "A", "a", "a-2"].map(|stem| folder.name(stem, "csv"));
+        let expected =
+            ["β=10-.csv", "-..-etc-passwd.csv", "unnamed.csv", "unnamed-2.csv", "A.csv", "a-2.csv", "a-2-2.csv"];
+        assert_eq!(names, expected);
+        assert!(folder.name(&"ä".repeat(500), "csv").len() < 200);
+    }
+
+    #[test]
+    fn lines_of_the_list_name_files_of_the_folder() {
+        let line = Line::read("run 0000001f report.html").unwrap();
+        assert_eq!((line.command, line.sum, line.name), ("run", 31, "report.html"));
+        assert_eq!(line.written(), "run 0000001f report.html\n");
+        for text in ["", "run", "run x report.html", "run 1 ../model.toml", "run 1 ..", "run 1 .kardan-files"] {
+            assert!(Line::read(text).is_none(), "{text}");
+        }
+        // The published values of FNV-1a, 32 bits.
+        assert_eq!((sum(b""), sum(b"a"), sum(b"foobar")), (0x811c_9dc5, 0xe40c_292c, 0xbf9c_f968));
+    }
+}

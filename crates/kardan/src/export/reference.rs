@@ -1,0 +1,103 @@
+//! What commands tell that compute nothing, as JSON objects.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::json::{Place, places};
+use super::printed::printed;
+use super::schema::SCHEMAS;
+use crate::diagnostics::Diagnostic;
+use crate::results::{BuiltinModel, ManualTable, MotionEquations};
+
+/// A model file without mistakes.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Check")]
+pub(super) struct CheckView<'a> {
+    /// The model file that was read.
+    checked: &'a str,
+    /// What its author should look at.
+    warnings: Vec<Place<'a>>,
+}
+
+/// The equations of motion of the first variant.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Equations")]
+pub(super) struct EquationsView<'a> {
+    #[serde(flatten)]
+    equations: &'a MotionEquations,
+    /// Warnings of the model file.
+    warnings: Vec<Place<'a>>,
+}
+
+/// The built-in models.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Models")]
+pub(super) struct ModelsView<'a> {
+    /// All of them, or the one asked for.
+    models: &'a [BuiltinModel],
+}
+
+/// The tables of a model file.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Elements")]
+pub(super) struct ElementsView<'a> {
+    /// All of them, or the one asked for.
+    tables: &'a [ManualTable],
+}
+
+/// The schemas that there are.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Schemas")]
+pub(super) struct SchemasView {
+    /// All of them.
+    schemas: Vec<SchemaName>,
+}
+
+/// A schema.
+#[derive(Serialize, JsonSchema)]
+struct SchemaName {
+    /// Its name.
+    name: &'static str,
+    /// What it describes.
+    summary: &'static str,
+}
+
+/// A completion script.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Completions")]
+pub(super) struct CompletionsView<'a> {
+    /// The shell.
+    shell: &'a str,
+    /// The script.
+    script: &'a str,
+}
+
+/// Gives the warnings of a model file without mistakes as one JSON object on one line.
+pub fn check_json(checked: &str, source: &str, warnings: &[Diagnostic]) -> String {
+    printed(CheckView { checked, warnings: places(source, warnings) })
+}
+
+/// Gives the equations of motion as one JSON object on one line.
+pub fn equations_json(equations: &MotionEquations, source: &str, warnings: &[Diagnostic]) -> String {
+    printed(EquationsView { equations, warnings: places(source, warnings) })
+}
+
+/// Gives built-in models as one JSON object on one line.
+pub fn models_json(models: &[BuiltinModel]) -> String {
+    printed(ModelsView { models })
+}
+
+/// Gives tables of the manual as one JSON object on one line.
+pub fn elements_json(tables: &[ManualTable]) -> String {
+    printed(ElementsView { tables })
+}
+
+/// Gives the list of schemas as one JSON object on one line.
+pub fn schemas_json() -> String {
+    printed(SchemasView { schemas: SCHEMAS.iter().map(|(name, summary)| SchemaName { name, summary }).collect() })
+}
+
+/// Gives a completion script as one JSON object on one line.
+pub fn completions_json(shell: &str, script: &str) -> String {
+    printed(CompletionsView { shell, script })
+}

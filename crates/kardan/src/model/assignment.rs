@@ -1,0 +1,348 @@
+//! One value of a model written anew, as on a command line: `beta=10 deg`, `wg.inertia=2 kg cm^2`.
+
+use crate::diagnostics::Diagnostic;
+use crate::entries::{Entries, Entry, Written};
+use crate::file::syntax;
+use crate::names::{did_you_mean, nearest, quoted, shortened, unknown_name};
+
+/// Tables whose keys are their own, not those of something named below them; they may be missing.
+const OF_KEYS: [&str; 6] = ["model", "scenario", "analysis", "bench", "identification", "variants"];
+
+/// A part of a path: a key, or the number of an entry of a list.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    Number(usize),
+}
+
+/// Writes a value anew and gives a remark, if there is one to make.
+///
+/// The key is the name of a parameter (`beta`), a key of something that is named (`wg.inertia`, `column.sample_time`), or a path from
+/// the top of the file (`scenario.duration`, `requirement[0].below`). The value stands as in a file, a text with or without quotes.
+///
+/// # Errors
+/// No `=`, no such table or parameter, a key that several tables may mean. What the value is wrong in tells the model.
+pub(crate) fn assign(model: &mut Entries, text: &str) -> Result<Option<String>, Diagnostic> {
+    let Some((path, written)) = text.split_once('=') else {
+        let help = "write the key, `=` and the value, such as --set beta=\"10 deg\" or --set wg.inertia=\"2 kg cm^2\"";
+        return Err(mistake("set::no-value", format!("`--set {}` has no `=`", shortened(text))).help(help));
+    };
+    let (path, written) = (path.trim(), written.trim());
+    if written.is_empty() {
+        return Err(mistake("set::no-value", format!("`--set {}=` has no value", shortened(path)))
+            .help("write the value behind the `=`, with its unit"));
+    }
+    let steps = from_the_top(model, steps(path)?, path)?;
+    put(model, &steps, value(written), path)?;
+    Ok(match steps.as_slice() {
+        [Step::Key(table), Step::Key(name)] if table == "parameters" => hold(model, name),
+        _ => None,
+    })
+}
+
+fn mistake(code: &'static str, message: String) -> Diagnostic {
+    Diagnostic::error(code, message)
+}
+
+/// The parts of a path: keys between dots, in quotes where they have dots themselves, with numbers in brackets behind them.
+fn steps(path: &str) -> Result<Vec<Step>, Diagnostic> {
+    let wrong = || {
+        mistake("set::path", format!("`{}` is no key of a model", shortened(path)))
+            .help("keys are written with dots, entries of lists with their number from 0 on: scenario.event[0].at")
+    };
+    let mut out = Vec::new();
+    let mut rest = path;
+    loop {
+        let key = match rest.strip_prefix('"') {
+            Some(quoted) => {
+                let (key, behind) = quoted.split_once('"').ok_or_else(wrong)?;
+                rest = behind;
+                key
+            }
+            None => {
+                let end = rest.find(['.', '[', '"', ']']).unwrap_or(rest.len());
+                let key = rest[..end].trim();
+                rest = &rest[end..];
+                if key.is_empty() {
+                    return Err(wrong());
+                }
+                key
+            }
+        };
+        out.push(Step::Key(key.into()));
+        while let Some(number) = rest.strip_prefix('[') {
+            let (number, behind) = number.split_once(']').ok_or_else(wrong)?;
+            out.push(Step::Number(number.trim().parse().map_err(|_| wrong())?));
+            rest = behind;
+        }
+        match rest.strip_prefix('.') {
+            Some(next) => rest = next,
+            None if rest.is_empty() => return Ok(out),
+            None => return Err(wrong()),
+        }
+    }
+}
+
+/// The path from the top of the file: of a parameter, and of what is named without its table.
+fn from_the_top(model: &Entries, steps: Vec<Step>, path: &str) -> Result<Vec<Step>, Diagnostic> {
+    let below = |table: &str| [vec![Step::Key(table.into())], steps.clone()].concat();
+    match steps.as_slice() {
+        [Step::Key(name)] => {
+            let parameters: Vec<&str> = keys(model.table("parameters"));
+            if parameters.contains(&name.as_str()) {
+                return Ok(below("parameters"));
+            }
+            let help = match parameters.is_empty() {
+                true => "the model has no [parameters]; a key of something that it names is written with a dot: \
+                         wg.inertia, column.sample_time"
+                    .to_string(),
+                false => unknown_name(name, parameters),
+            };
+            Err(mistake("set::unknown", format!("the model has no parameter `{}`", shortened(name))).help(help))
+        }
+        [Step::Key(first), ..] if model.get(first).is_some() || OF_KEYS.contains(&first.as_str()) => Ok(steps),
+        [Step::Key(first), ..] => {
+            let groups: Vec<&str> =
+                model.iter().filter(|group| is_group(group.key.as_str())).map(|group| group.key.as_str()).collect();
+            let having: Vec<&str> =
+                groups.iter().copied().filter(|group| named(model, group, first).is_some()).collect();
+            match having.as_slice() {
+                [one] => Ok(below(one)),
+                [] => {
+                    let names = groups.iter().flat_map(|group| keys(model.table(group))).chain(keys(Some(model)));
+                    let near = nearest(first, names);
+                    let help = did_you_mean(near, || "`kardan models NAME` shows what a model names".into());
+                    Err(mistake("set::unknown", format!("the model has nothing that is called `{}`", shortened(first)))
+                        .help(help))
+                }
+                several => {
+                    let paths: Vec<String> = several.iter().map(|group| format!("{group}.{path}")).collect();
+                    let message = format!("`{}` may be several things", shortened(path));
+                    Err(mistake("set::several", message)
+                        .help(format!("write one of {}", quoted(paths.iter().map(String::as_str)))))
+                }
+            }
+        }
+        _ => Ok(steps),
+    }
+}
+
+/// Whether a table of the top level holds tables that have names of their own.
+fn is_group(table: &str) -> bool {
+    table != "parameters" && !OF_KEYS.contains(&table)
+}
+
+fn named<'m>(model: &'m Entries, group: &str, name: &str) -> Option<&'m Entries> {
+    model.table(group)?.table(name)
+}
+
+fn keys(table: Option<&Entries>) -> Vec<&str> {
+    table.map(|table| table.iter().map(|entry| entry.key.as_str()).collect()).unwrap_or_default()
+}
+
+/// Puts the value at the end of the path. Only the last key, and tables that have keys alone, may be new.
+fn put(model: &mut Entries, steps: &[Step], value: Written, path: &str) -> Result<(), Diagnostic> {
+    let unknown = |step: &str, known: Vec<&str>| {
+        let help = if known.is_empty() { "it is empty".to_string() } else { unknown_name(step, known) };
+        mistake("set::unknown", format!("`{}`: there is no `{}`", shortened(path), shortened(step))).help(help)
+    };
+    let whole = || {
+        mistake("set::table", format!("`{}` is a table, not a value", shortened(path)))
+            .help("name one of its keys, behind a dot")
+    };
+    let Some((Step::Key(first), rest)) = steps.split_first() else { return Err(whole()) };
+    if rest.is_empty() {
+        return Err(whole());
+    }
+    if model.get(first).is_none() {
+        model.set(first, Written::Table(Entries::default()));
+    }
+    let mut table = model;
+    let mut key = first.as_str();
+    let mut rest = rest;
+    while let Some((step, after)) = rest.split_first() {
+        match step {
+            Step::Number(number) => {
+                let list = table.list_mut(key);
+                let count = list.len();
+                let Some(entry) = list.get_mut(*number) else {
+                    let help = match count {
+                        0 => "it is empty".to_string(),
+                        1 => "it has one entry: write [0]".to_string(),
+                        _ => format!("it has {count} entries: [0] to [{}]", count - 1),
+                    };
+                    let message = format!("`{}`: there is no entry [{number}]", shortened(path));
+                    return Err(mistake("set::unknown", message).help(help));
+                };
+                if after.is_empty() && !matches!(entry.value, Written::Table(_)) {
+                    *entry = Entry::from(value);
+                    return Ok(());
+                }
+                match (&mut entry.value, after.split_first()) {
+                    (Written::Table(inner), Some((Step::Key(next), after))) => {
+                        (table, key, rest) = (inner, next, after)
+                    }
+                    (Written::Table(_), None) => return Err(whole()),
+                    _ => return Err(unknown("a table", Vec::new())),
+                }
+            }
+            Step::Key(next) => {
+                match table.get(key) {
+                    Some(Written::Table(_)) => {}
+                    Some(Written::List(_)) => {
+                        let message = format!("`{}`: `{}` is a list", shortened(path), shortened(key));
+                        return Err(
+                            mistake("set::list", message).help(format!("say which entry: {}[0]", shortened(key)))
+                        );
+                    }
+                    _ => return Err(unknown(key, keys(Some(table)))),
+                }
+                (table, key, rest) = (table.table_mut(key), next, after);
+            }
+        }
+    }
+    if matches!(table.get(key), Some(Written::Table(inner)) if !matches!(value, Written::Table(_)) && !inner.is_empty())
+    {
+        return Err(whole());
+    }
+    table.set(key, value);
+    Ok(())
+}
+
+/// A value as in a file; what is none there is a text that lacks its quotes.
+fn value(written: &str) -> Written {
+    let (entries, mistakes) = syntax(&format!("value = {written}\n"));
+    match entries.iter().next() {
+        Some(only) if mistakes.is_empty() && entries.iter().count() == 1 => of_a_program(&only.entry.value),
+        _ => Written::Text(written.into()),
+    }
+}
+
+/// The value without the places of the text that it was read from.
+fn of_a_program(read: &Written) -> Written {
+    match read {
+        Written::List(list) => {
+            Written::List(list.iter().map(|entry| Entry::from(of_a_program(&entry.value))).collect())
+        }
+        Written::Table(table) => {
+            let mut out = Entries::default();
+            table.iter().for_each(|entry| out.set(&entry.key, of_a_program(&entry.entry.value)));
+            Written::Table(out)
+        }
+        other => other.clone(),
+    }
+}
+
+/// A parameter that is set has that value in all runs: the grid of variants lets it go. Named variants keep theirs, which is told.
+fn hold(model: &mut Entries, name: &str) -> Option<String> {
+    if model.table("variants").is_some_and(|grid| grid.get(name).is_some()) {
+        let grid = model.table_mut("variants");
+        grid.remove(name);
+        if grid.is_empty() {
+            model.remove("variants");
+        }
+        return Some(format!("`{name}` is set: [variants] does not vary it now"));
+    }
+    let Some(Written::List(variants)) = model.get("variant") else { return None };
+    let own = |entry: &Entry| match &entry.value {
+        Written::Table(variant) if variant.table("set").is_some_and(|set| set.get(name).is_some()) => {
+            match variant.get("name") {
+                Some(Written::Text(variant)) => Some(variant.clone()),
+                _ => None,
+            }
+        }
+        _ => None,
+    };
+    let own: Vec<String> = variants.iter().filter_map(own).collect();
+    let list = quoted(own.iter().map(String::as_str));
+    (!own.is_empty()).then(|| format!("`{name}` is set; the variants {list} have values of their own for it"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::to_toml;
+
+    const MODEL: &str = "\
+[parameters]
+beta = \"10 deg\"
+
+[variants]
+beta = \"[0, 10] deg\"
+
+[shaft.wg]
+inertia = \"1 kg m^2\"
+
+[spring_damper.wg]
+shaft_1 = \"wg\"
+stiffness = \"2 N m/rad\"
+
+[control.column]
+law = \"decoupling\"
+
+[[control.column.channels]]
+output = \"wg.phi\"
+
+[[requirement]]
+signal = \"wg.phi\"
+below = \"1 rad\"
+";
+
+    fn set(text: &str) -> Result<(String, Option<String>), String> {
+        let (mut entries, _) = syntax(MODEL);
+        let said = assign(&mut entries, text).map_err(|wrong| wrong.to_string())?;
+        Ok((to_toml(&entries), said))
+    }
+
+    #[test]
+    fn values_are_written_where_they_belong() {
+        for (text, old, new) in [
+            ("shaft.wg.inertia=3 kg m^2", "inertia = \"1 kg m^2\"", "inertia = \"3 kg m^2\""),
+            ("wg.inertia = \"3 kg m^2\"", "", ""),
+            ("column.law=lqr", "law = \"decoupling\"", "law = \"lqr\""),
+            ("control.column.channels[0].output=wg.w", "output = \"wg.phi\"", "output = \"wg.w\""),
+            ("requirement[0].below=2 rad", "below = \"1 rad\"", "below = \"2 rad\""),
+        ] {
+            match set(text) {
+                Ok((model, None)) => assert_eq!(model, MODEL.replace(old, new), "{text}"),
+                Ok(said) => panic!("{text}: {said:?}"),
+                // Two things are called wg.
+                Err(wrong) => assert!(old.is_empty() && wrong.contains("shaft.wg.inertia"), "{text}: {wrong}"),
+            }
+        }
+        let (model, _) = set("scenario.duration=2").unwrap();
+        assert_eq!(model, format!("{MODEL}\n[scenario]\nduration = 2\n"));
+        let (model, _) = set("column.poles=[-1, \"-2 ± 1j\"]").unwrap();
+        assert!(model.contains("poles = [-1, \"-2 ± 1j\"]"), "{model}");
+    }
+
+    #[test]
+    fn a_parameter_that_is_set_is_not_varied() {
+        let (model, said) = set("beta=20 deg").unwrap();
+        assert!(model.starts_with("[parameters]\nbeta = \"20 deg\"\n\n[shaft.wg]"), "{model}");
+        assert_eq!(said.as_deref(), Some("`beta` is set: [variants] does not vary it now"));
+    }
+
+    #[test]
+    fn mistakes_say_what_was_meant() {
+        for (text, expected) in [
+            ("beta", "has no `=`"),
+            ("beta=", "has no value"),
+            ("bta=1", "did you mean `beta`?"),
+            ("colum.law=lqr", "did you mean `column`?"),
+            ("shaft.wh.inertia=1", "did you mean `wg`?"),
+            ("shaft.wg=1", "is a table"),
+            ("shaft=1", "no parameter `shaft`"),
+            ("requirement[1].below=1", "it has one entry: write [0]"),
+            ("requirement[0]=1", "is a table"),
+            ("requirement[x].below=1", "is no key of a model"),
+            ("requirement.below=1", "is a list"),
+            (".=1", "is no key of a model"),
+            ("\"a=1", "is no key of a model"),
+            ("shaft.wg.inertia.more=1", "there is no `inertia`"),
+        ] {
+            let wrong = set(text).expect_err(text);
+            assert!(wrong.contains(expected), "{text}: {wrong}");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The JSON schema of model files, from the registries: editors complete keys by it, tell units and mark mistakes while one types.
+
+use serde_json::{Map, Value, json};
+
+use super::manual::{STUDY_TABLES, describe, need, study_table};
+use super::parse::example;
+use super::reading::CONTROL;
+use crate::element;
+use crate::schema::{Field, Kind};
+use crate::synthesis;
+
+/// What a quantity looks like: a number with a unit, with or without a tolerance, or the name of a parameter. Whether the unit fits
+/// tells `kardan check`.
+const QUANTITY: &str = r"^\s*([A-Za-z_][A-Za-z0-9_-]*|[-+(]?\s*[0-9.].*[A-Za-z°%Ωµμ].*)\s*$";
+/// A number as a text, with or without a tolerance, or the name of a parameter.
+const NUMBER: &str = r"^\s*([A-Za-z_][A-Za-z0-9_-]*|[-+(]?\s*[0-9.].*)\s*$";
+/// What can be the name of something.
+const NAME: &str = "^[A-Za-z_][A-Za-z0-9_-]{0,99}$";
+
+/// The JSON schema (draft 7, which editors know) of a model file.
+///
+/// ```
+/// let schema = kardan::model::json_schema();
+/// assert!(schema.contains("harmonic_drive") && schema.contains("moment of inertia") || schema.contains("kg m^2"));
+/// ```
+pub fn json_schema() -> String {
+    let mut properties = Map::new();
+    for (page, fields) in STUDY_TABLES {
+        let (header, what) = study_table(page);
+        match header.strip_prefix("[[") {
+            _ if header.contains("scenario.") => {}
+            Some(_) => drop(properties.insert((*page).into(), several(table(fields, what)))),
+            None if header.ends_with(".NAME]") => {
+                properties.insert((*page).into(), named(table(fields, what), what));
+            }
+            None => drop(properties.insert((*page).into(), table(fields, what))),
+        }
+    }
+    let values = json!({ "anyOf": [{ "type": "string" }, { "type": "number" }] });
+    let what = "Named quantities, with tolerances if you like: beta = \"10 deg ± 1 deg\".";
+    properties.insert("parameters".into(), named(values, what));
+    let grid = json!({ "anyOf": [{ "type": "string" }, { "type": "array", "items": {} }] });
+    properties
+        .insert("variants".into(), named(grid, "Lists of parameter values, one run for each: beta = \"[0, 10] deg\"."));
+    for kind in element::REGISTRY {
+        properties.insert(kind.keyword.into(), named(table(kind.fields, kind.summary), kind.summary));
+    }
+    properties.insert("control".into(), named(control(), "A control law: the key `law` tells which."));
+    let schema = json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "$id": "kardan/1/model",
+        "title": "kardan/1, a model file",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": properties,
+    });
+    serde_json::to_string_pretty(&schema).unwrap_or_default()
+}
+
+/// Tables of a group, by their names.
+fn named(table: Value, what: &str) -> Value {
+    json!({ "type": "object", "description": what, "propertyNames": { "pattern": NAME }, "additionalProperties": table })
+}
+
+/// A list of tables, or one alone.
+fn several(table: Value) -> Value {
+    json!({ "anyOf": [{ "type": "array", "items": table.clone() }, table] })
+}
+
+/// A controller: the keys are those of its law.
+fn control() -> Value {
+    let laws = synthesis::REGISTRY.iter().map(|law| {
+        let mut keys = table(&[CONTROL, law.fields].concat(), law.summary);
+        keys["properties"]["law"] = json!({ "const": law.keyword, "description": law.summary });
+        keys
+    });
+    json!({ "type": "object", "required": ["law"], "oneOf": laws.collect::<Vec<_>>() })
+}
+
+fn table(fields: &[Field], what: &str) -> Value {
+    let properties: Map<String, Value> = fields.iter().map(|field| (field.name.into(), key(field))).collect();
+    let required: Vec<&str> = fields.iter().filter(|field| field.required).map(|field| field.name).collect();
+    let mut table =
+        json!({ "type": "object", "description": what, "additionalProperties": false, "properties": properties });
+    if !required.is_empty() {
+        table["required"] = json!(required);
+    }
+    table
+}
+
+fn key(field: &Field) -> Value {
+    let mut key = value(&field.kind);
+    let example = example(&field.kind);
+    key["description"] =
+        format!("{} ({}, {}). Example: {example}", field.doc, describe(&field.kind), need(field)).into();
+    if let Some(default) = field.default {
+        key["default"] = default.into();
+    }
+    key
+}
+
+fn value(kind: &Kind) -> Value {
+    let text = || json!({ "type": "string", "minLength": 1 });
+    let scalar = || json!({ "anyOf": [{ "type": "number" }, { "type": "string", "pattern": NUMBER }] });
+    let by_name = |value: Value| json!({ "type": "object", "additionalProperties": value });
+    match kind {
+        Kind::Shaft | Kind::Element(_) | Kind::Signal | Kind::Output | Kind::Text => text(),
+        Kind::Name | Kind::Node => json!({ "type": "string", "pattern": NAME }),
+        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Quantity(..) => json!({ "type": "string", "pattern": QUANTITY }),
+        Kind::Number(_) | Kind::AnyQuantity => scalar(),
+        Kind::Shafts(count) => {
+            let mut list = json!({ "type": "array", "items": text(), "uniqueItems": true, "minItems": count.max(&1) });
+            if *count > 0 {
+                list["maxItems"] = json!(count);
+            }
+            list
+        }
+        Kind::Elements(_) => json!({ "type": "array", "items": text(), "uniqueItems": true, "minItems": 1 }),
+        Kind::Signals | Kind::Outputs | Kind::Words => json!({ "type": "array", "items": text(), "uniqueItems": true }),
+        Kind::Poles => json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string"] } }),
+        Kind::Coefficients => {
+            let mut table = by_name(scalar());
+            table["minProperties"] = json!(1);
+            table
+        }
+        Kind::Overrides => by_name(scalar()),
+        Kind::Lists => by_name(json!({ "anyOf": [scalar(), { "type": "array", "items": scalar() }] })),
+        Kind::Tables(fields) => several(table(fields, "")),
+        Kind::Table(fields) => table(fields, ""),
+    }
+}
