@@ -557,7 +557,7 @@ pub struct Placement {
 /// The outcome of one search.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PlacementSearch {
-    /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
+    /// `2 of the 5 places are needed: 3 of the 10 possible sets of 2 are enough (all were tried)`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
     pub exhaustive: bool,
