@@ -5,6 +5,7 @@
 mod builder;
 mod document;
 mod manual;
+mod mechanism;
 mod parameters;
 pub mod parse;
 mod reading;

@@ -7,6 +7,7 @@ mod exploration;
 mod extremes;
 mod identification;
 mod margins;
+mod mechanism;
 mod passage;
 mod robustness;
 pub(crate) mod serial;
@@ -23,6 +24,7 @@ pub use exploration::*;
 pub use extremes::*;
 pub use identification::*;
 pub use margins::*;
+pub use mechanism::*;
 pub use passage::*;
 pub use robustness::*;
 pub use verdict::*;
@@ -432,6 +434,8 @@ pub struct ModelSummary {
     pub description: String,
     /// Every element.
     pub elements: Vec<ElementSummary>,
+    /// Who is joined to whom.
+    pub mechanism: Mechanism,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
     /// The reduced matrices at the initial position.
