@@ -2,6 +2,7 @@
 
 use super::curves::{ON_DARK, ON_WHITE};
 use super::model::{Alert, Block, Body, Cell, Chart, Matrix, Page, Picture, Section, Tone};
+use super::prose::{Piece, pieces};
 use super::text::{escape as escaped, powers};
 use kardan::results::Verdict;
 
@@ -42,10 +43,10 @@ pub(super) fn html(page: &Page) -> String {
     };
     let paragraphs = page.description.split("\n\n").filter(|paragraph| !paragraph.trim().is_empty());
     let description: String =
-        paragraphs.map(|text| format!("<p class=\"description\">{}</p>\n", escape(text.trim()))).collect();
+        paragraphs.map(|text| format!("<p class=\"description\">{}</p>\n", prose(text.trim()))).collect();
     let verdict = page.verdict.as_ref().map_or(String::new(), |verdict| {
         let class = if verdict.sound { "good" } else { "bad" };
-        format!("<p class=\"verdict {class}\">{}</p>\n", escape(&verdict.text))
+        format!("<p class=\"verdict {class}\">{}</p>\n", prose(&verdict.text))
     });
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -74,9 +75,19 @@ fn escape(text: &str) -> String {
     escaped(&powers(text))
 }
 
+/// The same with what stands between backticks as code, and long fractions as decimals with what they stand for.
+fn prose(text: &str) -> String {
+    let written = |piece: &Piece| match piece {
+        Piece::Plain(text) => escape(text),
+        Piece::Code(text) => format!("<code>{}</code>", escaped(text)),
+        Piece::Fraction(exact, decimals) => format!("<abbr title=\"{exact}\">{decimals}</abbr>"),
+    };
+    pieces(text).iter().map(written).collect()
+}
+
 /// A box that nobody overlooks.
 fn alert(alert: &Alert) -> String {
-    let (kind, text) = (escape(&alert.kind), escape(&alert.text));
+    let (kind, text) = (escape(&alert.kind), prose(&alert.text));
     format!("<div class=\"failure\" role=\"alert\"><strong>{kind}:</strong> {text}</div>\n")
 }
 
@@ -123,18 +134,18 @@ fn block(block: &Block, level: usize) -> String {
                 Tone::Good => " class=\"good\"",
                 Tone::Bad => " class=\"bad\"",
             };
-            format!("<p{class}>{}</p>\n", escape(text))
+            format!("<p{class}>{}</p>\n", prose(text))
         }
         Block::Verdict(Verdict { sound, text }) => {
-            format!("<p class=\"{}\">{}</p>\n", if *sound { "good" } else { "bad" }, escape(text))
+            format!("<p class=\"{}\">{}</p>\n", if *sound { "good" } else { "bad" }, prose(text))
         }
         Block::Alert(one) => alert(one),
         Block::List(texts) => {
-            let items: String = texts.iter().map(|text| format!("<li>{}</li>\n", escape(text))).collect();
+            let items: String = texts.iter().map(|text| format!("<li>{}</li>\n", prose(text))).collect();
             format!("<ul>\n{items}</ul>\n")
         }
         Block::Names(what, names) => {
-            let codes: Vec<String> = names.iter().map(|name| format!("<code>{}</code>", escape(name))).collect();
+            let codes: Vec<String> = names.iter().map(|name| format!("<code>{}</code>", prose(name))).collect();
             let codes = if codes.is_empty() { "none".into() } else { codes.join(", ") };
             format!("<p>{} ({}): {codes}</p>\n", escape(what), names.len())
         }
@@ -149,10 +160,10 @@ fn block(block: &Block, level: usize) -> String {
         Block::Chart(one) => chart(one, level),
         Block::Part(Section { anchor, title, body }) => {
             let id = if anchor.is_empty() { String::new() } else { format!(" id=\"{}\"", escape(anchor)) };
-            format!("<h{level}{id}>{}</h{level}>\n{}", escape(title), inner(body))
+            format!("<h{level}{id}>{}</h{level}>\n{}", prose(title), inner(body))
         }
         Block::Fold(title, body) => {
-            format!("<details><summary>{}</summary>\n{}</details>\n", escape(title), inner(body))
+            format!("<details><summary>{}</summary>\n{}</details>\n", prose(title), inner(body))
         }
         Block::Detail(body) => blocks(&body.0, level),
     }
@@ -185,14 +196,14 @@ fn table<'a>(columns: &[String], rows: impl Iterator<Item = &'a Vec<Cell>>) -> S
 fn cell(cell: &Cell, number: bool, first: bool) -> String {
     let class = if number { " class=\"number\"" } else { "" };
     match cell {
-        Cell::Text(text) if first && !number => format!("<th scope=\"row\">{}</th>", escape(text)),
-        Cell::Text(text) => format!("<td{class}>{}</td>", escape(text)),
-        Cell::Code(text) => format!("<td><code>{}</code></td>", escape(text)),
+        Cell::Text(text) if first && !number => format!("<th scope=\"row\">{}</th>", prose(text)),
+        Cell::Text(text) => format!("<td{class}>{}</td>", prose(text)),
+        Cell::Code(text) => format!("<td><code>{}</code></td>", prose(text)),
         Cell::Mark(good, word) => {
             let (class, sign) = if *good { ("good", "✓") } else { ("bad", "✗") };
-            format!("<td><span class=\"{class}\">{sign} {}</span></td>", escape(word))
+            format!("<td><span class=\"{class}\">{sign} {}</span></td>", prose(word))
         }
-        Cell::Span(text, rows) => format!("<th scope=\"rowgroup\" rowspan=\"{rows}\">{}</th>", escape(text)),
+        Cell::Span(text, rows) => format!("<th scope=\"rowgroup\" rowspan=\"{rows}\">{}</th>", prose(text)),
         Cell::Under => String::new(),
         Cell::Entry(entry) => {
             let (text, rounded) = entry.written(DIGITS);
@@ -251,7 +262,7 @@ fn figure(picture: &Picture, level: usize) -> String {
 fn chart(chart: &Chart, level: usize) -> String {
     let Chart { anchor, title, index, svg, caption } = chart;
     let caption =
-        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", escape(caption)) };
+        if caption.is_empty() { String::new() } else { format!("<figcaption>{}</figcaption>\n", prose(caption)) };
     format!(
         "<figure id=\"plot-{anchor}\">\n<h{level}>{title}</h{level}>\n<div class=\"tools\" data-plot=\"{index}\"></div>\n\
          <div class=\"chart\" data-plot=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\

@@ -21,6 +21,7 @@ mod markdown;
 pub mod model;
 mod pareto;
 mod present;
+mod prose;
 mod svg;
 mod terminal;
 mod text;

@@ -1,6 +1,7 @@
 //! A page as Markdown, with the tables of GitHub.
 
 use super::model::{Alert, Block, Body, Cell, Chart, Page, Section, Table, Tone};
+use super::prose::{Piece, pieces, rounded};
 
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 40;
@@ -111,14 +112,27 @@ fn cell(cell: &Cell) -> String {
 
 /// A name or a formula as it is; a vertical line would end the cell of a table.
 fn code(text: &str) -> String {
-    let text: String = text.chars().filter(|&c| c != '`').map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let text: String =
+        rounded(text).chars().filter(|&c| c != '`').map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.trim().is_empty() { String::new() } else { format!("`{}`", text.replace('|', "\\|")) }
 }
 
-/// The text on one line, with everything that Markdown would interpret behind a backslash.
+/// The text on one line: what stands between backticks as code, long fractions as decimals, and everything else that Markdown
+/// would interpret behind a backslash.
 fn escape(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut out = String::with_capacity(text.len());
+    for piece in pieces(&text) {
+        match piece {
+            Piece::Plain(text) => plain(text, &mut out),
+            Piece::Code(text) => out += &code(text),
+            Piece::Fraction(_, decimals) => out += &decimals,
+        }
+    }
+    out
+}
+
+fn plain(text: &str, out: &mut String) {
     let mut before = ' ';
     let mut rest = text.chars().peekable();
     while let Some(c) = rest.next() {
@@ -133,5 +147,4 @@ fn escape(text: &str) -> String {
         }
         before = c;
     }
-    out
 }

@@ -164,7 +164,7 @@ pub struct Chart {
 }
 
 /// Longer fractions are shown as numbers.
-const FRACTION: usize = 12;
+pub(super) const FRACTION: usize = 12;
 
 impl Entry {
     /// The fraction where it is short, else a number of so many digits; with it whether a fraction was rounded.

@@ -1,6 +1,7 @@
 //! A page as text in 100 columns.
 
 use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
+use super::prose::rounded;
 
 const WIDTH: usize = 100;
 /// A matrix with more rows or columns is not shown.
@@ -77,7 +78,7 @@ fn blocks(out: &mut String, body: &Body) {
 
 /// A paragraph, wrapped and indented.
 fn sentence(out: &mut String, text: &str) {
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = rounded(&text.split_whitespace().collect::<Vec<_>>().join(" "));
     let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("    ");
     *out += &textwrap::fill(&text, options);
     out.push('\n');
@@ -92,7 +93,7 @@ fn more(out: &mut String, all: usize, shown: usize) {
 
 fn cell(cell: &Cell) -> String {
     match cell {
-        Cell::Text(text) | Cell::Code(text) | Cell::Span(text, _) | Cell::Mark(true, text) => text.clone(),
+        Cell::Text(text) | Cell::Code(text) | Cell::Span(text, _) | Cell::Mark(true, text) => rounded(text),
         // Units have no other case.
         Cell::Mark(false, text) if text.contains(|c: char| c.is_ascii_digit()) => format!("{text} (!)"),
         Cell::Mark(false, text) => text.to_uppercase(),

@@ -98,7 +98,7 @@ pub fn class(class: &Class) -> String {
             match class
                 .assumptions
                 .iter()
-                .any(|assumption| !assumption.holds && !assumption.statement.ends_with("(4.27)"))
+                .any(|assumption| !assumption.holds && !assumption.statement.starts_with("the inertia matrix"))
             {
                 true => " The analysis is that of the linearised model.",
                 false => "",
@@ -244,36 +244,41 @@ pub fn rank(rank: usize, states: usize, decided: bool) -> String {
     }
 }
 
-/// Why the least number is what it is; `what` is `input` or `output`.
-pub fn least(what: &str, number: usize, proof: Option<&Count>, structure: &Structure) -> String {
-    let plural = if number == 1 { what.to_owned() } else { format!("{what}s") };
-    let mut text = format!("{number} {plural}");
-    let Some(proof) = proof else { return text + "." };
-    let matrix = if what == "input" { "a controllability" } else { "an observability" };
-    let order = proof.minor.columns.len();
+/// How many are needed, in one sentence; `what` is `input` or `output`.
+pub fn least(what: &str, number: usize, proof: Option<&Count>) -> String {
+    let some = if number == 1 { format!("1 {what} is") } else { format!("{number} {what}s are") };
+    match proof {
+        None => format!("{some} needed and enough; this is not proven (see the certificate)."),
+        Some(_) if number == 1 => format!("{some} enough: proven."),
+        Some(proof) if proof.common_factor.is_empty() && proof.rows.is_empty() => format!("{some} enough: proven."),
+        Some(_) => format!("{some} enough, and fewer are not: proven."),
+    }
+}
+
+/// Why the least number is what it is; empty where there is no proof.
+pub fn why_least(what: &str, number: usize, proof: Option<&Count>) -> Vec<String> {
+    let Some(proof) = proof else { return Vec::new() };
+    let (matrix, line) = if what == "input" { ("a controllability", "column") } else { ("an observability", "row") };
+    let (order, plural) = (proof.minor.columns.len(), if number == 1 { "" } else { "s" });
+    let mut said = Vec::new();
     if order > 0 {
-        text += &format!(
-            ": enough, because some {what} matrix of whole numbers with {number} {} gives {matrix} matrix with a \
-             minor of order {order} that does not vanish modulo {}",
-            match (what, number) {
-                ("input", 1) => "column",
-                ("input", _) => "columns",
-                (_, 1) => "row",
-                _ => "rows",
-            },
+        said.push(format!(
+            "{number} {what}{plural} can do it: some {what} matrix of whole numbers with {number} {line}{plural} gives {matrix} \
+             matrix with a minor of order {order} that does not vanish modulo the prime {}; so it does not vanish.",
             proof.minor.prime
-        );
+        ));
     }
     if number > 1 && !proof.common_factor.is_empty() {
-        text += &format!(
-            "; fewer are not, because each root of {} has {number} independent eigenvectors",
+        said.push(format!(
+            "Fewer {what}s cannot: each root of {} has {number} independent eigenvectors, and each needs an {what} of its own.",
             polynomial(&proof.common_factor)
-        );
-    } else if number == 1 && !structure.states.is_empty() {
-        let none = if what == "input" { "without an input nothing is reached" } else { "without one nothing is seen" };
-        text += &format!("; {none}");
+        ));
+    } else if number == 1 {
+        let none =
+            if what == "input" { "Without an input nothing is reached." } else { "Without an output nothing is seen." };
+        said.push(none.into());
     }
-    text + "."
+    said
 }
 
 /// The constructed input matrix column by column, and why each part of it is there.
@@ -428,7 +433,8 @@ pub fn certificate(certificate: &Certificate) -> String {
         "Every answer is proven over the rationals.".into()
     } else {
         format!(
-            "Computed modulo primes drawn at random; an answer is wrong with a probability of at most {}.",
+            "What is not called proven was computed modulo primes drawn at random: the probability that any of it is wrong is at \
+             most {}. `kardan analyze --certify` proves it.",
             number(certificate.failure_probability)
         )
     }

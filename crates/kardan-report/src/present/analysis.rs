@@ -240,15 +240,24 @@ fn least(structure: &Structure) -> Body {
         "" => String::new(),
         kind => format!("Case of the theorems: {kind}."),
     };
+    let (inputs, outputs) = (certificate.inputs.as_ref(), certificate.outputs.as_ref());
+    let why = words::why_least("input", structure.min_inputs, inputs);
+    let why = Body::default().list(why.into_iter().chain(words::why_least("output", structure.min_outputs, outputs)));
     let mut built = structure.construction.as_ref().map(words::construction).unwrap_or_default().into_iter();
-    Body::default()
+    let body = Body::default()
         .hint(kind)
         .list([
-            words::least("input", structure.min_inputs, certificate.inputs.as_ref(), structure),
-            words::least("output", structure.min_outputs, certificate.outputs.as_ref(), structure),
+            words::least("input", structure.min_inputs, inputs),
+            words::least("output", structure.min_outputs, outputs),
         ])
-        .say(built.next().unwrap_or_default())
+        .say(built.next().unwrap_or_default());
+    proof(body, certificate.proven, Body::default().fold("Why these numbers", why))
         .fold("How these inputs were built", Body::default().list(built))
+}
+
+/// A proof is folded away, and where there is little room shown only if it was asked for.
+fn proof(body: Body, asked: bool, proof: Body) -> Body {
+    if asked { body.and(proof) } else { body.detail(proof) }
 }
 
 fn placement(analysis: &Analysis) -> Body {
@@ -372,9 +381,10 @@ fn certificate(structure: &Structure) -> Body {
     let primes: Vec<String> = certificate.primes.iter().map(u64::to_string).collect();
     let primes = if primes.is_empty() { String::new() } else { format!("Primes: {}", words::list(&primes, 12)) };
     let hint = "The exported data hold the certificate itself, for a check by another program.";
-    Body::default()
-        .say(words::certificate(certificate))
-        .list(certificate.statements.iter().cloned())
-        .detail(Body::default().hint(primes))
-        .hint(hint)
+    let statements = Body::default().list(certificate.statements.iter().cloned()).detail(Body::default().hint(primes));
+    proof(
+        Body::default().say(words::certificate(certificate)),
+        certificate.proven,
+        Body::default().fold("Each statement and how it was decided", statements.hint(hint)),
+    )
 }

@@ -60,13 +60,16 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
 /// What the inputs reach and the outputs show.
 fn structure(structure: &Structure) -> String {
     let states = structure.states.len();
-    let part = |holds: bool, what: &str, rank: usize, names: &[String]| {
-        let names = if names.is_empty() { "nothing".into() } else { words::list(names, 4) };
-        if holds { format!("{what} {names}") } else { format!("NOT {what} {names} (rank {rank} of {states})") }
+    let part = |holds: bool, what: &str, rank: usize, names: &[String], none: &str| match (holds, names) {
+        (_, []) => none.to_owned(),
+        (true, names) => format!("{what} {}", words::list(names, 4)),
+        (false, names) => format!("NOT {what} {} (rank {rank} of {states})", words::list(names, 4)),
     };
-    let controllable =
-        part(structure.controllable(), "controllable by", structure.controllable_rank, &structure.inputs);
-    let observable = part(structure.observable(), "observable from", structure.observable_rank, &structure.outputs);
+    let Structure { inputs, outputs, controllable_rank, observable_rank, .. } = structure;
+    let none = "without inputs, so nothing in it can be controlled";
+    let controllable = part(structure.controllable(), "controllable by", *controllable_rank, inputs, none);
+    let none = "without outputs, so nothing in it can be observed";
+    let observable = part(structure.observable(), "observable from", *observable_rank, outputs, none);
     format!("structure: {controllable}; {observable}")
 }
 

@@ -126,6 +126,7 @@ pub fn train() -> Analysis {
     };
     Analysis {
         unfinished: None,
+        mechanism: Default::default(),
         name: "train".into(),
         elimination: Some(Elimination {
             motions: 1,
@@ -468,6 +469,7 @@ pub fn decoupled_steering() -> Design {
     };
     let zero = Pole::new(-93.636_363_636_363_6, 948.853_587_154);
     Design {
+        mechanism: Default::default(),
         unfinished: None,
         model: "sia-steering".into(),
         description: "Car steering with a harmonic drive in differential mode.".into(),

@@ -68,6 +68,7 @@ fn hostile() -> Study {
     };
     Study {
         model: ModelSummary {
+            mechanism: Default::default(),
             name: HOSTILE.into(),
             description: HOSTILE.into(),
             elements: vec![ElementSummary {

@@ -18,9 +18,12 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
     let mut kinematics = Kinematics::new(reduced);
     kinematics.update(position, &vec![0.0; reduced.degrees_of_freedom()]);
     let assumptions = vec![
-        assumption("the inertia matrix is constant, symmetric and positive definite (4.27)", massless(equations)),
         assumption(
-            "the potential energy is a quadratic form, positive semidefinite (4.28)",
+            "the inertia matrix is constant, symmetric and positive definite (source, eq. 4.27)",
+            massless(equations),
+        ),
+        assumption(
+            "the potential energy is a quadratic form, positive semidefinite (source, eq. 4.28)",
             equations
                 .springs
                 .iter()
@@ -31,10 +34,10 @@ pub fn class(reduced: &Reduced, position: &[f64], stuck: &BTreeSet<String>) -> C
                 })
                 .collect(),
         ),
-        assumption("the damping is linear in the speeds and passive (4.29)", lossy(equations)),
-        assumption("the input matrix is constant (4.30)", Vec::new()),
+        assumption("the damping is linear in the speeds and passive (source, eq. 4.29)", lossy(equations)),
+        assumption("the input matrix is constant (source, eq. 4.30)", Vec::new()),
         assumption(
-            "the constraints are holonomic, scleronomic and linear with constant coefficients (4.31)",
+            "the constraints are holonomic, scleronomic and linear with constant coefficients (source, eq. 4.31)",
             equations
                 .constraints
                 .iter()

@@ -156,19 +156,17 @@ fn smallest_sets(
 
 /// What a search through all sets says.
 fn exhausted(found: usize, size: usize, places: usize) -> String {
-    let enough = if found == 1 { "is" } else { "are" };
-    match (size, places) {
-        (1, 1) => "the only place is enough".into(),
-        (1, _) => format!("each of the {places} places was tried alone: {found} {enough} enough"),
-        (_, _) if size == places => format!("only all {places} places together are enough"),
-        _ if found == binomial(places, size) => {
-            format!(
-                "all {found} sets of {size} of the {places} places were tried: each is enough, and no smaller set is"
-            )
+    let (all, enough) = (binomial(places, size), if found == 1 { "is" } else { "are" });
+    match size {
+        1 if places == 1 => "the only place is enough".into(),
+        1 if found == all => format!("any one of the {places} places is enough (each was tried alone)"),
+        1 => format!("one place is enough: {found} of the {places} places {enough}, each tried alone"),
+        _ if size == places => format!("all {places} places are needed: no smaller set of them is enough"),
+        _ if found == all => {
+            format!("{size} of the {places} places are needed: any {size} will do (all {all} sets were tried)")
         }
         _ => format!(
-            "all {} sets of {size} of the {places} places were tried: {found} {enough} enough, and no smaller set is",
-            binomial(places, size)
+            "{size} of the {places} places are needed: {found} of the {all} possible sets of {size} {enough} enough (all were tried)"
         ),
     }
 }
@@ -274,7 +272,10 @@ mod tests {
         assert_eq!(sets.len(), 2);
         assert!(sets.contains(&"first+others".to_string()) && sets.contains(&"first+weak".to_string()));
         assert!(found.exhaustive && found.sets[0].score >= found.sets[1].score && found.sets[1].score > 0.0);
-        assert_eq!(found.method, "all 3 sets of 2 of the 3 places were tried: 2 are enough, and no smaller set is");
+        assert_eq!(
+            found.method,
+            "2 of the 3 places are needed: 2 of the 3 possible sets of 2 are enough (all were tried)"
+        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -30,6 +31,7 @@ pub const CAPACITOR: Element = Element {
            +      v     -",
     signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
             of `to`. `<name>.q` is the charge that has gone through: with `initial_voltage` the plates hold C v0 more.",
+    symbol: Symbol::Capacitor,
     fields: Capacitor::FIELDS,
     example: "\
 [capacitor.buffer]

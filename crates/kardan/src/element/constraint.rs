@@ -1,5 +1,6 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -22,6 +23,7 @@ pub const CONSTRAINT: Element = Element {
     sketch: r"
     a1 q1 + a2 q2 + ... = offset",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is a_k times it.",
+    symbol: Symbol::Relation,
     fields: Constraint::FIELDS,
     example: "\
 [constraint.belt]

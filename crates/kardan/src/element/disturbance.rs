@@ -1,5 +1,6 @@
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
@@ -20,6 +21,7 @@ pub const DISTURBANCE: Element = Element {
     sketch: r"
     road --> tau on shaft",
     signs: "Positive in the sense of the shaft's angle; the signal carries the element's own name.",
+    symbol: Symbol::Torque,
     fields: Disturbance::FIELDS,
     example: "\
 [disturbance.T_dist]

@@ -1,5 +1,6 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
@@ -28,6 +29,7 @@ pub const GEAR: Element = Element {
     shaft_2 ====[ ]",
     signs: "A ratio above zero means that both shafts turn the same way; an external spur pair has a negative ratio. \
             `<name>.tau` acts on shaft_1, and -i times it on shaft_2.",
+    symbol: Symbol::Gear,
     fields: Gear::FIELDS,
     example: "\
 [gear.reduction]

@@ -1,6 +1,7 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::{Dimension, Exact};
 
@@ -38,6 +39,7 @@ pub const HARMONIC_DRIVE: Element = Element {
     signs: "With the circular spline held, the flexspline turns 1/i times as fast as the wave generator, backwards; \
             `<name>.tau` is the constraint torque on the wave generator (with a `stiffness` that of the spring), and -(i+1) and i \
             times it act on cs and fs.",
+    symbol: Symbol::StrainWaveGear,
     fields: HarmonicDrive::FIELDS,
     example: "\
 [harmonic_drive.hd]

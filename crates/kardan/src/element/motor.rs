@@ -1,5 +1,6 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{self, Direction, InputKind, Ripple, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -34,6 +35,7 @@ pub const MOTOR: Element = Element {
     command -->[ limit ]-->[ rate ]-->[ 1/(lag s + 1) ]--> tau (+ ripple) on shaft",
     signs: "`<name>.tau` is the torque on the shaft after limits and lag (the opposite torque acts on `reaction` if \
             it is given); `<name>.command` is what was asked for.",
+    symbol: Symbol::Motor,
     fields: Motor::FIELDS,
     example: "\
 [motor.wg_motor]

@@ -1,5 +1,6 @@
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -25,6 +26,7 @@ pub const PLANETARY: Element = Element {
     carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
     sun   s ======[     ]",
     signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it.",
+    symbol: Symbol::PlanetaryGear,
     fields: Planetary::FIELDS,
     example: "\
 [planetary.split]

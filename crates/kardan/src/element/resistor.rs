@@ -1,6 +1,7 @@
 use super::shared::branch::{FROM, TO, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -28,6 +29,7 @@ pub const RESISTOR: Element = Element {
            +      v     -",
     signs: "`<name>.q` and `<name>.i` count positive from `from` to `to`; `<name>.v` is the potential of `from` less that \
             of `to`.",
+    symbol: Symbol::Resistor,
     fields: Resistor::FIELDS,
     example: "\
 [resistor.load]

@@ -2,6 +2,7 @@ use std::f64::consts::TAU;
 
 use super::{Element, Mistake, Values};
 use crate::equations::{self, Measured, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -41,6 +42,7 @@ pub const SENSOR: Element = Element {
     sketch: r"
     quantity --(+ noise)-->[ resolution ]-->[ sample and hold ]--> reading",
     signs: "The reading `<name>.phi`, `<name>.w` or `<name>.tau` has the sign of what it measures.",
+    symbol: Symbol::Sensor,
     fields: Sensor::FIELDS,
     example: "\
 [sensor.wg_encoder]

@@ -1,6 +1,7 @@
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -33,6 +34,7 @@ pub const SHAFT: Element = Element {
              d | c
             -------  housing",
     signs: "Angle, speed and torque of a shaft count positive in one common sense, chosen once for the whole model.",
+    symbol: Symbol::Shaft,
     fields: Shaft::FIELDS,
     example: "\
 [shaft.fs]

@@ -1,6 +1,7 @@
 use super::shared::losses::{BREAKAWAY, STRIBECK_SPEED, check_losses, losses};
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -34,6 +35,7 @@ pub const SPRING_DAMPER: Element = Element {
             ===[ c ]====",
     signs: "The twist is q1 - q2 - rest; `<name>.tau` = s twist + d (w1 - w2) is the torque that tries to turn \
             shaft_2 forward and shaft_1 back.",
+    symbol: Symbol::SpringDamper,
     fields: SpringDamper::FIELDS,
     example: "\
 [spring_damper.torsion_bar]

@@ -1,6 +1,7 @@
 use super::shared::branch::{branch, check_ends};
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Exact;
 
@@ -33,6 +34,7 @@ pub const TRANSFORMER: Element = Element {
     signs: "Both currents count positive into the dotted ends `from_1` and `from_2`, both voltages from there to `to_1` and \
             `to_2`: `<name>.1.i`, `<name>.1.v` and `<name>.2.i`, `<name>.2.v`. It has no inductance of its own and \
             transforms direct current too; put an inductor beside winding 1 for the magnetising current.",
+    symbol: Symbol::Transformer,
     fields: Transformer::FIELDS,
     example: "\
 [transformer.step_down]

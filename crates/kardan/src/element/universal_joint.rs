@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
 
@@ -35,6 +36,7 @@ pub const UNIVERSAL_JOINT: Element = Element {
                      \ shaft_2",
     signs: "Both shafts turn the same way and agree at every quarter turn (for phase 0); `<name>.tau` is the \
             constraint torque on shaft_1.",
+    symbol: Symbol::UniversalJoint,
     fields: UniversalJoint::FIELDS,
     example: "\
 [universal_joint.cardan]

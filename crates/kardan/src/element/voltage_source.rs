@@ -1,6 +1,7 @@
 use super::shared::branch::{FROM, branch, check_branch};
 use super::{Element, Values};
 use crate::equations::{Direction, InputKind, Motor, Term};
+use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, keys};
 
 keys! {
@@ -25,6 +26,7 @@ pub const VOLTAGE_SOURCE: Element = Element {
                          i >0",
     signs: "`<name>.v` is the potential of `to` less that of `from`, zero until an event sets it; `<name>.i` leaves at `to`, \
             so that v i is the power that the source gives.",
+    symbol: Symbol::Source,
     fields: VoltageSource::FIELDS,
     example: "\
 [voltage_source.supply]

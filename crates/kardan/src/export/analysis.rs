@@ -7,7 +7,7 @@ use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Elimination, Factor, FailingMode,
-    Mode, Placement, Sensitivity, Zeros,
+    Mechanism, Mode, Placement, Sensitivity, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -18,6 +18,8 @@ pub(super) struct AnalysisView<'a> {
     name: &'a str,
     /// From the file.
     description: &'a str,
+    /// Its parts, and who is joined to whom; none of a plain state-space input.
+    mechanism: &'a Mechanism,
     /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
     class: Option<&'a Class>,
     /// Names of the reduced coordinates.
@@ -193,6 +195,7 @@ impl<'a> AnalysisView<'a> {
         Self {
             name: &analysis.name,
             description: &analysis.description,
+            mechanism: &analysis.mechanism,
             class: analysis.class.as_ref(),
             coordinates: &analysis.coordinates,
             elimination: analysis.elimination.as_ref(),

@@ -10,8 +10,8 @@ use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
-    Effort, Energy, Event, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, StrainView, Study,
-    extremes,
+    Effort, Energy, Event, Mechanism, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, StrainView,
+    Study, extremes,
 };
 
 /// The files that were written for a study.
@@ -33,6 +33,8 @@ pub struct Files {
 pub(super) struct StudyView<'a> {
     /// Name of the model.
     model: &'a str,
+    /// Its parts, and who is joined to whom.
+    mechanism: &'a Mechanism,
     /// One run for each variant, in the order of the file.
     variants: Vec<RunView<'a>>,
     /// Path of the report; `null` if none was written.
@@ -164,6 +166,7 @@ pub fn json(study: &Study, files: &Files) -> String {
     let problem = || Problem { message: files.unwritten.join("; "), diagnostics: Vec::new() };
     printed(StudyView {
         model: &study.model.name,
+        mechanism: &study.model.mechanism,
         variants: study
             .runs
             .iter()

@@ -7,6 +7,7 @@ mod builder;
 mod document;
 mod json_schema;
 mod manual;
+mod mechanism;
 mod parameters;
 pub mod parse;
 mod reading;

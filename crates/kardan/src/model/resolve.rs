@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::document::{Control, Document, Instance, Setting};
+use super::mechanism::part;
 use super::table_reader::{TableReader, words};
 use super::tables::Header;
 use super::tolerance::Tolerance;
@@ -10,7 +11,7 @@ use crate::diagnostics::{Diagnostic, quoted};
 use crate::element::Values;
 use crate::entries::Place;
 use crate::equations::{Measured, NamedTerm, Term};
-use crate::results::{ElementSummary, ParameterValue};
+use crate::results::{ElementSummary, Mechanism, ParameterValue};
 use crate::schema::{Field, Keys, Kind};
 use crate::synthesis::LawKind;
 use crate::units::Dimension;
@@ -43,6 +44,8 @@ pub struct Model {
     pub terms: Vec<NamedTerm>,
     /// Each element, for display.
     pub elements: Vec<ElementSummary>,
+    /// Each element with its ends, in the order of the file.
+    pub mechanism: Mechanism,
     /// Reduced coordinates, if the file names them.
     pub coordinates: Option<Vec<String>>,
     /// Controllers in the loop.
@@ -70,17 +73,20 @@ impl Document {
         let reader = TableReader::new(self, settings);
         let header = reader.values(Header::FIELDS, &self.model, "`[model]`", &mut out);
         let (mut terms, mut elements, mut doubtful) = (Vec::new(), Vec::new(), BTreeSet::new());
+        let mut mechanism = Mechanism::default();
         for instance in &self.elements {
             let (values, sound) = element_values(instance, &reader, &mut out);
             if !sound {
                 doubtful.insert(instance.name.clone());
             }
             let own = (instance.kind.terms)(&instance.name, &values);
+            let described = describe(instance, &values);
+            mechanism.parts.push(part(instance, &values, &own, &described));
             terms.extend(own.into_iter().map(|term| NamedTerm { element: instance.name.clone(), term }));
             elements.push(ElementSummary {
                 kind: instance.kind.keyword.to_string(),
                 name: instance.name.clone(),
-                values: describe(instance, &values),
+                values: described,
             });
         }
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
@@ -98,6 +104,7 @@ impl Document {
             all_coordinates,
             terms,
             elements,
+            mechanism,
             coordinates: header.words("coordinates").map(<[String]>::to_vec),
             controls: self.active_controls(&active, &reader, &mut out),
             // What is wrong with an idle controller is told where it is active.

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::{Complex, Definition, Interval, NamedMatrix, Pole, serial::by_name};
+use super::{Complex, Definition, Interval, Mechanism, NamedMatrix, Pole, serial::by_name};
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
@@ -16,6 +16,8 @@ pub struct Analysis {
     pub name: String,
     /// From the file.
     pub description: String,
+    /// Its parts, and who is joined to whom; none of a plain state-space input.
+    pub mechanism: Mechanism,
     /// Whether the model is a constant linear constrained mechanical system, and where it was linearised if not.
     pub class: Option<Class>,
     /// Names of the reduced coordinates.
@@ -557,7 +559,7 @@ pub struct Placement {
 /// The outcome of one search.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct PlacementSearch {
-    /// `all 10 sets of 2 of the 5 places were tried: 3 are enough, and no smaller set is`, or `bounded search …`.
+    /// `2 of the 5 places are needed: 3 of the 10 possible sets of 2 are enough (all were tried)`, or `bounded search …`.
     pub method: String,
     /// Whether every set was tried.
     pub exhaustive: bool,

@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::serial::{self, by_name};
 use super::{
-    Complex, Definition, ElementShare, Exploration, LawSummary, Margins, NamedMatrix, Passage, Pole, Robustness,
-    ScenarioStrain, ShapePart, StrainView,
+    Complex, Definition, ElementShare, Exploration, LawSummary, Margins, Mechanism, NamedMatrix, Passage, Pole,
+    Robustness, ScenarioStrain, ShapePart, StrainView,
 };
 use crate::names::Quantity;
 
@@ -39,6 +39,9 @@ pub struct Design {
     pub model: String,
     /// From the file.
     pub description: String,
+    /// Parts of the model, and who is joined to whom.
+    #[serde(skip)]
+    pub mechanism: Mechanism,
     /// Variant that it was designed for; the model's name if there are none.
     pub variant: String,
     /// Name of the controller in the file; `design` for one asked for on the command line.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::verdict::{counted, early};
-use super::{Interval, Span, Verdict, serial};
+use super::{Interval, Mechanism, Span, Verdict, serial};
 
 /// Parameters found in measured logs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
@@ -15,6 +15,9 @@ pub struct Identification {
     /// From the file.
     #[serde(skip)]
     pub description: String,
+    /// Parts of the model, and who is joined to whom.
+    #[serde(skip)]
+    pub mechanism: Mechanism,
     /// `steady` or `dynamic`.
     pub method: String,
     /// Width of the windows, s.

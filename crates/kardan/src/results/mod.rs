@@ -7,6 +7,7 @@ mod exploration;
 mod extremes;
 mod identification;
 mod margins;
+mod mechanism;
 mod passage;
 mod reference;
 mod robustness;
@@ -24,6 +25,7 @@ pub use exploration::*;
 pub use extremes::*;
 pub use identification::*;
 pub use margins::*;
+pub use mechanism::*;
 pub use passage::*;
 pub use reference::*;
 pub use robustness::*;
@@ -434,6 +436,8 @@ pub struct ModelSummary {
     pub description: String,
     /// Every element.
     pub elements: Vec<ElementSummary>,
+    /// Who is joined to whom.
+    pub mechanism: Mechanism,
     /// Shafts chosen as reduced coordinates.
     pub coordinates: Vec<String>,
     /// The reduced matrices at the initial position.

@@ -98,6 +98,7 @@ pub(super) fn analyze_variant(
     let mut analysis = Analysis {
         name: prepared.name.clone(),
         description: prepared.description.clone(),
+        mechanism: variant.model.mechanism.clone(),
         class: Some(class(reduced, position, stuck)),
         coordinates: names,
         elimination,

@@ -344,6 +344,7 @@ fn described(description: &str, variant: &PreparedVariant, number: usize) -> Des
     let control = &variant.model.controls[number];
     let mut design = variant.designed[number].describe();
     design.model.clone_from(&variant.model.name);
+    design.mechanism.clone_from(&variant.model.mechanism);
     design.description = description.into();
     design.variant.clone_from(&variant.name);
     let others = variant.model.controls.iter().enumerate().filter(|(k, _)| *k != number);

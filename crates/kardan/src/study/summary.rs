@@ -36,6 +36,7 @@ pub(super) fn summarise(prepared: &Prepared, variant: &PreparedVariant) -> Model
         name: prepared.name.clone(),
         description: prepared.description.clone(),
         elements: variant.model.elements.clone(),
+        mechanism: variant.model.mechanism.clone(),
         coordinates: linear.coordinates.clone(),
         matrices: vec![
             matrix(&format!("reduced {}", inertia.0), inertia.1, &linear.coordinates, &linear.inertia),

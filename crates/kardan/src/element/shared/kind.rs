@@ -2,6 +2,7 @@
 
 use super::values::Values;
 use crate::equations::Term;
+use crate::results::Symbol;
 use crate::schema::{Field, Kind};
 
 /// The description of a kind of element.
@@ -15,6 +16,8 @@ pub struct Element {
     pub sketch: &'static str,
     /// The sign convention in one sentence.
     pub signs: &'static str,
+    /// How it is drawn.
+    pub symbol: Symbol,
     /// Its keys.
     pub fields: &'static [Field],
     /// An example, valid TOML.

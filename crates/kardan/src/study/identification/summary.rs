@@ -30,6 +30,7 @@ pub(super) fn summary(fitted: &Fitted<'_>) -> Identification {
     let mut out = Identification {
         model: plant.model.name.clone(),
         description: plant.model.description.clone(),
+        mechanism: plant.model.mechanism.clone(),
         method: (*method).to_string(),
         window: *window,
         measured: names(&|k| plant.torques[k].is_some()),

@@ -1,0 +1,121 @@
+//! What stands within a text: names and commands between backticks, and fractions too long to be read.
+
+use super::model::FRACTION;
+use super::text::figure;
+
+/// A stretch of a text.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Piece<'a> {
+    /// As it is.
+    Plain(&'a str),
+    /// What stood between backticks.
+    Code(&'a str),
+    /// A fraction of whole numbers and its decimals, which go on.
+    Fraction(&'a str, String),
+}
+
+/// Digits of a fraction that is too long to be read.
+const DIGITS: usize = 6;
+
+/// The stretches of a text, in order.
+pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
+    let mut out = Vec::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('`') {
+        let Some((code, after)) = after.split_once('`').filter(|(code, _)| !code.trim().is_empty()) else { break };
+        fractions(before, &mut out);
+        out.push(Piece::Code(code));
+        rest = after;
+    }
+    fractions(rest, &mut out);
+    out
+}
+
+/// A text whose long fractions are decimals: `s^2 + 811376… s`.
+pub(super) fn rounded(text: &str) -> String {
+    let mut out = Vec::new();
+    fractions(text, &mut out);
+    let written = |piece: &Piece| match piece {
+        Piece::Plain(text) | Piece::Code(text) => (*text).to_owned(),
+        Piece::Fraction(_, decimals) => decimals.clone(),
+    };
+    out.iter().map(written).collect()
+}
+
+fn fractions<'a>(text: &'a str, out: &mut Vec<Piece<'a>>) {
+    let part = |c: char| c.is_ascii_digit() || c == '/';
+    let mut kept = 0;
+    let mut from = 0;
+    while let Some(found) = text[from..].find(|c: char| c.is_ascii_digit()) {
+        let begin = from + found;
+        let end = text[begin..].find(|c| !part(c)).map_or(text.len(), |length| begin + length);
+        // Within a name, a decimal or a path nothing is a fraction.
+        let alone = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != '/');
+        let point = |c: Option<char>| c == Some('.');
+        let before = text[..begin].chars().next_back();
+        let after = text[end..].chars().next();
+        let decimal = point(before) || point(after) && text[end + 1..].starts_with(|c: char| c.is_ascii_digit());
+        if alone(before)
+            && alone(after)
+            && !decimal
+            && let Some(value) = value(&text[begin..end])
+        {
+            if begin > kept {
+                out.push(Piece::Plain(&text[kept..begin]));
+            }
+            out.push(Piece::Fraction(&text[begin..end], format!("{}…", figure(value, DIGITS))));
+            kept = end;
+        }
+        from = end;
+    }
+    if kept < text.len() {
+        out.push(Piece::Plain(&text[kept..]));
+    }
+}
+
+/// The value of a fraction that is too long to be read and whose decimals do not end soon.
+fn value(fraction: &str) -> Option<f64> {
+    if fraction.len() <= FRACTION {
+        return None;
+    }
+    let (numerator, denominator) = fraction.split_once('/')?;
+    let ((above, more), (below, less)) = (leading(numerator)?, leading(denominator)?);
+    let value = above / below * 10f64.powi(more - less);
+    (below > 0.0 && value.is_finite() && value > 0.0).then_some(value)
+}
+
+/// The number as its first digits and the power of ten that goes with them: whole numbers may be longer than `f64` reaches.
+fn leading(digits: &str) -> Option<(f64, i32)> {
+    let read = digits.get(..digits.len().min(20))?;
+    Some((read.parse().ok()?, i32::try_from(digits.len() - read.len()).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_fractions_become_decimals_and_short_ones_stay() {
+        assert_eq!(rounded("k = 22000/26087"), "k = 22000/26087");
+        assert_eq!(rounded("2428644332614449/2251799813685248 s"), "1.07853… s");
+        assert_eq!(rounded("s^2 - 10000000000/30000000003 s + 1"), "s^2 - 0.333333… s + 1");
+        // Whole numbers beyond what floating point reaches.
+        let long = format!("{}/{}", "9".repeat(400), "3".repeat(399));
+        assert_eq!(rounded(&long), "30…");
+        for kept in
+            ["a/b", "2026/11/23/04/25", "log_1234567/1234567", "1.234567/12345678", "12345678/", "/12345678901234"]
+        {
+            assert_eq!(rounded(kept), kept);
+        }
+    }
+
+    #[test]
+    fn backticks_come_in_pairs() {
+        use Piece::{Code, Plain};
+        assert_eq!(pieces("under `drive` every run"), [Plain("under "), Code("drive"), Plain(" every run")]);
+        assert_eq!(pieces("a ` alone"), [Plain("a ` alone")]);
+        assert_eq!(pieces("`a`"), [Code("a")]);
+        assert_eq!(pieces("``"), [Plain("``")]);
+        assert!(pieces("").is_empty());
+    }
+}

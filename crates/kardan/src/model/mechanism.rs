@@ -1,0 +1,73 @@
+//! The parts of a model with their ends, read off the keys that each kind of element declares.
+
+use super::document::Instance;
+use crate::element::Values;
+use crate::equations::{GROUND, Measured, Term};
+use crate::names::Quantity;
+use crate::results::{JoinKind, MechanismPart, Symbol, Terminal};
+use crate::schema::{Field, Kind};
+
+/// An element with its ends; `values` is the line that describes it.
+pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], described: &str) -> MechanismPart {
+    let kind = instance.kind;
+    let mut laws: Vec<String> = Vec::new();
+    for law in terms.iter().flat_map(laws_of) {
+        if !laws.iter().any(|known| known == law) {
+            laws.push(law.into());
+        }
+    }
+    MechanismPart {
+        kind: kind.keyword.into(),
+        name: instance.name.clone(),
+        symbol: kind.symbol,
+        values: described.into(),
+        laws,
+        ratio: values.number("ratio"),
+        terminals: kind.fields.iter().flat_map(|field| ends(field, values, kind.symbol)).collect(),
+    }
+}
+
+/// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor.
+fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
+    let end = |kind, name: &str| vec![Terminal { key: field.name.into(), kind, name: name.into(), coefficient: None }];
+    match (field.kind, values.word(field.name)) {
+        (Kind::Shaft, Some(name)) => end(JoinKind::Shaft, name),
+        (Kind::Shaft, None) if !field.required && symbol != Symbol::Sensor => end(JoinKind::Housing, ""),
+        (Kind::Node, Some(GROUND)) => end(JoinKind::Ground, GROUND),
+        (Kind::Node, Some(name)) => end(JoinKind::Node, name),
+        (Kind::Element(_), Some(name)) => end(JoinKind::Element, name),
+        (Kind::Coefficients, _) => {
+            let shaft = |(name, x): &(String, crate::units::Exact)| Terminal {
+                key: field.name.into(),
+                kind: JoinKind::Shaft,
+                name: name.clone(),
+                coefficient: Some(x.to_f64()),
+            };
+            values.map(field.name).unwrap_or_default().iter().map(shaft).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// What a term does, in the words of the keys that bring it.
+fn laws_of(term: &Term) -> Vec<&'static str> {
+    match term {
+        Term::Inertia { .. } => vec!["inertia"],
+        Term::Spring { .. } => vec!["stiffness"],
+        Term::Damper { .. } => vec!["damping"],
+        Term::Friction { .. } => vec!["friction"],
+        Term::Compliance { damping, .. } if damping.is_zero() => vec!["stiffness"],
+        Term::Compliance { .. } => vec!["stiffness", "damping"],
+        Term::Output(sensor) => vec![match (&sensor.measured, sensor.measured.quantity()) {
+            (Measured::NetTorque(_), _) => "net_torque",
+            (_, Quantity::Angle) => "angle",
+            (_, Quantity::Speed) => "speed",
+            _ => "torque",
+        }],
+        Term::Constraint { .. }
+        | Term::Transmission { .. }
+        | Term::Input { .. }
+        | Term::Charge { .. }
+        | Term::Balance { .. } => Vec::new(),
+    }
+}

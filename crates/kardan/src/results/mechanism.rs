@@ -1,0 +1,97 @@
+//! The mechanism of a model as a graph: its parts, and who is joined to whom.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// How a kind of element is drawn; each kind of element names one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Symbol {
+    /// A rotating body.
+    #[default]
+    Shaft,
+    /// Two wheels.
+    Gear,
+    /// A strain-wave gear with its three shafts.
+    StrainWaveGear,
+    /// A planetary gear with its three shafts.
+    PlanetaryGear,
+    /// Spring, dashpot and friction in parallel.
+    SpringDamper,
+    /// Two forks and a cross.
+    UniversalJoint,
+    /// An equation between shafts; of one shaft alone it holds it still.
+    Relation,
+    /// A torque that is commanded.
+    Motor,
+    /// A torque from outside.
+    Torque,
+    /// What is measured.
+    Sensor,
+    /// A coil.
+    Inductor,
+    /// A resistor.
+    Resistor,
+    /// A capacitor.
+    Capacitor,
+    /// Two coupled windings.
+    Transformer,
+    /// A source of voltage.
+    Source,
+}
+
+/// What a terminal is joined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JoinKind {
+    /// A shaft.
+    #[default]
+    Shaft,
+    /// A node of a circuit.
+    Node,
+    /// Another element, whose torque is measured.
+    Element,
+    /// The housing, which stands still.
+    Housing,
+    /// The node at 0 V.
+    Ground,
+}
+
+/// An end of an element.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Terminal {
+    /// The key of the model file that names it: `wave_generator`.
+    pub key: String,
+    /// What it is joined to.
+    pub kind: JoinKind,
+    /// The shaft, the node or the element; empty for the housing.
+    pub name: String,
+    /// Its coefficient, where the element gives each shaft one.
+    pub coefficient: Option<f64>,
+}
+
+/// An element of a model, with its ends.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct MechanismPart {
+    /// `harmonic_drive`
+    pub kind: String,
+    /// Its name.
+    pub name: String,
+    /// How it is drawn.
+    pub symbol: Symbol,
+    /// Its values as one line.
+    pub values: String,
+    /// What it does: `inertia`, `stiffness`, `damping`, `friction`; of a sensor what it measures.
+    pub laws: Vec<String>,
+    /// Its ratio, if it has one.
+    pub ratio: Option<f64>,
+    /// Its ends; a shaft has none.
+    pub terminals: Vec<Terminal>,
+}
+
+/// The parts of a model, in the order of its file.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Mechanism {
+    /// Shafts and all other elements.
+    pub parts: Vec<MechanismPart>,
+}
