@@ -8,6 +8,7 @@ mod extremes;
 mod identification;
 mod margins;
 mod passage;
+mod responses;
 mod robustness;
 pub(crate) mod serial;
 mod verdict;
@@ -24,6 +25,7 @@ pub use extremes::*;
 pub use identification::*;
 pub use margins::*;
 pub use passage::*;
+pub use responses::*;
 pub use robustness::*;
 pub use verdict::*;
 
