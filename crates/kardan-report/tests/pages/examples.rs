@@ -469,6 +469,7 @@ pub fn decoupled_steering() -> Design {
     let zero = Pole::new(-93.636_363_636_363_6, 948.853_587_154);
     Design {
         unfinished: None,
+        responses: None,
         model: "sia-steering".into(),
         description: "Car steering with a harmonic drive in differential mode.".into(),
         variant: "beta-0deg".into(),
