@@ -15,6 +15,7 @@ mod charts;
 mod curves;
 mod design_pictures;
 mod frame;
+mod frequency_pictures;
 mod html;
 mod identification_pictures;
 mod markdown;

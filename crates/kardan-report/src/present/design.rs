@@ -1,6 +1,6 @@
 //! A design as a page.
 
-use super::{alternatives, margins};
+use super::{alternatives, margins, responses};
 use crate::design_pictures as pictures;
 use crate::model::{Body, Cell, Page, row, warnings};
 use crate::text::number;
@@ -44,6 +44,7 @@ pub fn page(design: &Design) -> Page {
                 "Sampling, delay and limits",
                 design.margins.as_ref().map(margins::margins).unwrap_or_default(),
             ),
+            ("frequency", "Frequency and step responses", frequency(design)),
             ("strain", "Torques in the scenario", margins::strains(strains)),
             ("zero-dynamics", "Zero dynamics", zero_dynamics(design)),
             ("observer", "Observer", design.observer.as_ref().map(observer).unwrap_or_default()),
@@ -63,6 +64,11 @@ pub fn page(design: &Design) -> Page {
         ]),
         data: None,
     }
+}
+
+fn frequency(design: &Design) -> Body {
+    let margins = design.margins.as_ref().map(|margins| margins.channels.as_slice()).unwrap_or_default();
+    design.responses.as_ref().map(|found| responses::responses(found, margins)).unwrap_or_default()
 }
 
 fn head(design: &Design) -> Body {

@@ -6,6 +6,7 @@ pub mod bench;
 pub mod design;
 pub mod identification;
 mod margins;
+mod responses;
 pub mod study;
 
 use crate::model::{Body, Cell, row};

@@ -471,6 +471,7 @@ pub fn decoupled_steering() -> Design {
     Design {
         mechanism: Default::default(),
         unfinished: None,
+        responses: None,
         model: "sia-steering".into(),
         description: "Car steering with a harmonic drive in differential mode.".into(),
         variant: "beta-0deg".into(),

@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::serial::{self, by_name};
 use super::{
-    Complex, Definition, ElementShare, Exploration, LawSummary, Margins, Mechanism, NamedMatrix, Passage, Pole,
-    Robustness, ScenarioStrain, ShapePart, StrainView,
+    Complex, Definition, ElementShare, Exploration, LawSummary, LoopResponses, Margins, Mechanism, NamedMatrix,
+    Passage, Pole, Robustness, ScenarioStrain, ShapePart, StrainView,
 };
 use crate::names::Quantity;
 
@@ -106,6 +106,8 @@ pub struct Design {
     pub cross_coupling: Vec<CrossCoupling>,
     /// What sampling, delay, lag and limits leave of it; `None` if nobody asked.
     pub margins: Option<Margins>,
+    /// What the loop answers to sines and to steps; `None` if nobody asked, or several sample times are in it.
+    pub responses: Option<LoopResponses>,
     /// What the scenario of the file asks of its motors, where it was run.
     #[serde(serialize_with = "strains")]
     #[schemars(with = "Vec<ScenarioView>")]

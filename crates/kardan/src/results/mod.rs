@@ -10,6 +10,7 @@ mod margins;
 mod mechanism;
 mod passage;
 mod reference;
+mod responses;
 mod robustness;
 pub(crate) mod serial;
 mod verdict;
@@ -28,6 +29,7 @@ pub use margins::*;
 pub use mechanism::*;
 pub use passage::*;
 pub use reference::*;
+pub use responses::*;
 pub use robustness::*;
 pub use verdict::*;
 

@@ -2,7 +2,7 @@
 
 use super::coupling::cross_coupling;
 use super::explore::explore;
-use super::margins::{decay, survey, verdict, warnings as margin_warnings};
+use super::margins::{decay, responses, survey, verdict, warnings as margin_warnings};
 use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
@@ -179,6 +179,10 @@ fn tried(
     progress: &dyn Progress,
 ) -> Design {
     let mut design = designed(&prepared.description, variant, number, settings, progress);
+    match responses(variant, number, &design) {
+        Ok(found) => design.responses = Some(found),
+        Err(why) => design.notes.push(format!("no frequency responses are shown: {why}")),
+    }
     if settings.simulate {
         keep(progress, &design, &["the scenario"]);
         scenario_strains(prepared, &mut design, progress);

@@ -4,7 +4,7 @@ use crate::analysis::OutputSignal;
 use crate::results::{ChannelMargin, TogetherMargin, WrongTorque};
 use crate::study::PreparedVariant;
 use crate::synthesis::margins::{ChannelMargins, Response, channel_margins, together as all_at_once};
-use crate::synthesis::{Limit, Survey};
+use crate::synthesis::{ControlLoop, Law, Limit, Plant, Readings, Survey};
 
 /// A channel's margins with its name.
 fn named(name: &str, reading: bool, found: &ChannelMargins) -> ChannelMargin {
@@ -67,6 +67,17 @@ fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMarg
     Some(ChannelMargin { searched: true, disk_frequency: None, ..named(name, false, &found) })
 }
 
+/// Each sensor of a law with its row over `[q_r; q̇_r]`.
+pub(super) fn sensor_rows(model: &Plant, law: &dyn Law) -> Vec<(String, Vec<f64>)> {
+    law.sensors().iter().map(|signal| (signal.name.clone(), row_of(model, law, signal))).collect()
+}
+
+/// What a signal is over `[q_r; q̇_r]`.
+pub(super) fn row_of(model: &Plant, law: &dyn Law, signal: &OutputSignal) -> Vec<f64> {
+    let found = model.system(law.inputs(), std::slice::from_ref(signal));
+    found.c.to_f64().row(0).to_vec()
+}
+
 /// How wrong each channel may be alone, and all motors at once.
 pub(super) fn errors(
     variant: &PreparedVariant,
@@ -77,13 +88,12 @@ pub(super) fn errors(
     let motors = survey.motors();
     let mut out = of_motors(survey, motors.as_ref(), true);
     let model = &variant.design_models[number];
-    let rows = |signal: &OutputSignal| {
-        let found = model.system(law.inputs(), std::slice::from_ref(signal));
-        (signal.name.clone(), found.c.to_f64().row(0).to_vec())
-    };
-    let sensors: Vec<(String, Vec<f64>)> = law.sensors().iter().map(rows).collect();
-    if let Some((names, readings)) = survey.readings(&sensors, model.coordinates()) {
-        let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&readings.channel(k))));
+    let readings = survey.parts().and_then(|(parts, plant)| {
+        let sensors = sensor_rows(model, &**law);
+        ControlLoop { plant: &plant, parts: &parts, number }.readings(&sensors, model.coordinates())
+    });
+    if let Some(Readings { names, loops, .. }) = readings {
+        let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&loops.channel(k))));
         out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
     }
     let together = motors.filter(|motors| motors.channels() > 1).and_then(|motors| {

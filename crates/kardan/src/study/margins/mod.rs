@@ -3,12 +3,14 @@
 mod channels;
 mod check;
 mod clocks;
+mod responses;
 mod survey;
 mod verdict;
 mod warnings;
 
 pub use check::overrule;
 pub(super) use check::{check_margins, check_sampled};
+pub(super) use responses::responses;
 pub(super) use survey::{decay, left_out, survey};
 pub(super) use verdict::verdict;
 pub(super) use warnings::warnings;

@@ -6,9 +6,11 @@
 //! stability where `det(I − diag(δ) M(jω)) = 0`; for one channel M = −T, and 1 + M = S.
 
 mod channel;
+mod frequencies;
 mod response;
 mod together;
 
 pub use channel::{ChannelMargins, channel_margins};
-pub use response::Response;
+pub use frequencies::{frequency_range, refined};
+pub use response::{FrequencyError, LargestGain, Response};
 pub use together::{Together, together};

@@ -1,7 +1,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
-use crate::num::{Matrix, balance, eigenvalues};
+use crate::num::{Matrix, at_zero, balance, eigenvalues};
 
 /// Roundings within which a level is exceeded.
 const LEVEL: f64 = 1e-9;
@@ -9,10 +9,41 @@ const LEVEL: f64 = 1e-9;
 const NEAR: f64 = 1e-3;
 /// Squarings after which a power shows the largest singular value.
 const SQUARINGS: usize = 20;
+/// Part of its size by which a pole is beyond the axis, if it is not on it.
+const NEXT_TO_AXIS: f64 = 1e-6;
 /// Rounds of the level test.
 const ROUNDS: usize = 60;
 
-/// A loop as errors of its channels see it, `M(s) = C (sI − A)⁻¹ B + D`, square and stable.
+/// The largest singular value of a response over all frequencies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LargestGain {
+    /// A value that is taken.
+    pub value: f64,
+    /// A level test shows that no value is larger (Boyd, Balakrishnan, Kabamba 1989), but for rounding.
+    pub bound: f64,
+    /// Where, rad/s; infinite where it is approached only.
+    pub frequency: f64,
+}
+
+/// Why there is no answer at a frequency.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum FrequencyError {
+    /// It is negative, infinite or no number.
+    #[error("{0} rad/s is no frequency: take a finite number from 0 rad/s on")]
+    Negative(f64),
+    /// The samples do not show it.
+    #[error(
+        "{0} rad/s is beyond the Nyquist frequency of {1} rad/s (half the sample rate): the samples show it as a slower one"
+    )]
+    BeyondNyquist(f64, f64),
+    /// A sine of this frequency grows without bounds.
+    #[error(
+        "at {0} rad/s the system has a pole on the axis, so that its answer is infinite: take a frequency beside it"
+    )]
+    Pole(f64),
+}
+
+/// What a linear system makes of sines, `M(s) = C (sI − A)⁻¹ B + D`. Of a loop as errors of its channels see it: square and stable.
 ///
 /// That of a map `z⁺ = Φ z + Γ w` is brought to this form by `s = (z − 1)/(z + 1)`, which keeps every value and turns the unit
 /// circle into the imaginary axis: `s = j tan(ωT/2)`.
@@ -29,6 +60,23 @@ pub struct Response {
 }
 
 impl Response {
+    /// Of `ż = A z + B w`, `u = C z + D w`, or of the map `z⁺ = A z + B w` over a sample time in s; `None` if a number is not finite,
+    /// or the map turns a state around in each sample (an eigenvalue −1).
+    ///
+    /// # Panics
+    /// If the shapes do not fit.
+    pub fn state_space([a, b, c, d]: [&Matrix<f64>; 4], sample_time: Option<f64>) -> Option<Self> {
+        let Some(time) = sample_time else { return Self::of(a.clone(), b.clone(), c.clone(), d.clone(), None) };
+        let one = Matrix::<f64>::identity(a.rows());
+        let sum = one.plus(a);
+        let root = std::f64::consts::SQRT_2;
+        let inputs = sum.solve(b)?;
+        let outputs = sum.transpose().solve(&c.transpose())?.transpose();
+        let through = d.plus(&c.multiply(&inputs).scale(&-1.0));
+        let turned = sum.solve(&a.plus(&one.scale(&-1.0)))?;
+        Self::of(turned, inputs.scale(&root), outputs.scale(&root), through, Some(time))
+    }
+
     /// The loop of `ż = A z + B w`, `u = C z`; `None` if a number is not finite.
     ///
     /// # Panics
@@ -42,20 +90,13 @@ impl Response {
     /// # Panics
     /// If the shapes do not fit.
     pub fn sampled(map: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, sample_time: f64) -> Option<Self> {
-        let n = map.rows();
-        let one = Matrix::<f64>::identity(n);
-        let sum = one.plus(map);
-        let root = std::f64::consts::SQRT_2;
-        let a = sum.solve(&map.plus(&one.scale(&-1.0)))?;
-        let inputs = sum.solve(b)?;
-        let outputs = sum.transpose().solve(&c.transpose())?.transpose();
-        let d = c.multiply(&inputs).scale(&-1.0);
-        Self::of(a, inputs.scale(&root), outputs.scale(&root), d, Some(sample_time))
+        Self::state_space([map, b, c, &Matrix::zeros(c.rows(), b.columns())], Some(sample_time))
     }
 
     fn of(a: Matrix<f64>, b: Matrix<f64>, c: Matrix<f64>, d: Matrix<f64>, sample_time: Option<f64>) -> Option<Self> {
         let n = a.rows();
-        assert!(a.columns() == n && b.rows() == n && c.columns() == n && b.columns() == c.rows(), "channels of a loop");
+        assert!(a.columns() == n && b.rows() == n && c.columns() == n, "states of a loop");
+        assert!(d.rows() == c.rows() && d.columns() == b.columns(), "channels of a loop");
         let poles = eigenvalues(&a)?;
         let scales = balance(&Mat::from_fn(n, n, |i, j| a[(i, j)]));
         let out = Self {
@@ -98,6 +139,92 @@ impl Response {
     /// M at an angular frequency, rad/s.
     pub fn at_frequency(&self, frequency: f64) -> Mat<c64> {
         self.at(self.place(frequency))
+    }
+
+    /// M at an angular frequency that a caller gives.
+    ///
+    /// # Errors
+    /// [`FrequencyError`]
+    pub fn checked(&self, frequency: f64) -> Result<Mat<c64>, FrequencyError> {
+        if !(frequency >= 0.0 && frequency.is_finite()) {
+            return Err(FrequencyError::Negative(frequency));
+        }
+        if let Some(nyquist) = self.nyquist().filter(|nyquist| frequency > nyquist * (1.0 + LEVEL)) {
+            return Err(FrequencyError::BeyondNyquist(frequency, nyquist));
+        }
+        let found = self.at_frequency(frequency);
+        let finite = |i: usize, j: usize| found[(i, j)].re.is_finite() && found[(i, j)].im.is_finite();
+        let all = (0..found.nrows()).all(|i| (0..found.ncols()).all(|j| finite(i, j)));
+        if all { Ok(found) } else { Err(FrequencyError::Pole(frequency)) }
+    }
+
+    /// π/T, rad/s, beyond which the samples show nothing new; `None` in continuous time.
+    pub fn nyquist(&self) -> Option<f64> {
+        self.sample_time.map(|time| std::f64::consts::PI / time)
+    }
+
+    /// The poles as angular frequencies, rad/s: of each its distance from zero, of a pair once, ascending.
+    pub fn pole_frequencies(&self) -> Vec<f64> {
+        let mut out: Vec<f64> = self.poles.iter().map(|(re, im)| self.frequency(re.hypot(*im))).collect();
+        out.sort_by(f64::total_cmp);
+        out.dedup_by(|a, b| (*a - *b).abs() <= LEVEL * a.abs());
+        out
+    }
+
+    /// How many poles grow: those at zero do not, and those on the axis but for rounding. `None` if the iteration fails.
+    pub fn unstable_poles(&self) -> Option<usize> {
+        let held = eigenvalues(&at_zero(&self.a)?.rest)?;
+        Some(held.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * re.hypot(*im)).count())
+    }
+
+    /// The other side of the same loop, `−(I + M)⁻¹ M`: of a loop gain L what errors see when it is closed, of that again L. `None`
+    /// where one of them is not proper.
+    pub fn turned_inside_out(&self) -> Option<Self> {
+        let m = self.channels();
+        let inverse = Matrix::<f64>::identity(m).plus(&self.d).solve(&Matrix::identity(m))?;
+        let b = self.b.multiply(&inverse);
+        let c = inverse.multiply(&self.c).scale(&-1.0);
+        let d = inverse.multiply(&self.d).scale(&-1.0);
+        let a = self.a.plus(&self.b.multiply(&c));
+        Self::of(a, b, c, d, self.sample_time)
+    }
+
+    /// The sensitivity `S = I + M` of a loop as errors see it.
+    pub fn sensitivity(&self) -> Self {
+        let m = self.channels();
+        Self { d: self.d.plus(&Matrix::identity(m)), ..self.clone() }
+    }
+
+    /// The complementary sensitivity `T = −M` of a loop as errors see it.
+    pub fn complementary(&self) -> Self {
+        Self { c: self.c.scale(&-1.0), d: self.d.scale(&-1.0), ..self.clone() }
+    }
+
+    /// All singular values at an angular frequency, rad/s, the largest first; `None` at a pole on the axis.
+    pub fn singular_values(&self, frequency: f64) -> Option<Vec<f64>> {
+        let found = self.checked(frequency).ok()?.singular_values().ok()?;
+        Some(found)
+    }
+
+    /// The largest singular value over all frequencies (the H∞ norm); `None` of a system that is not stable, or if an iteration
+    /// fails.
+    ///
+    /// ```
+    /// use kardan::num::Matrix;
+    /// use kardan::synthesis::margins::Response;
+    /// // 1/(s² + 0.2 s + 1): 1/(2 ζ √(1 − ζ²)) at √(1 − 2 ζ²).
+    /// let a = Matrix::from_fn(2, 2, |i, j| [[0.0, 1.0], [-1.0, -0.2]][i][j]);
+    /// let b = Matrix::from_fn(2, 1, |i, _| i as f64);
+    /// let c = Matrix::from_fn(1, 2, |_, j| 1.0 - j as f64);
+    /// let found = Response::continuous(&a, &b, &c).unwrap().largest_gain().unwrap();
+    /// assert!((found.value - 1.0 / (0.2 * 0.99f64.sqrt())).abs() < 1e-9 && (found.frequency - 0.98f64.sqrt()).abs() < 1e-6);
+    /// ```
+    pub fn largest_gain(&self) -> Option<LargestGain> {
+        if self.poles.iter().any(|(re, _)| *re >= 0.0) {
+            return None;
+        }
+        let (value, place) = self.peak()?;
+        Some(LargestGain { value, bound: value * (1.0 + LEVEL), frequency: self.frequency(place) })
     }
 
     /// Whether the loop is sampled.

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use super::places::Places;
-use super::{Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
-use crate::names::Quantity;
+use super::{ControlLoop, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
 use crate::num::{Matrix, at_zero};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
@@ -124,90 +122,15 @@ impl Survey<'_> {
         Some(at_zero(&SampledLoop::flow_of(&plant, &parts))?.motions)
     }
 
-    /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
-    /// left out. `None` if the loop has several clocks, or cannot be computed.
+    /// The loop as errors of the motors' torques see it; see [`ControlLoop::motors`].
     pub fn motors(&self) -> Option<Response> {
         let (parts, plant) = self.changed(self.unchanged())?;
-        let part = &parts[self.number];
-        let m = part.inputs.len();
-        let Some(period) = self.period(&parts)? else {
-            let places = Places::new(&plant, &parts, true);
-            let (flow, commands) = places.flow();
-            let n = places.laws.first()?.references?;
-            let excess = places.laws[self.number].excess?;
-            let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
-            let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
-            return held(&flow, &b, &c, None);
-        };
-        part.clock?;
-        let found = SampledLoop::driven(&plant, &parts, period).ok()?;
-        let (n, excess, first) = (found.states(), found.excess[self.number], found.held[self.number]);
-        let map = found.between_commands(self.number)?;
-        let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
-        let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
-        held(&map, &b, &c, Some(period))
+        ControlLoop { plant: &plant, parts: &parts, number: self.number }.motors()
     }
 
-    /// The same for errors of what the controller reads: names, and a channel for each.
-    ///
-    /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
-    /// the `shafts` that it uses.
-    ///
-    /// # Panics
-    /// If there is not one row for each sensor, and one name for each shaft.
-    pub fn readings(&self, sensors: &[(String, Vec<f64>)], shafts: &[String]) -> Option<(Vec<String>, Response)> {
-        let (mut parts, plant) = self.changed(self.unchanged())?;
-        let period = self.period(&parts)?;
-        let part = &mut parts[self.number];
-        if !part.slow.is_empty() || (period.is_some() && part.clock.is_none()) {
-            return None;
-        }
-        let r = plant.basis.columns();
-        assert_eq!(shafts.len(), plant.basis.rows(), "one name for each shaft");
-        let (names, rows): (Vec<String>, Vec<Vec<f64>>) = if part.linear.on_errors.columns() > 0 {
-            assert_eq!(part.linear.on_errors.columns(), sensors.len(), "one row for each sensor");
-            sensors.iter().cloned().unzip()
-        } else {
-            let linear = &mut part.linear;
-            let used = |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| {
-                [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0))
-            };
-            let angles = (0..shafts.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
-            let mut all: Vec<(bool, usize)> = angles.map(|k| (false, k)).collect();
-            all.extend((0..shafts.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
-            let pick = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
-                Matrix::from_fn(angles.rows(), all.len(), |i, j| if all[j].0 { speeds } else { angles }[(i, all[j].1)])
-            };
-            (linear.errors, linear.on_errors) =
-                (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
-            let quantity = |speed: bool| if speed { Quantity::Speed } else { Quantity::Angle };
-            let row = |(speed, k): &(bool, usize)| {
-                let own = |j: usize| if *speed { j >= r } else { j < r };
-                (0..2 * r).map(|j| if own(j) { plant.basis[(*k, j % r)] } else { 0.0 }).collect()
-            };
-            all.iter().map(|one| (quantity(one.0).of(&shafts[one.1]), row(one))).unzip()
-        };
-        let errors = names.len();
-        let (n, first, map) = if let Some(period) = period {
-            let found = SampledLoop::driven(&plant, &parts, period).ok()?;
-            (found.states(), found.errors[self.number], found.map)
-        } else {
-            let places = Places::new(&plant, &parts, true);
-            (places.laws.first()?.references?, places.laws[self.number].errors?, places.flow().0)
-        };
-        let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
-        let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
-        Some((names, held(&map, &b, &c, period)?))
-    }
-
-    /// The sample time that all have in common; `None` in continuous time. `None` outside if there are several.
-    #[allow(clippy::option_option)]
-    fn period(&self, parts: &[SampledPart]) -> Option<Option<f64>> {
-        let slow = parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
-        let mut all = parts.iter().filter_map(|part| part.clock.map(|clock| clock.period)).chain(slow);
-        let first = all.next();
-        let same = |other: f64| first.is_some_and(|first| (other / first - 1.0).abs() < 1e-9);
-        all.all(same).then_some(first)
+    /// The parts of the loop as they are, and its plant.
+    pub fn parts(&self) -> Option<(Vec<SampledPart>, LoopPlant)> {
+        self.changed(self.unchanged())
     }
 
     /// The first value along a path at which the loop is unstable, from one at which it is stable; `None` if it is not stable
@@ -307,18 +230,6 @@ impl Survey<'_> {
         let up = self.first(path(1.0, GAINS), free, change)?;
         let down = self.first(path(1.0, GAINS).map(|x| 1.0 / x), free, change)?;
         Some([if down.value.is_infinite() { Limit { value: 0.0, ..down } } else { down }, up])
-    }
-}
-
-/// The loop without the motions that nobody holds, for errors that enter by B and signals C.
-fn held(matrix: &Matrix<f64>, b: &Matrix<f64>, c: &Matrix<f64>, period: Option<f64>) -> Option<Response> {
-    let n = b.rows();
-    let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
-    let split = at_zero(&Matrix::from_fn(n, n, |i, j| matrix[(i, j)] - one(i, j)))?;
-    let (b, c) = (split.left.multiply(b), c.multiply(&split.right));
-    match period {
-        None => Response::continuous(&split.rest, &b, &c),
-        Some(period) => Response::sampled(&split.rest.plus(&Matrix::identity(split.rest.rows())), &b, &c, period),
     }
 }
 

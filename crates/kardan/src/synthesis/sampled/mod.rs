@@ -16,6 +16,7 @@ mod places;
 mod plant;
 mod regulator_block;
 mod regulator_data;
+mod responses;
 mod scheduled;
 mod turned;
 
@@ -32,6 +33,7 @@ pub use part::{SampledPart, Wire};
 pub use plant::{LoopPlant, Reads, SlowSensor, VariedPlant};
 pub(super) use regulator_block::RegulatorBlock;
 pub(super) use regulator_data::{GovernorData, RegulatorData};
+pub use responses::{ControlLoop, Readings};
 use scheduled::Scheduled;
 pub(super) use scheduled::{PERIOD, ScheduleData, turning};
 pub(super) use turned::Turned;

@@ -1,0 +1,90 @@
+//! What a loop answers to sines and to steps.
+
+use crate::frequency_pictures as pictures;
+use crate::model::{Body, row};
+use crate::text::{number, unit};
+use crate::words::list;
+use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues};
+
+/// More names in a sentence are counted.
+const NAMES: usize = 12;
+
+/// Frequency and step responses of a loop with these margins.
+pub(super) fn responses(found: &LoopResponses, margins: &[ChannelMargin]) -> Body {
+    let readings = Body::default().pictures(pictures::loops(found, margins, true));
+    Body::default()
+        .list(sentences(found))
+        .part("Largest singular values", largest(found))
+        .pictures(pictures::loops(found, margins, false))
+        .pictures(pictures::singular_values(found))
+        .pictures(pictures::references(found))
+        .pictures(pictures::steps(found))
+        .fold("Bode, Nyquist and Nichols plots of the loop at the readings", readings)
+}
+
+/// What it is that is shown, and what is not.
+fn sentences(found: &LoopResponses) -> Vec<String> {
+    let mut out = Vec::new();
+    match (found.frequencies.first(), found.frequencies.last(), found.nyquist) {
+        (Some(low), _, Some(nyquist)) => out.push(format!(
+            "The sampled linear loop, exactly, at its sample instants, from {} rad/s to its Nyquist frequency of {} rad/s; hold, \
+             delay and lag are in it.",
+            number(*low),
+            number(nyquist)
+        )),
+        (Some(low), Some(high), None) => out.push(format!(
+            "The linear loop in continuous time from {} to {} rad/s, with the lags of its motors.",
+            number(*low),
+            number(*high)
+        )),
+        _ => {}
+    }
+    let open: Vec<String> = found.loops.iter().filter(|one| one.open).map(|one| one.name.clone()).collect();
+    if !open.is_empty() {
+        out.push(format!(
+            "No loop goes through {}: nothing comes back, so that no error there can make it unstable, and there is no curve.",
+            list(&open, NAMES)
+        ));
+    }
+    if found.sensitivities.is_empty() {
+        out.push(
+            "The closed loop is not known to be stable: S, T, KS and steps say nothing then, and are left out.".into(),
+        );
+    }
+    out
+}
+
+/// The largest singular values of S, T and KS.
+fn largest(found: &LoopResponses) -> Body {
+    let row = |one: &SingularValues| {
+        let largest = one.largest?;
+        let meaning = match (one.function, one.readings) {
+            (LoopFunction::S, false) => "disturbing torques at the motors: what is left of them",
+            (LoopFunction::T, false) => "disturbing torques at the motors: what the motors give against them",
+            (LoopFunction::S, true) => "errors of the readings: what the controller sees of them",
+            (LoopFunction::T, true) => "errors of the readings: what moves because of them",
+            (LoopFunction::Ks, _) => "errors of the readings: torques told to the motors",
+        };
+        let mut value = number(largest.value);
+        if one.mixed {
+            value += " (SI units)";
+        } else if !one.unit.is_empty() {
+            value += &format!(" {}", unit(&one.unit));
+        }
+        let decibels = format!("{} dB", number(20.0 * largest.value.log10()));
+        let at = largest.frequency.map_or("–".into(), |at| format!("{} rad/s", number(at)));
+        Some(row![pictures::name(one), value, decibels, at, meaning])
+    };
+    let hint = if found.sensitivities.is_empty() {
+        ""
+    } else {
+        "All channels at once. Each value is taken at its frequency, and a level test over all frequencies shows that none is larger, but \
+         for rounding. Where readings have different units, the values are those of numbers in SI units."
+    };
+    Body::default()
+        .table(
+            &["of", "#largest singular value", "#in dB", "#at", "what it says"],
+            found.sensitivities.iter().filter_map(row),
+        )
+        .hint(hint)
+}

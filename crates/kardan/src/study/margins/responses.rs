@@ -1,0 +1,299 @@
+//! What the loop of a controller answers to sines and to steps, and its largest singular values.
+
+use faer::c64;
+
+use super::channels::{row_of, sensor_rows};
+use crate::names::SignalName;
+use crate::num::multiply;
+use crate::results::{
+    Design, LargestSingularValue, LoopFunction, LoopGain, LoopResponses, ReferenceResponse, SingularValues,
+    StepResponse, StepSignal,
+};
+use crate::study::PreparedVariant;
+use crate::synthesis::margins::{Response, frequency_range, refined};
+use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPart};
+
+/// Loop gains below this are none.
+const NOTHING: f64 = 1e-12;
+/// Times of a step that are shown.
+const TIMES: usize = 400;
+/// Time constants of the slowest motion that a step is followed for, at first.
+const FOLLOWED: f64 = 8.0;
+/// Part of its range within which a signal is at rest.
+const AT_REST: f64 = 0.005;
+/// Part of the time shown by which all is at rest, at least.
+const SETTLED: f64 = 0.4;
+/// Times this, where all is at rest earlier, are shown.
+const SHOWN: f64 = 2.2;
+/// How often a shorter time is tried.
+const TRIES: usize = 8;
+
+/// What is looked at in a loop.
+struct Views {
+    motors: Response,
+    readings: Option<Readings>,
+    /// From the references to the outputs that are signals.
+    references: Option<Response>,
+}
+
+/// The outputs of a law that are signals of the linear model, with their rows over `[q_r; q̇_r]`.
+struct Outputs {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Outputs {
+    fn of(model: &Plant, law: &dyn Law, design: &Design) -> Self {
+        let known = |name: &String| {
+            let head = SignalName::new(name).element;
+            let shaft = model.coordinates().iter().any(|one| one == head);
+            shaft || model.reduced.equations.sensors.iter().any(|(sensor, _)| sensor == head)
+        };
+        let signals = design.outputs.iter().filter(|name| known(name)).filter_map(|name| model.output(name).ok());
+        let (names, rows) = signals.map(|signal| (signal.name.clone(), row_of(model, law, &signal))).unzip();
+        Self { names, rows }
+    }
+}
+
+/// The responses of a controller's loop; the reason if there are none.
+pub(in crate::study) fn responses(
+    variant: &PreparedVariant,
+    number: usize,
+    design: &Design,
+) -> Result<LoopResponses, String> {
+    let laws = &variant.running;
+    let plant = variant.loop_plant();
+    let parts: Vec<SampledPart> = laws.iter().map(|law| SampledPart::of(&**law, &plant)).collect();
+    let (law, model) = (&*laws[number], &variant.design_models[number]);
+    let view = ControlLoop { plant: &plant, parts: &parts, number };
+    let motors = view.motors().ok_or(
+        "controllers and sensors have several sample times (or none in common with this one), or a number overflows; \
+         the margins of its motors are searched over the common period of all clocks",
+    )?;
+    let outputs = Outputs::of(model, law, design);
+    let views = Views {
+        readings: view.readings(&sensor_rows(model, law), model.coordinates()).filter(|found| !found.names.is_empty()),
+        references: view.references(&outputs.rows).filter(|_| !outputs.rows.is_empty() && !law.references().is_empty()),
+        motors,
+    };
+    let stable = design.margins.as_ref().and_then(|margins| margins.stable) == Some(true);
+    let frequencies = views.frequencies();
+    let steps = if stable { steps(&view, law, &outputs, variant.scenario.duration) } else { Vec::new() };
+    Ok(LoopResponses {
+        nyquist: views.motors.nyquist(),
+        loops: views.loops(law, &frequencies),
+        sensitivities: if stable { views.sensitivities(&frequencies) } else { Vec::new() },
+        references: views.from_references(law, &outputs.names, design, &frequencies),
+        steps,
+        frequencies,
+    })
+}
+
+impl Views {
+    /// Frequencies at which all that is shown is well seen.
+    fn frequencies(&self) -> Vec<f64> {
+        let mut places = self.motors.pole_frequencies();
+        let poles: Vec<f64> = places.clone();
+        // Beside a lightly damped pole as well.
+        places.extend(poles.iter().flat_map(|pole| [0.9 * pole, 0.98 * pole, 1.02 * pole, 1.1 * pole]));
+        let look = |frequency: f64| {
+            let mut curves = Vec::new();
+            let loops = std::iter::once(&self.motors).chain(self.readings.as_ref().map(|found| &found.loops));
+            for response in loops {
+                let m = response.at_frequency(frequency);
+                for k in 0..m.nrows() {
+                    curves.extend([gain(m[(k, k)]), 1.0 + m[(k, k)]]);
+                }
+            }
+            if let Some(found) = &self.references {
+                let m = found.at_frequency(frequency);
+                curves.extend((0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j))).map(|at| m[at]));
+            }
+            curves
+        };
+        refined(frequency_range(&self.motors), &places, &look)
+    }
+
+    /// The loop gains, broken at each motor and at each reading.
+    fn loops(&self, law: &dyn Law, frequencies: &[f64]) -> Vec<LoopGain> {
+        let mut out = broken(&self.motors, law.inputs(), false, frequencies);
+        if let Some(found) = &self.readings {
+            out.extend(broken(&found.loops, &found.names, true, frequencies));
+        }
+        out
+    }
+
+    /// S and T at the motors and at the readings, and K S between them.
+    fn sensitivities(&self, frequencies: &[f64]) -> Vec<SingularValues> {
+        let of = |response: &Response, about: SingularValues| {
+            let largest = response.largest_gain().map(|found| LargestSingularValue {
+                value: found.value,
+                bound: found.bound,
+                frequency: Some(found.frequency).filter(|frequency| frequency.is_finite()),
+            });
+            let values = frequencies.iter().map(|frequency| response.singular_values(*frequency).unwrap_or_default());
+            SingularValues { largest, values: values.collect(), ..about }
+        };
+        let about = |function, readings| SingularValues { function, readings, ..SingularValues::default() };
+        let mut out = vec![
+            of(&self.motors.sensitivity(), about(LoopFunction::S, false)),
+            of(&self.motors.complementary(), about(LoopFunction::T, false)),
+        ];
+        if let Some(found) = &self.readings {
+            let units: Vec<&str> = found.names.iter().map(|name| SignalName::new(name).unit()).collect();
+            let mixed = units.iter().any(|unit| *unit != units[0]);
+            let unit = if mixed { String::new() } else { quotient("N m", units[0]) };
+            let readings = |function| SingularValues { mixed, ..about(function, true) };
+            out.push(of(&found.loops.sensitivity(), readings(LoopFunction::S)));
+            out.push(of(&found.loops.complementary(), readings(LoopFunction::T)));
+            out.push(of(&found.commands, SingularValues { unit, ..readings(LoopFunction::Ks) }));
+        }
+        out
+    }
+
+    /// From each reference to each output.
+    fn from_references(
+        &self,
+        law: &dyn Law,
+        outputs: &[String],
+        design: &Design,
+        frequencies: &[f64],
+    ) -> Vec<ReferenceResponse> {
+        let Some(found) = &self.references else { return Vec::new() };
+        let all: Vec<_> = frequencies.iter().map(|frequency| found.at_frequency(*frequency)).collect();
+        let mut out = Vec::new();
+        for (j, reference) in law.references().iter().enumerate() {
+            for (i, output) in outputs.iter().enumerate() {
+                let of_channel = |channel: &&crate::results::ChannelResult| channel.reference == reference.name;
+                out.push(ReferenceResponse {
+                    reference: reference.name.clone(),
+                    output: output.clone(),
+                    unit: quotient(SignalName::new(output).unit(), reference.physical.unit()),
+                    own: design.channels.iter().find(of_channel).is_some_and(|channel| channel.output == *output),
+                    real: all.iter().map(|m| m[(i, j)].re).collect(),
+                    imaginary: all.iter().map(|m| m[(i, j)].im).collect(),
+                });
+            }
+        }
+        out
+    }
+}
+
+/// The loop gains of a response, broken at each of its channels alone.
+fn broken(response: &Response, names: &[String], reading: bool, frequencies: &[f64]) -> Vec<LoopGain> {
+    let all: Vec<_> = frequencies.iter().map(|frequency| response.at_frequency(*frequency)).collect();
+    let one = |(k, name): (usize, &String)| {
+        let gains: Vec<c64> = all.iter().map(|m| gain(m[(k, k)])).collect();
+        LoopGain {
+            name: name.clone(),
+            reading,
+            open: all.iter().all(|m| m[(k, k)].norm_sqr() < NOTHING * NOTHING),
+            unstable_poles: response.channel(k).turned_inside_out().and_then(|broken| broken.unstable_poles()),
+            real: gains.iter().map(|gain| gain.re).collect(),
+            imaginary: gains.iter().map(|gain| gain.im).collect(),
+        }
+    };
+    names.iter().enumerate().map(one).collect()
+}
+
+/// L of one channel, from what errors see of the closed loop.
+fn gain(m: c64) -> c64 {
+    -m / (1.0 + m)
+}
+
+/// The unit of a quotient; empty where they are alike.
+fn quotient(above: &str, below: &str) -> String {
+    match (above, below) {
+        (above, below) if above == below => String::new(),
+        (above, below) if below.contains([' ', '/']) => format!("{above}/({below})"),
+        (above, below) => format!("{above}/{below}"),
+    }
+}
+
+/// What follows a step of each reference by one unit.
+fn steps(view: &ControlLoop<'_>, law: &dyn Law, outputs: &Outputs, duration: f64) -> Vec<StepResponse> {
+    let references = law.references().iter().enumerate();
+    references
+        .filter_map(|(k, reference)| {
+            let mut window = first_window(view, duration)?;
+            let mut found = follow(view, (k, law, outputs), window)?;
+            for _ in 0..TRIES {
+                let end = found.0.last().copied().unwrap_or(0.0);
+                let rest =
+                    found.1.iter().take(outputs.names.len()).map(|values| rest(&found.0, values)).fold(0.0, f64::max);
+                if rest <= 0.0 || rest >= SETTLED * end || found.0.len() < TIMES / 2 {
+                    break;
+                }
+                window = SHOWN * rest;
+                found = follow(view, (k, law, outputs), window)?;
+            }
+            let (time, values) = found;
+            let names = outputs.names.iter().map(|name| (name.clone(), SignalName::new(name).unit(), false));
+            let names = names.chain(law.inputs().iter().map(|name| (name.clone(), "N m", true)));
+            let signals = names.zip(values).map(|((name, unit, motor), values)| StepSignal {
+                name,
+                unit: unit.into(),
+                motor,
+                values,
+            });
+            Some(StepResponse {
+                reference: reference.name.clone(),
+                size: 1.0,
+                unit: reference.physical.unit().into(),
+                time,
+                signals: signals.collect(),
+            })
+        })
+        .collect()
+}
+
+/// Some time constants of the slowest motion; what nobody holds is followed as long as the run of the file, s.
+fn first_window(view: &ControlLoop<'_>, duration: f64) -> Option<f64> {
+    let (found, per) = match SampledLoop::new(view.plant, view.parts) {
+        Ok(found) => (found.slowest()?, found.sample_time),
+        Err(_) => (SampledLoop::driven(view.plant, view.parts, 1e-3).ok()?.slowest()?, 1e-3),
+    };
+    let rate = -found.growth.ln() / per;
+    let window = if rate > 0.0 { FOLLOWED / rate } else { f64::INFINITY };
+    let window = if found.left_out > 0 { window.min(duration) } else { window };
+    Some(if window.is_finite() { window } else { duration })
+}
+
+/// Times, and at each the outputs and what the motors are told, after a step of a reference by one.
+fn follow(
+    view: &ControlLoop<'_>,
+    (reference, law, outputs): (usize, &dyn Law, &Outputs),
+    window: f64,
+) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let found = SampledLoop::driven(view.plant, view.parts, window / TIMES as f64).ok()?;
+    let stride = ((window / found.period / TIMES as f64).round() as usize).max(1);
+    let count = ((window / found.period) as usize / stride).clamp(1, 2 * TIMES);
+    let map = found.after(stride);
+    let inputs = &view.parts[view.number].inputs;
+    let states = map.rows();
+    let mut rows: Vec<Vec<f64>> = outputs.rows.clone();
+    rows.iter_mut().for_each(|row| row.resize(states, 0.0));
+    rows.extend((0..law.inputs().len()).map(|motor| found.commands.row(inputs[motor]).to_vec()));
+    let mut z = vec![0.0; states];
+    *z.get_mut(found.references[view.number] + reference)? = 1.0;
+    let (mut time, mut values) = (Vec::new(), vec![Vec::new(); rows.len()]);
+    let mut next = z.clone();
+    for k in 0..=count {
+        time.push(found.period * (k * stride) as f64);
+        for (row, values) in rows.iter().zip(&mut values) {
+            values.push(row.iter().zip(&z).map(|(a, b)| a * b).sum::<f64>());
+        }
+        multiply(map.as_slice(), &z, &mut next);
+        std::mem::swap(&mut z, &mut next);
+    }
+    let finite = values.iter().flatten().all(|value: &f64| value.is_finite());
+    finite.then_some((time, values))
+}
+
+/// The time after which a signal stays where it ends, s; zero for one that hardly moves.
+fn rest(time: &[f64], values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((0.0f64, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    let last = values.last().copied().unwrap_or(0.0);
+    let moving = values.iter().rposition(|x| (x - last).abs() > AT_REST * (high - low));
+    moving.map_or(0.0, |place| time[place])
+}

@@ -1,0 +1,162 @@
+//! A loop as errors, readings and references see it, frequency by frequency.
+
+use super::places::Places;
+use super::{LoopPlant, SampledLoop, SampledPart};
+use crate::names::Quantity;
+use crate::num::{Matrix, at_zero};
+use crate::synthesis::margins::Response;
+
+/// A controller in the loop of a plant, with all controllers as they run.
+#[derive(Debug, Clone, Copy)]
+pub struct ControlLoop<'a> {
+    /// The plant.
+    pub plant: &'a LoopPlant,
+    /// All controllers.
+    pub parts: &'a [SampledPart],
+    /// The one that is looked at.
+    pub number: usize,
+}
+
+/// The sample times of controllers and sensors differ.
+struct SeveralTimes;
+
+/// The loop as errors of a controller's readings see it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Readings {
+    /// What is read.
+    pub names: Vec<String>,
+    /// From the errors to the true readings.
+    pub loops: Response,
+    /// From the errors to the commands of the controller's motors.
+    pub commands: Response,
+}
+
+impl ControlLoop<'_> {
+    /// The loop as errors of the motors' torques see it, a channel for each motor of the controller; motions that nobody holds are
+    /// left out. `None` if the loop has several clocks, or cannot be computed.
+    pub fn motors(&self) -> Option<Response> {
+        let part = &self.parts[self.number];
+        let m = part.inputs.len();
+        let Some(period) = self.period().ok()? else {
+            let places = Places::new(self.plant, self.parts, true);
+            let (flow, commands) = places.flow();
+            let n = places.laws.first()?.references?;
+            let excess = places.laws[self.number].excess?;
+            let b = Matrix::from_fn(n, m, |i, j| flow[(i, excess + j)]);
+            let c = Matrix::from_fn(m, n, |i, j| commands[(part.inputs[i], j)]);
+            return held(&flow, [&b, &c, &Matrix::zeros(m, m)], None);
+        };
+        part.clock?;
+        let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
+        let (n, excess, first) = (found.states(), found.excess[self.number], found.held[self.number]);
+        let map = found.between_commands(self.number)?;
+        let b = Matrix::from_fn(n, m, |i, j| map[(i, excess + j)]);
+        let c = Matrix::from_fn(m, n, |i, j| f64::from(u8::from(j == first + i)));
+        held(&map, [&b, &c, &Matrix::zeros(m, m)], Some(period))
+    }
+
+    /// The same for errors of what the controller reads.
+    ///
+    /// A law with sensors reads these, `sensors` tells each one's row over `[q_r; q̇_r]`; another one reads the angles and speeds of
+    /// the `shafts` that it uses.
+    ///
+    /// # Panics
+    /// If there is not one row for each sensor, and one name for each shaft.
+    pub fn readings(&self, sensors: &[(String, Vec<f64>)], shafts: &[String]) -> Option<Readings> {
+        let period = self.period().ok()?;
+        let mut parts = self.parts.to_vec();
+        let part = &mut parts[self.number];
+        if !part.slow.is_empty() || (period.is_some() && part.clock.is_none()) {
+            return None;
+        }
+        assert_eq!(shafts.len(), self.plant.basis.rows(), "one name for each shaft");
+        let read = if part.linear.on_errors.columns() > 0 {
+            assert_eq!(part.linear.on_errors.columns(), sensors.len(), "one row for each sensor");
+            sensors.to_vec()
+        } else {
+            self.shafts_as_sensors(part, shafts)
+        };
+        let (names, rows): (Vec<String>, Vec<Vec<f64>>) = read.into_iter().unzip();
+        let (errors, inputs) = (names.len(), part.inputs.clone());
+        let m = inputs.len();
+        let mut direct = Matrix::zeros(m, errors);
+        let (n, first, map, command) = if let Some(period) = period {
+            // Commands in force, which follow the readings after the delay: the size is that of the commands themselves.
+            let found = SampledLoop::driven(self.plant, &parts, period).ok()?;
+            let in_force = found.held[self.number];
+            let command = Matrix::from_fn(m, found.states(), |i, j| f64::from(u8::from(j == in_force + i)));
+            (found.states(), found.errors[self.number], found.map, command)
+        } else {
+            let places = Places::new(self.plant, &parts, true);
+            let (flow, commands) = places.flow();
+            let (n, first) = (places.laws.first()?.references?, places.laws[self.number].errors?);
+            direct = Matrix::from_fn(m, errors, |i, j| commands[(inputs[i], first + j)]);
+            (n, first, flow, Matrix::from_fn(m, n, |i, j| commands[(inputs[i], j)]))
+        };
+        let b = Matrix::from_fn(n, errors, |i, j| map[(i, first + j)]);
+        let c = Matrix::from_fn(errors, n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
+        let loops = held(&map, [&b, &c, &Matrix::zeros(errors, errors)], period)?;
+        let commands = held(&map, [&b, &command, &direct], period)?;
+        Some(Readings { names, loops, commands })
+    }
+
+    /// Gives a law without sensors errors of the angles and speeds that it uses: their names and their rows.
+    fn shafts_as_sensors(&self, part: &mut SampledPart, shafts: &[String]) -> Vec<(String, Vec<f64>)> {
+        let (linear, r) = (&mut part.linear, self.plant.basis.columns());
+        let used =
+            |a: &Matrix<f64>, b: &Matrix<f64>, k: usize| [a, b].iter().any(|m| (0..m.rows()).any(|i| m[(i, k)] != 0.0));
+        let angles = (0..shafts.len()).filter(|k| used(&linear.angles, &linear.on_angles, *k));
+        let mut all: Vec<(bool, usize)> = angles.map(|k| (false, k)).collect();
+        all.extend((0..shafts.len()).filter(|k| used(&linear.speeds, &linear.on_speeds, *k)).map(|k| (true, k)));
+        let pick = |angles: &Matrix<f64>, speeds: &Matrix<f64>| {
+            Matrix::from_fn(angles.rows(), all.len(), |i, j| if all[j].0 { speeds } else { angles }[(i, all[j].1)])
+        };
+        (linear.errors, linear.on_errors) =
+            (pick(&linear.angles, &linear.speeds), pick(&linear.on_angles, &linear.on_speeds));
+        let quantity = |speed: bool| if speed { Quantity::Speed } else { Quantity::Angle };
+        let row = |(speed, k): &(bool, usize)| {
+            let own = |j: usize| if *speed { j >= r } else { j < r };
+            (0..2 * r).map(|j| if own(j) { self.plant.basis[(*k, j % r)] } else { 0.0 }).collect()
+        };
+        all.iter().map(|one| (quantity(one.0).of(&shafts[one.1]), row(one))).collect()
+    }
+
+    /// From the controller's references to rows over `[q_r; q̇_r]`; of a sampled loop as they are just before it computes.
+    pub fn references(&self, rows: &[Vec<f64>]) -> Option<Response> {
+        let period = self.period().ok()?;
+        let count = self.parts[self.number].linear.on_references.columns();
+        let (n, first, map) = if let Some(period) = period {
+            let found = SampledLoop::driven(self.plant, self.parts, period).ok()?;
+            (found.states(), found.references[self.number], found.map)
+        } else {
+            let places = Places::new(self.plant, self.parts, true);
+            (places.laws.first()?.references?, places.laws[self.number].references?, places.flow().0)
+        };
+        let a = Matrix::from_fn(n, n, |i, j| map[(i, j)]);
+        let b = Matrix::from_fn(n, count, |i, j| map[(i, first + j)]);
+        let c = Matrix::from_fn(rows.len(), n, |i, j| rows[i].get(j).copied().unwrap_or(0.0));
+        Response::state_space([&a, &b, &c, &Matrix::zeros(rows.len(), count)], period)
+    }
+
+    /// The sample time that all have in common; `None` in continuous time.
+    fn period(&self) -> Result<Option<f64>, SeveralTimes> {
+        let slow = self.parts.iter().flat_map(|part| part.slow.iter().map(|(_, sensor)| sensor.period));
+        let mut all = self.parts.iter().filter_map(|part| part.clock.map(|clock| clock.period)).chain(slow);
+        let first = all.next();
+        let same = |other: f64| first.is_some_and(|first| (other / first - 1.0).abs() < 1e-9);
+        if all.all(same) { Ok(first) } else { Err(SeveralTimes) }
+    }
+}
+
+/// The loop without the motions that nobody holds, for errors that enter by B and signals `C z + D w`.
+fn held(matrix: &Matrix<f64>, [b, c, d]: [&Matrix<f64>; 3], period: Option<f64>) -> Option<Response> {
+    let n = b.rows();
+    let one = |i: usize, j: usize| f64::from(u8::from(period.is_some() && i == j));
+    let split = at_zero(&Matrix::from_fn(n, n, |i, j| matrix[(i, j)] - one(i, j)))?;
+    let (b, c) = (split.left.multiply(b), c.multiply(&split.right));
+    let rest = match period {
+        None => split.rest,
+        Some(_) => split.rest.plus(&Matrix::identity(split.rest.rows())),
+    };
+    Response::state_space([&rest, &b, &c, d], period)
+}
