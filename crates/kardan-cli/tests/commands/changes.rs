@@ -146,7 +146,7 @@ fn a_file_is_watched() {
         BufReader::new(err).lines().map_while(Result::ok).try_for_each(|line| waiting.send(line))
     });
     // An object on one stream and the word on the other, in either order.
-    let mut both = || {
+    let both = || {
         let mut lines = Vec::new();
         while !(lines.iter().any(|line: &String| line.starts_with('{'))
             && lines.iter().any(|line| line.contains("waiting")))
