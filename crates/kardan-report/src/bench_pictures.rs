@@ -1,59 +1,51 @@
-//! What outputs did in the simulation and on the bench.
+//! What outputs did in the simulation and on the bench, both in one chart.
 
-use super::analysis_pictures::{drawing, figure_of};
-use super::frame::{Frame, LEFT, legend};
-use super::model::Picture;
-use super::thin::thin;
-use kardan::results::{BenchStudy, Experiment, Response, Run};
+use kardan::results::{BenchStudy, Experiment, Plot, PlottedReference, Response, Run, Series, Study};
 
-const WIDTH: f64 = 272.0;
-const HEIGHT: f64 = 190.0;
-/// Between the first frame and the room of the second one.
-const BETWEEN: f64 = 8.0;
-/// Points of a curve.
-const POINTS: usize = 1500;
+/// The runs of all experiments with a plot for each output, simulation and bench in one, as a study that charts are made of.
+pub(super) fn pictured(study: &BenchStudy) -> Study {
+    let experiments = &study.closed_loop.experiments;
+    let runs = experiments.iter().flat_map(|experiment| {
+        let [simulation, bench] = names(experiment);
+        [named(&experiment.simulated, simulation, experiment), named(&experiment.measured, bench, experiment)]
+    });
+    let plots = experiments.iter().flat_map(|one| one.responses.iter().map(move |response| plot(one, response)));
+    Study { runs: runs.collect(), plots: plots.collect(), ..Study::default() }
+}
 
-/// The axes are those of this output in all experiments: what does not move looks so.
-pub(super) fn response(study: &BenchStudy, experiment: &Experiment, response: &Response) -> Picture {
-    let points = |run: &Run, signal: &str| -> Vec<(f64, f64)> {
-        let Some(found) = run.series.signal(signal) else { return Vec::new() };
-        let kept = thin(&run.series.time, &found.values, POINTS);
-        kept.into_iter().map(|k| (run.series.time[k], found.values[k])).collect()
-    };
-    let runs = [("simulation", &experiment.simulated), ("bench", &experiment.measured)];
-    let curves = runs.map(|(_, run)| points(run, &response.signal));
-    let reference = points(&experiment.simulated, &response.reference);
-    let mut shown = Vec::new();
-    for other in &study.closed_loop.experiments {
-        for run in [&other.simulated, &other.measured] {
-            let values = run.series.signal(&response.signal).map(|found| found.values.as_slice()).unwrap_or_default();
-            let finite = || values.iter().copied().filter(|x| x.is_finite());
-            let begin = run.series.time.first().copied().unwrap_or(0.0);
-            shown.extend(
-                [finite().reduce(f64::min), finite().reduce(f64::max)].into_iter().flatten().map(|x| (begin, x)),
-            );
-        }
+/// How the two runs of an experiment are called in the legend.
+fn names(experiment: &Experiment) -> [String; 2] {
+    ["simulation", "bench"].map(|where_| format!("{where_}, {}", experiment.name))
+}
+
+/// The signals of a run that are drawn.
+fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
+    let drawn = |name: &String| experiment.responses.iter().any(|one| one.signal == *name || one.reference == *name);
+    let signals = run.series.signals.iter().filter(|signal| drawn(&signal.name)).cloned().collect();
+    Run {
+        name,
+        parameters: Vec::new(),
+        series: Series { time: run.series.time.clone(), signals },
+        energy: run.energy,
+        events: run.events.clone(),
+        outcome: run.outcome.clone(),
+        requirements: Vec::new(),
+        notes: Vec::new(),
+        strains: Vec::new(),
+        effort: run.effort,
     }
-    let every = || curves.iter().flatten().chain(&reference).chain(&shown).copied();
-    let mut body = String::new();
-    let mut below = 0.0;
-    for (k, ((name, _), curve)) in runs.iter().zip(&curves).enumerate() {
-        let mut frame = Frame::new(every(), WIDTH, HEIGHT);
-        frame.left += k as f64 * (WIDTH + LEFT + BETWEEN);
-        let up = format!("{}, {}", response.signal, response.physical.unit());
-        body += &frame.drawn("time, s", &up);
-        body += &frame.curve(reference.iter().copied(), 2, |_, _| false);
-        body += &frame.curve(curve.iter().copied(), k, |_, _| false);
-        below = frame.end() + 10.0;
-        body += &legend(frame.left, below, &[(k, name), (2, &response.reference)]);
+}
+
+fn plot(experiment: &Experiment, response: &Response) -> Plot {
+    Plot {
+        id: format!("{}-{}", experiment.name, response.output),
+        title: format!("{}: {}", experiment.name, response.output),
+        caption: "Simulation: the controller in continuous time on the model that it was designed on, without friction. Bench: as it \
+                  runs on the plant of the bench; noise of sensors is not drawn."
+            .into(),
+        signals: vec![response.signal.clone()],
+        references: vec![PlottedReference { signal: response.reference.clone(), opposite: false }],
+        variants: names(experiment).to_vec(),
+        ..Plot::default()
     }
-    let width = 2.0 * (LEFT + WIDTH) + BETWEEN + 16.0;
-    let title = format!("{}: {}", experiment.name, response.output);
-    let drawn = drawing(width, below + 12.0, &title, &body);
-    figure_of(
-        &title,
-        &drawn,
-        "Left the controller in continuous time on the model that it was designed on, without friction; right as it runs on the \
-         plant of the bench. Noise of sensors is not drawn.",
-    )
 }

@@ -13,23 +13,29 @@ const POINTS: usize = 4000;
 const MARKS: usize = 12;
 
 /// A plot with the picture that stands for it on paper; `index` is its place in the data.
-pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
+pub(super) fn chart(study: &Study, index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
+    let note = curves::curves(study, plot).note;
     Chart {
         anchor: picture.name.trim_end_matches(".svg").into(),
         title: if plot.title.is_empty() { plot.id.clone() } else { plot.title.clone() },
         index,
         svg: picture.svg.clone(),
-        caption: plot.caption.clone(),
+        caption: [plot.caption.as_str(), &note]
+            .into_iter()
+            .filter(|text| !text.is_empty())
+            .collect::<Vec<_>>()
+            .join(" "),
     }
 }
 
-/// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "curves": [{"label", "unit", "colour",
-/// "dash", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
+/// What the page's script draws, as JSON: `{"marks": [s, …], "plots": [{"y", "least_span", "curves": [{"label", "unit",
+/// "colour", "dash", "width", "t", "v"}]}], "clock": {"per_second", "unit"}}`; `t` in s, to be shown in the unit of the clock.
 pub(super) fn data(study: &Study) -> String {
     let plot = |plot: &Plot| {
         let curves = curves::curves(study, plot);
-        let label = json_string(&curves::axis_label(plot, &curves));
-        format!("{{\"y\":{label},\"curves\":{}}}", json_array(curves.iter().map(curve)))
+        let label = json_string(&curves::axis_label(plot, &curves.all));
+        let least = json_number(curves.least_span);
+        format!("{{\"y\":{label},\"least_span\":{least},\"curves\":{}}}", json_array(curves.all.iter().map(curve)))
     };
     let plots: Vec<String> = study.plots.par_iter().map(plot).collect();
     let clock = curves::clock(study);
@@ -43,13 +49,14 @@ pub(super) fn data(study: &Study) -> String {
 }
 
 fn curve(curve: &Curve) -> String {
-    let kept = thin(curve.time, curve.values, POINTS);
+    let kept = thin(curve.time, &curve.values, POINTS);
     format!(
-        "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"t\":{},\"v\":{}}}",
+        "{{\"label\":{},\"unit\":{},\"colour\":{},\"dash\":{},\"width\":{},\"t\":{},\"v\":{}}}",
         json_string(&curve.label),
-        json_string(curve.physical.unit()),
+        json_string(curve.unit),
         curve.colour.map_or("null".into(), |index| (index % curves::ON_WHITE.len()).to_string()),
         json_numbers(curve.dash.iter().copied()),
+        json_number(curve.width),
         json_numbers(kept.iter().map(|&index| curve.time[index])),
         json_numbers(kept.iter().map(|&index| curve.values[index])),
     )

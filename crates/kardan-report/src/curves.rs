@@ -1,16 +1,28 @@
 //! What a plot shows: which signals of which runs, under which name, in which style.
 
 use super::text::Clock;
-use kardan::results::{Physical, Plot, Run, Signal, Study};
+use kardan::results::{Physical, Plot, PlottedReference, Run, Signal, Study};
+use std::borrow::Cow;
 
-/// The colours of curves on white: Okabe and Ito's, chosen to stay apart for colour-blind readers.
-pub(super) const ON_WHITE: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f"];
+/// The colours of curves on white: hues of Okabe and Ito, so bright that each stands out from the paper (contrast 3 and more) and
+/// that no two are alike for any kind of colour blindness.
+pub(super) const ON_WHITE: [&str; 7] = ["#006aa9", "#ba4700", "#0e9e72", "#af6290", "#ca8300", "#7a92c6", "#645e5b"];
 /// The same hues, lighter, on a dark page.
-pub(super) const ON_DARK: [&str; 7] = ["#4da6e0", "#ff8a3d", "#2cc79a", "#e59ac4", "#f2b83d", "#8fd0f7", "#b0b0b0"];
+pub(super) const ON_DARK: [&str; 7] = ["#3595d0", "#f07e36", "#11c28e", "#be80ab", "#fbbf40", "#91d2fa", "#bec1c6"];
 /// Dash patterns (px) of a plot's first, second, … signal where colour already tells the variants apart.
 const DASHES: [&[f64]; 4] = [&[], &[1.5, 2.5], &[9.0, 3.0, 1.5, 3.0], &[14.0, 4.0]];
 /// The dash pattern (px) of references.
 const REFERENCE_DASH: &[f64] = &[6.0, 4.0];
+
+/// Widths of curves and references, px; what each curve that lies below another one is wider, and so many at most.
+const WIDTH: f64 = 1.5;
+const REFERENCE_WIDTH: f64 = 1.2;
+const STEP: f64 = 2.0;
+const MOST: usize = 4;
+/// What a line covers of an axis.
+const LINE: f64 = 0.003;
+/// Longer names of curves are not repeated.
+const NAME: usize = 28;
 
 /// The unit of time of all plots and tables.
 pub(super) fn clock(study: &Study) -> Clock {
@@ -19,25 +31,40 @@ pub(super) fn clock(study: &Study) -> Clock {
 }
 
 /// One curve of a plot.
+#[derive(Clone)]
 pub(super) struct Curve<'a> {
     /// Its name in the legend.
     pub(super) label: String,
-    /// Index into the palette, not yet reduced; `None` for a reference, drawn in the colour of the text.
+    /// Index into the palette, not yet reduced; `None` for a reference of all variants, drawn in the colour of the text.
     pub(super) colour: Option<usize>,
     /// Dash pattern, px; empty: solid.
     pub(super) dash: &'static [f64],
+    /// Width, px: of curves that coincide the lower ones are wider.
+    pub(super) width: f64,
     /// What the values are.
     pub(super) physical: Physical,
+    /// Their unit.
+    pub(super) unit: &'a str,
     /// Time, s.
     pub(super) time: &'a [f64],
-    /// As many values, SI.
-    pub(super) values: &'a [f64],
+    /// As many values.
+    pub(super) values: Cow<'a, [f64]>,
 }
 
-/// The curves of a plot, references last (they lie on top). Signals that a run does not have are left out.
-pub(super) fn curves<'a>(study: &'a Study, plot: &Plot) -> Vec<Curve<'a>> {
+/// What a plot shows.
+pub(super) struct Curves<'a> {
+    /// Its curves, references last (they lie on top). Signals that a run does not have are left out.
+    pub(super) all: Vec<Curve<'a>>,
+    /// The least span of the axis of values: below it there is nothing but rounding.
+    pub(super) least_span: f64,
+    /// How to read it, where that does not go without saying.
+    pub(super) note: String,
+}
+
+/// The curves of a plot.
+pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     let runs = runs(study, plot);
-    let mut curves = Vec::new();
+    let mut all = Vec::new();
     for (signal_index, name) in plot.signals.iter().enumerate() {
         for (run_index, run) in runs.iter().enumerate() {
             let Some(signal) = run.series.signal(name) else { continue };
@@ -49,16 +76,65 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &Plot) -> Vec<Curve<'a>> {
                 (false, true) => (variant_label(study, run), run_index, dash(0, run_index)),
                 (_, false) => (name.clone(), signal_index, dash(0, signal_index)),
             };
-            curves.push(curve(run, signal, label, Some(colour), dash));
+            all.push(curve(plot, run, signal, label, Some(colour), dash));
         }
     }
-    for name in &plot.references {
-        let found = runs.iter().find_map(|run| Some((run, run.series.signal(name)?)));
-        if let Some((run, signal)) = found {
-            curves.push(curve(run, signal, name.clone(), None, REFERENCE_DASH));
+    let least_span = rounding(study, plot, &all);
+    let alike = tell_apart(&mut all, least_span);
+    for reference in &plot.references {
+        all.extend(references(study, plot, &runs, reference));
+    }
+    let mut note = Vec::new();
+    if alike {
+        note.push(
+            "Curves that coincide to within the width of a line are drawn in one another, the first of them widest; the legend \
+             says which.",
+        );
+    }
+    if least_span > 0.0
+        && all.iter().all(|curve| span(&curve.values).is_some_and(|(low, high)| high - low < least_span))
+    {
+        note.push("What moves here is less than a billionth of what these signals do in other runs: rounding.");
+    }
+    Curves { all, least_span, note: note.join(" ") }
+}
+
+/// The curves of a reference: one where it is the same for all variants, else that of each variant in its colour.
+fn references<'a>(
+    study: &'a Study,
+    plot: &'a Plot,
+    runs: &[&'a Run],
+    reference: &'a PlottedReference,
+) -> Vec<Curve<'a>> {
+    let name = format!("{}{}", if reference.opposite { "−" } else { "" }, reference.signal);
+    let mut kinds: Vec<(Curve, Vec<String>)> = Vec::new();
+    let mut drawn = 0;
+    for (index, run) in runs.iter().enumerate() {
+        let Some(signal) = run.series.signal(&reference.signal) else { continue };
+        let mut own = curve(plot, run, signal, String::new(), Some(index), REFERENCE_DASH);
+        if reference.opposite {
+            // No zero gets a sign.
+            own.values = own.values.iter().map(|value| 0.0 - value).collect();
+        }
+        drawn += 1;
+        let accuracy = accuracy([&own.values[..]], 0.0);
+        match kinds.iter_mut().find(|(other, _)| coincide(other, &own, accuracy)) {
+            Some((_, variants)) => variants.push(variant_label(study, run)),
+            None => kinds.push((own, vec![variant_label(study, run)])),
         }
     }
-    curves
+    let several = kinds.len() > 1;
+    let named = |(mut curve, variants): (Curve<'a>, Vec<String>)| {
+        curve.label = match several {
+            true if variants.len() == drawn => name.clone(),
+            true => format!("{name}, {}", variants.join("; ")),
+            false => name.clone(),
+        };
+        curve.colour = curve.colour.filter(|_| several);
+        curve.width = REFERENCE_WIDTH;
+        curve
+    };
+    kinds.into_iter().map(named).collect()
 }
 
 /// The dash pattern of a signal in a colour; where the palette starts over, the next pattern.
@@ -66,7 +142,9 @@ fn dash(signal_index: usize, colour: usize) -> &'static [f64] {
     DASHES[(signal_index + colour / ON_WHITE.len()) % DASHES.len()]
 }
 
+/// The part of a signal that the plot shows, in its unit.
 fn curve<'a>(
+    plot: &'a Plot,
     run: &'a Run,
     signal: &'a Signal,
     label: String,
@@ -74,25 +152,138 @@ fn curve<'a>(
     dash: &'static [f64],
 ) -> Curve<'a> {
     let count = run.series.time.len().min(signal.values.len());
-    let (time, values) = (&run.series.time[..count], &signal.values[..count]);
-    Curve { label, colour, dash, physical: signal.physical, time, values }
+    let time = &run.series.time[..count];
+    let (from, until) = plot.window.map_or((0, count), |window| {
+        (time.partition_point(|&t| t < window.from), time.partition_point(|&t| t <= window.until))
+    });
+    let shown = from.min(until)..until;
+    let values = &signal.values[shown.clone()];
+    let display =
+        plot.display.as_ref().filter(|display| display.physical == signal.physical).map(|display| &display.unit);
+    let (unit, values) = match display {
+        Some(display) => (display.unit.as_str(), values.iter().map(|&value| display.of(value)).collect()),
+        None => (signal.physical.unit(), Cow::Borrowed(values)),
+    };
+    Curve { label, colour, dash, width: WIDTH, physical: signal.physical, unit, time: &time[shown], values }
 }
 
 fn runs<'a>(study: &'a Study, plot: &Plot) -> Vec<&'a Run> {
     study.runs.iter().filter(|run| plot.variants.is_empty() || plot.variants.contains(&run.name)).collect()
 }
 
+/// Least and greatest of the values that are finite.
+fn span(values: &[f64]) -> Option<(f64, f64)> {
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    finite.fold(None, |span, value| {
+        let (low, high) = span.unwrap_or((value, value));
+        Some((value.min(low), value.max(high)))
+    })
+}
+
+/// A billionth of the largest value that the signals of a plot have in any run, in the unit of the plot.
+fn rounding(study: &Study, plot: &Plot, curves: &[Curve]) -> f64 {
+    let mut largest = 0.0_f64;
+    for name in &plot.signals {
+        let Some(signal) = study.runs.iter().find_map(|run| run.series.signal(name)) else { continue };
+        let size = plot.display.as_ref().filter(|display| display.physical == signal.physical);
+        let size = size.map_or(1.0, |display| display.unit.size);
+        let all = study.runs.iter().filter_map(|run| run.series.signal(name));
+        let ends = all.filter_map(|signal| span(&signal.values)).flat_map(|(low, high)| [low.abs(), high.abs()]);
+        largest = largest.max(ends.fold(0.0, f64::max) / size);
+    }
+    // Signals of several kinds share no axis that could be too fine.
+    let one = curves.windows(2).all(|pair| pair[0].physical == pair[1].physical);
+    if one { 1e-9 * largest } else { 0.0 }
+}
+
+/// What no reader can tell apart: in the values of an axis that shows all of these, and in the time as a part of it.
+fn accuracy<'v>(values: impl IntoIterator<Item = &'v [f64]>, least_span: f64) -> f64 {
+    let ends = values.into_iter().filter_map(span);
+    let (low, high) =
+        ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), end| (low.min(end.0), high.max(end.1)));
+    LINE * (high - low).max(least_span).max(0.0)
+}
+
+/// Whether two curves lie in one another when drawn: each is everywhere, within the width of a line, where the other is.
+fn coincide(one: &Curve, other: &Curve, accuracy: f64) -> bool {
+    let (Some(first), Some(last)) = (one.time.first(), one.time.last()) else { return other.time.is_empty() };
+    let near = LINE * (last - first);
+    let ends =
+        |curve: &Curve| [curve.time.first().copied(), curve.time.last().copied()].map(|end| end.unwrap_or(f64::NAN));
+    let same_ends = ends(one).iter().zip(ends(other)).all(|(a, b)| (a - b).abs() <= near);
+    one.unit == other.unit && same_ends && within(one, other, near, accuracy) && within(other, one, near, accuracy)
+}
+
+/// Whether every value of a curve lies between the values that another one has about that time.
+fn within(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
+    let (mut from, mut until) = (0, 0);
+    one.time.iter().zip(one.values.iter()).all(|(&time, &value)| {
+        while until < other.time.len() && other.time[until] <= time + near {
+            until += 1;
+        }
+        while from < until && other.time[from] < time - near {
+            from += 1;
+        }
+        let about = &other.values[from..until];
+        if !value.is_finite() {
+            return about.iter().any(|value| !value.is_finite());
+        }
+        let ends = [(from, time - near), (until, time + near)].map(|(next, time)| straight(other, next, time));
+        let (low, high) = ends
+            .into_iter()
+            .flatten()
+            .chain(span(about))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (least, greatest)| {
+                (low.min(least), high.max(greatest))
+            });
+        (low - accuracy..=high + accuracy).contains(&value)
+    })
+}
+
+/// The value of a curve at a time between the sample before `next` and that one, on the straight line between them.
+fn straight(curve: &Curve, next: usize, time: f64) -> Option<(f64, f64)> {
+    let before = next.checked_sub(1)?;
+    let (t, x) = (curve.time.get(before..=next)?, curve.values.get(before..=next)?);
+    let value = x[0] + (x[1] - x[0]) * (time - t[0]) / (t[1] - t[0]);
+    value.is_finite().then_some((value, value))
+}
+
+/// Makes the lower ones of curves that coincide wider and says in the legend with which one they do; whether there are any.
+fn tell_apart(curves: &mut [Curve], least_span: f64) -> bool {
+    let accuracy = accuracy(curves.iter().map(|curve| &curve.values[..]), least_span);
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, curve) in curves.iter().enumerate() {
+        let alike = |group: &&mut Vec<usize>| coincide(&curves[group[0]], curve, accuracy);
+        match groups.iter_mut().find(alike) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    groups.retain(|group| group.len() > 1);
+    for group in &groups {
+        let first = &curves[group[0]].label;
+        let name = if first.chars().count() > NAME { format!("curve {}", group[0] + 1) } else { first.clone() };
+        for (place, &index) in group.iter().enumerate() {
+            curves[index].width = WIDTH + STEP * (group.len() - 1 - place).min(MOST) as f64;
+            if place > 0 {
+                curves[index].label += &format!(" (same as {name})");
+            }
+        }
+    }
+    !groups.is_empty()
+}
+
 /// The axis label: `angle rk.phi [rad]` for one signal, `angle [rad]` for several, both units if they differ.
 pub(super) fn axis_label(plot: &Plot, curves: &[Curve]) -> String {
-    let mut kinds: Vec<Physical> = Vec::new();
+    let mut kinds: Vec<(Physical, &str)> = Vec::new();
     for curve in curves {
-        if !kinds.contains(&curve.physical) {
-            kinds.push(curve.physical);
+        if !kinds.contains(&(curve.physical, curve.unit)) {
+            kinds.push((curve.physical, curve.unit));
         }
     }
     match (&kinds[..], &plot.signals[..]) {
-        ([kind], [signal]) => format!("{} {signal} [{}]", kind.word(), kind.unit()),
-        _ => kinds.iter().map(|kind| format!("{} [{}]", kind.word(), kind.unit())).collect::<Vec<_>>().join(", "),
+        ([(kind, unit)], [signal]) => format!("{} {signal} [{unit}]", kind.word()),
+        _ => kinds.iter().map(|(kind, unit)| format!("{} [{unit}]", kind.word())).collect::<Vec<_>>().join(", "),
     }
 }
 
@@ -136,6 +327,38 @@ pub(super) fn stems(study: &Study) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn curve_of<'a>(time: &'a [f64], values: &'a [f64]) -> Curve<'a> {
+        let (physical, unit) = (Physical::Angle, "rad");
+        let values = Cow::Borrowed(values);
+        Curve { label: "a".into(), colour: Some(0), dash: &[], width: WIDTH, physical, unit, time, values }
+    }
+
+    #[test]
+    fn curves_that_coincide_are_told_whatever_their_samples() {
+        let time: Vec<f64> = (0..1001).map(|k| f64::from(k) * 1e-3).collect();
+        let step = |at: f64, size: f64| time.iter().map(|&t| if t < at { 0.0 } else { size }).collect::<Vec<f64>>();
+        let (early, late, high) = (step(0.5, 1.0), step(0.502, 1.0), step(0.5, 1.01));
+        let coarse = [0.0, 0.4999, 0.5, 1.0];
+        let few = curve_of(&coarse, &[0.0, 0.0, 1.0, 1.0]);
+        assert!(coincide(&curve_of(&time, &early), &curve_of(&time, &late), 0.003));
+        assert!(coincide(&curve_of(&time, &early), &few, 0.003) && coincide(&few, &curve_of(&time, &early), 0.003));
+        assert!(!coincide(&curve_of(&time, &early), &curve_of(&time, &high), 0.003));
+        assert!(!coincide(&curve_of(&time, &step(0.6, 1.0)), &few, 0.003));
+        let half = time.len() / 2;
+        assert!(!coincide(&curve_of(&time[..half], &early[..half]), &curve_of(&time, &early), 0.003));
+    }
+
+    #[test]
+    fn the_lower_of_coinciding_curves_are_wider_and_named() {
+        let (time, values, other) = ([0.0, 1.0], [0.0, 1.0], [0.0, 0.5]);
+        let named = |label: &str, values| Curve { label: label.into(), ..curve_of(&time, values) };
+        let mut all = [named("a", &values), named("b", &other), named("c", &values)];
+        assert!(tell_apart(&mut all, 0.0));
+        let labels: Vec<&str> = all.iter().map(|curve| curve.label.as_str()).collect();
+        assert_eq!(labels, ["a", "b", "c (same as a)"]);
+        assert!(all[0].width > all[2].width && all[1].width == all[2].width);
+    }
 
     #[test]
     fn file_names_are_safe_and_unique() {

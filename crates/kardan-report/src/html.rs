@@ -289,7 +289,7 @@ fn palette() -> String {
         colours.iter().enumerate().map(|(index, colour)| format!("--curve-{index}:{colour};")).collect()
     };
     format!(
-        ":root{{{}}}\n@media (prefers-color-scheme:dark){{:root{{{}}}}}\n",
+        ":root{{{}}}\n@media screen and (prefers-color-scheme:dark){{:root{{{}}}}}\n",
         properties(&ON_WHITE),
         properties(&ON_DARK)
     )

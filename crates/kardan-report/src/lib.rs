@@ -89,8 +89,9 @@ pub struct PlotFile {
 
 /// One SVG for each of the study's plots, in their order.
 ///
-/// All signals of a plot are drawn for every variant it lists, in SI units over time in s; references are dashed and
-/// drawn once. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
+/// All signals of a plot are drawn for every variant it lists, in SI units or that of [`Plot::display`](kardan::results::Plot)
+/// over time in s; references are dashed and drawn once, or for each variant where they differ. Of curves that coincide the lower
+/// ones are wider, and the legend says so. Long series are thinned to about 2000 points a curve and keep every extreme; values that are not finite
 /// leave a gap. A plot without data gives empty axes that say so.
 ///
 /// ```

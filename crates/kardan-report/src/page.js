@@ -66,21 +66,27 @@
     const series = plot.curves.map((curve) => ({
       label: curve.label,
       stroke: colour(curve),
-      width: curve.colour === null ? 1.2 : 1.5,
+      width: curve.width,
       dash: curve.dash,
       points: { show: false },
       pxAlign: 0,
-      value: (u, value) => (value == null ? "–" : figure(value) + " " + curve.unit),
+      value: (u, value) => (value == null ? "" : figure(value) + " " + curve.unit),
     }));
     const options = {
       width: element.clientWidth,
       height: height(element.clientWidth),
-      scales: { x: { time: false } },
+      scales: {
+        x: { time: false },
+        // What is nothing but rounding gets an axis on which it looks so.
+        y: { range: (u, low, high) => high - low >= plot.least_span
+          ? uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true)
+          : [(low + high - plot.least_span) / 2, (low + high + plot.least_span) / 2] },
+      },
       axes: [
         { ...axis, label: "time [" + clock.unit + "]", size: 28 },
         { ...axis, label: plot.y, size: axisWidth },
       ],
-      series: [{ label: "time", value: (u, value) => (value == null ? "–" : figure(value) + " " + clock.unit) }, ...series],
+      series: [{ label: "time", value: (u, value) => (value == null ? "" : figure(value) + " " + clock.unit) }, ...series],
       legend: { markers: { dash: (u, index) => lineStyle(plot.curves[index - 1]), width: 2 } },
       cursor: { sync: { key: sync.key }, dataIdx: nearest, drag: { x: true, y: false, dist: 4 }, points: { size: 6 } },
     };

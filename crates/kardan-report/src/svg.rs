@@ -51,10 +51,14 @@ fn finish(svg: &str, stem: &str) -> String {
 }
 
 fn draw(study: &Study, plot: &Plot) -> String {
-    let curves = curves::curves(study, plot);
+    let curves::Curves { all: curves, least_span, .. } = curves::curves(study, plot);
     let Clock { per_second, unit } = curves::clock(study);
     let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
-    let value = ticks::axis(curves.iter().flat_map(|curve| curve.values.iter().copied()), 0.04, 7);
+    let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    // What is nothing but rounding gets an axis on which it looks so.
+    let wider = (high - low < least_span).then(|| [0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
+    let value = ticks::axis(values().chain(wider.into_iter().flatten()), 0.04, 7);
 
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.
     let entries: Vec<LegendEntry> = curves.iter().map(entry).collect();
@@ -116,14 +120,14 @@ fn entry(curve: &Curve) -> LegendEntry {
 
 /// The polylines of a curve: one for each stretch between two gaps.
 fn lines(curve: &Curve, per_second: f64) -> Vec<LinePlot> {
-    let kept = thin(curve.time, curve.values, POINTS);
+    let kept = thin(curve.time, &curve.values, POINTS);
     let stretches = kept.split(|&index| !curve.values[index].is_finite());
     let drawn = |stretch: &[usize]| {
         let style = dasharray(curve).map_or(LineStyle::Solid, LineStyle::Custom);
         LinePlot::new()
             .with_data(stretch.iter().map(|&index| (curve.time[index] * per_second, curve.values[index])))
             .with_color(colour(curve))
-            .with_stroke_width(if curve.colour.is_some() { 1.3 } else { 1.0 })
+            .with_stroke_width(curve.width)
             .with_line_style(style)
     };
     stretches.filter(|stretch| stretch.len() > 1).map(drawn).collect()

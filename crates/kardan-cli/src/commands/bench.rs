@@ -257,7 +257,11 @@ impl Output {
             closed_loop,
             notes,
         };
-        let (extension, text) = shown(&report::bench(&found), args.markdown);
+        let page = report::bench(&found);
+        let (extension, text) = shown(&page, args.markdown);
+        for (name, picture) in page.plots().filter(|_| args.markdown) {
+            self.keep(name, "svg", picture.as_bytes());
+        }
         self.keep("report", extension, text.as_bytes());
         Ok(Some(found))
     }

@@ -1,7 +1,8 @@
 //! A study on a virtual bench, and the plan of its experiment, as pages.
 
-use crate::bench_pictures::response;
-use crate::model::{Body, Cell, Page, Section, row, warnings};
+use crate::bench_pictures::pictured;
+use crate::charts;
+use crate::model::{Block, Body, Cell, Page, Section, row, warnings};
 use crate::text::figure;
 use crate::text::number;
 use kardan::results::{
@@ -18,8 +19,14 @@ const ROUNDING: f64 = 1e-6;
 /// The page of a study.
 pub fn page(study: &BenchStudy) -> Page {
     let closed_loop = &study.closed_loop;
+    let pictured = pictured(study);
+    let (data, drawn) = rayon::join(|| charts::data(&pictured), || crate::plots(&pictured));
+    let all = pictured.plots.iter().zip(&drawn).enumerate();
+    let mut charts = all.map(|(k, (plot, picture))| Block::Chart(charts::chart(&pictured, k, plot, picture)));
     let experiments = closed_loop.experiments.iter().enumerate().map(|(k, experiment)| {
-        (format!("experiment-{}", k + 1), format!("Simulation and bench: {}", experiment.name), pair(study, experiment))
+        let own = Body(charts.by_ref().take(experiment.responses.len()).collect());
+        let title = format!("Simulation and bench: {}", experiment.name);
+        (format!("experiment-{}", k + 1), title, own.and(pair(experiment)))
     });
     let notes = study.notes.iter().chain(&closed_loop.notes).cloned();
     let rest = [
@@ -42,7 +49,7 @@ pub fn page(study: &BenchStudy) -> Page {
         verdict: Some(verdict(study)),
         alerts: warnings(&[&study.identification.warnings[..], &design.warnings].concat()),
         sections,
-        data: None,
+        data: Some(data),
     }
 }
 
@@ -85,8 +92,8 @@ fn inside(found: &IdentifiedParameter, value: f64) -> bool {
     found.interval.is_some_and(|it| (it.lower..=it.upper).contains(&value))
 }
 
-/// Each output in the simulation and on the bench, side by side on the same axes.
-fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
+/// Each output in the simulation and on the bench.
+fn pair(experiment: &Experiment) -> Body {
     let headers = [
         "output",
         "unit",
@@ -110,11 +117,7 @@ fn pair(study: &BenchStudy, experiment: &Experiment) -> Body {
             one.distance_at,
         ]
     });
-    Body::default().pictures(experiment.responses.iter().map(|one| response(study, experiment, one))).table_of(
-        usize::MAX,
-        &headers,
-        rows,
-    )
+    Body::default().table_of(usize::MAX, &headers, rows)
 }
 
 /// What makes the bench differ from the simulation, a sentence for each output that does.

@@ -8,7 +8,8 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    self, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study, Verdict,
+    self, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study,
+    Verdict,
 };
 
 use super::{analysis, design};
@@ -139,7 +140,8 @@ fn or_none(body: Body, none: &str) -> Body {
 
 fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
     let charts = study.plots.iter().zip(drawn).enumerate();
-    let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
+    let charts: Vec<Block> =
+        charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(study, k, plot, picture))).collect();
     if study.plots.is_empty() {
         return Body::default().say("The model file asks for no plots.");
     }
@@ -194,9 +196,10 @@ fn key_figures(study: &Study) -> Body {
         let found = runs.filter_map(|run| Some((run, run.series.signal(name)?)));
         let found: Vec<(&Run, &Signal)> = found.collect();
         for (index, (run, signal)) in found.iter().enumerate() {
-            let name = format!("{name} [{}]", signal.physical.unit());
-            let mut row = row![span(name, index, found.len()), variant_label(study, run)];
-            row.extend(extremes(&run.series.time, &signal.values, clock(study)));
+            let unit = told_in(study, name, signal);
+            let told = format!("{name} [{}]", unit.map_or(signal.physical.unit(), |unit| &unit.unit));
+            let mut row = row![span(told, index, found.len()), variant_label(study, run)];
+            row.extend(extremes(&run.series.time, &signal.values, unit, clock(study)));
             rows.push(row);
         }
     }
@@ -204,16 +207,24 @@ fn key_figures(study: &Study) -> Body {
     or_none(Body::default().table_of(usize::MAX, &headers, rows), "No signals are plotted.")
 }
 
+/// The unit in which a plot shows a signal, where that is not the SI unit.
+fn told_in<'a>(study: &'a Study, name: &String, signal: &Signal) -> Option<&'a DisplayUnit> {
+    let plots = study.plots.iter().filter(|plot| plot.signals.contains(name));
+    let units = plots.filter_map(|plot| plot.display.as_ref());
+    units.filter(|display| display.physical == signal.physical).map(|display| &display.unit).next()
+}
+
 /// Least and greatest value with their times, and the last value that is finite.
-fn extremes(time: &[f64], values: &[f64], clock: Clock) -> [Cell; 5] {
+fn extremes(time: &[f64], values: &[f64], unit: Option<&DisplayUnit>, clock: Clock) -> [Cell; 5] {
     let found = results::extremes(time, values);
+    let told = |value: f64| unit.map_or(value, |unit| unit.of(value));
     let cells = |found: Option<Extreme>| match found {
-        Some(at) => [Cell::from(at.value), Cell::Text(clock.time(at.time))],
+        Some(at) => [Cell::from(told(at.value)), Cell::Text(clock.time(at.time))],
         None => ["–".into(), "–".into()],
     };
     let [[low, low_time], [high, high_time]] = [cells(found.min), cells(found.max)];
     let last = values.iter().rev().find(|value| value.is_finite());
-    [low, low_time, high, high_time, last.copied().into()]
+    [low, low_time, high, high_time, last.copied().map(told).into()]
 }
 
 /// Motors with limits: what was asked of them, and how long they were there. Empty if there are none.
@@ -236,7 +247,10 @@ fn requirements(study: &Study) -> Body {
         let judged: Vec<_> = judged.filter(|(_, judged)| &judged.text == text).collect();
         for (index, (run, requirement)) in judged.iter().enumerate() {
             let measured = match requirement.measured.filter(|measured| measured.is_finite()) {
-                Some(measured) => format!("{} {}", number(measured), requirement.unit),
+                Some(measured) => match &requirement.display {
+                    Some(display) => format!("{} {}", number(display.of(measured)), display.unit),
+                    None => format!("{} {}", number(measured), requirement.unit),
+                },
                 None => "not measured".into(),
             };
             let passed = requirement.passed;

@@ -34,6 +34,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             text: HOSTILE.into(),
             measured: None,
             unit: "rad".into(),
+            display: None,
             passed: false,
         }],
         notes: vec!["the split is not unique".into(), text],
@@ -64,7 +65,7 @@ fn hostile() -> Study {
         caption: HOSTILE.into(),
         signals: signals.iter().map(|&name| name.into()).collect(),
         references: vec!["ref_rk".into()],
-        variants: Vec::new(),
+        ..Plot::default()
     };
     Study {
         model: ModelSummary {
@@ -171,8 +172,11 @@ fn the_pictures_are_well_formed_and_name_what_they_show() {
     let mixed = texts(&files[1].svg);
     assert!(mixed.contains("m.tau, beta = 30 deg") && mixed.contains("angle [rad], torque [N m]"));
     assert!(texts(&files[2].svg).contains("ref_rk"), "the reference is there even if the signal is not");
-    let pieces = files[0].svg.matches("stroke-width=\"1.3").count();
-    assert_eq!(pieces, 6, "the gap splits each of the three curves");
+    for width in ["5.5", "3.5", "1.5"] {
+        let pieces = files[0].svg.matches(&format!("stroke-width=\"{width}\"")).count();
+        assert_eq!(pieces, 2, "the gap splits each of the three curves, which coincide: the lower ones are wider");
+    }
+    assert!(angle.contains("beta = 10 deg (same as beta = 0 deg)"), "the legend says so: {angle}");
     assert_eq!(files[0].svg.matches("stroke-dasharray=\"6 4\"").count(), 1, "one reference, drawn once");
 }
 

@@ -169,7 +169,7 @@ impl Document {
     }
 
     /// The entries of `[parameters]` and the implicit parameters.
-    pub(super) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
+    pub(crate) fn all_parameters(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().chain(&self.implicit)
     }
 

@@ -156,8 +156,15 @@ keys! {
         }
         optional {
             caption: Text, "A sentence beneath the plot.";
-            references: Signals, "Signals drawn once, dashed.";
+            references: Signals,
+                "Signals drawn dashed: once where they are the same in all variants, else for each variant. A minus before \
+                 the name, `-ref`, draws it in the opposite sense, as where a torque is measured as a load.";
             variants: Words, "Variants to draw; left out: all.";
+            display: Text,
+                "Unit in which the signals of its kind are drawn and told in the report: `deg`, `rpm`, `mN m`; left out: the SI \
+                 unit. Tables and JSON stay in SI.";
+            from: Quantity(Dimension::TIME, Sign::NonNegative), "Begin of the time that is drawn; left out: the whole run.";
+            until: Quantity(Dimension::TIME, Sign::Positive), "End of the time that is drawn; left out: the end of the run.";
         }
     }
 }

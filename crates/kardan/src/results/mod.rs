@@ -171,6 +171,28 @@ pub struct ParameterValue {
     pub text: String,
 }
 
+/// A unit in which numbers are told to a reader, where it is not the SI unit.
+///
+/// ```
+/// use kardan::results::DisplayUnit;
+/// let degrees = DisplayUnit { unit: "deg".into(), size: std::f64::consts::PI / 180.0 };
+/// assert!((degrees.of(std::f64::consts::PI) - 180.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct DisplayUnit {
+    /// As the model file writes it: `deg`.
+    pub unit: String,
+    /// What one of it is in the SI unit.
+    pub size: f64,
+}
+
+impl DisplayUnit {
+    /// An SI value in this unit.
+    pub fn of(&self, value: f64) -> f64 {
+        value / self.size
+    }
+}
+
 /// A requirement of the model file, judged.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RequirementResult {
@@ -178,8 +200,10 @@ pub struct RequirementResult {
     pub text: String,
     /// The measured value, SI; `None` if the run ended before it could be measured.
     pub measured: Option<f64>,
-    /// Its unit.
+    /// Its SI unit.
     pub unit: String,
+    /// The unit of its bounds in the file, where that is another one.
+    pub display: Option<DisplayUnit>,
     /// Whether it holds.
     pub passed: bool,
 }
@@ -461,10 +485,40 @@ pub struct Plot {
     pub caption: String,
     /// Signals, drawn for every variant listed.
     pub signals: Vec<String>,
-    /// References drawn once, dashed.
-    pub references: Vec<String>,
+    /// References, drawn dashed.
+    pub references: Vec<PlottedReference>,
     /// Names of variants; empty: all.
     pub variants: Vec<String>,
+    /// The unit in which signals of one kind are drawn and told; `None`: the SI unit.
+    pub display: Option<PlotUnit>,
+    /// The time that is drawn, s; without an end the whole run.
+    pub window: Option<Span>,
+}
+
+/// A reference of a plot.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlottedReference {
+    /// The signal.
+    pub signal: String,
+    /// Whether it is drawn in the opposite sense.
+    pub opposite: bool,
+}
+
+impl From<&str> for PlottedReference {
+    /// `-u2` is `u2` in the opposite sense.
+    fn from(text: &str) -> Self {
+        let signal = text.strip_prefix('-').unwrap_or(text);
+        Self { signal: signal.into(), opposite: signal.len() < text.len() }
+    }
+}
+
+/// A unit for all signals of one kind in a plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlotUnit {
+    /// Of which signals.
+    pub physical: Physical,
+    /// The unit.
+    pub unit: DisplayUnit,
 }
 
 /// Everything a study produced.

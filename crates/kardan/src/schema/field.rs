@@ -162,6 +162,8 @@ pub struct Table {
     pub place: Place,
     /// The values by key.
     pub values: BTreeMap<&'static str, Placed<Value>>,
+    /// Quantities as they are written, `179 deg`, by key.
+    pub written: BTreeMap<&'static str, String>,
     /// Keys that are in the file but could not be read, misspelt ones included; each has been reported.
     pub unread: Vec<&'static str>,
 }

@@ -8,10 +8,10 @@ use crate::entries::Place;
 use crate::model::tables::Measure;
 use crate::model::{Document, TableReader};
 use crate::names::{Quantity, SignalName};
-use crate::results::{Physical, Plot};
+use crate::results::{DisplayUnit, Physical, Plot, PlotUnit, PlottedReference, Span};
 use crate::schema::{Placed, Scalar as Written, Sign, Table};
 use crate::simulate::Tolerance;
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact, unit_as_written};
 use std::collections::BTreeSet;
 
 /// The signals of a study, for what names them.
@@ -151,7 +151,16 @@ impl Requirements<'_> {
         }
         let ([below, above], signal, measure) = (bounds?, signal?.into(), measure?);
         let (from, until) = (from.unwrap_or_default(), until.unwrap_or(f64::INFINITY));
-        Some(Requirement { signal, measure, below, above, from, until, variants })
+        let display = (!timed).then(|| physical.and_then(|physical| self.unit_of_bounds(table, physical))).flatten();
+        Some(Requirement { signal, measure, display, below, above, from, until, variants })
+    }
+
+    /// The unit of the bounds as the file writes it, `None` if it is the SI unit.
+    fn unit_of_bounds(&self, table: &Table, physical: Physical) -> Option<DisplayUnit> {
+        let text = ["below", "above"].into_iter().find_map(|key| table.written.get(key))?;
+        let named = || self.known.document.all_parameters().find(|parameter| &parameter.name == text);
+        let text = named().map_or(text, |parameter| &parameter.text);
+        display_unit(unit_as_written(text)?, physical)
     }
 
     fn number(&self, table: &Table, key: &str, expected: (Dimension, Sign), out: &mut Vec<Diagnostic>) -> Option<f64> {
@@ -219,6 +228,60 @@ fn check_limited(signal: &str, place: &Place, document: &Document, out: &mut Vec
     out.push(Diagnostic::error("requirement::limit", message).at(place.clone(), "no torque limit").help(problem.1));
 }
 
+/// A unit for signals of a kind; `None` if it is the SI unit or one of something else.
+fn display_unit((unit, size, dimension): (&str, Exact, Dimension), physical: Physical) -> Option<DisplayUnit> {
+    let size = size.to_f64();
+    (dimension == physical_dimension(physical) && size != 1.0).then(|| DisplayUnit { unit: unit.into(), size })
+}
+
+/// The unit in which signals of a plot are drawn; a text that is no unit of one of them is reported.
+fn display(table: &Table, kinds: &[Physical], what: &str, out: &mut Vec<Diagnostic>) -> Option<PlotUnit> {
+    let text = read_word(table, "display")?.trim();
+    let written = format!("1 {text}");
+    let mistake = |code: &'static str, message: String, help: String| {
+        Diagnostic::error(code, message).at(TableReader::place(table, "display"), "no unit of what is drawn").help(help)
+    };
+    let units: Vec<String> = kinds.iter().map(|kind| format!("`{}`", kind.unit())).collect();
+    let drawn = units.join(", ");
+    let Some(unit @ (_, _, dimension)) = unit_as_written(&written) else {
+        let message = format!("{what}: `{}` is no unit", shortened(text));
+        out.push(mistake("unit::unknown", message, "write a unit such as `deg`, `rpm` or `mN m`".into()));
+        return None;
+    };
+    let Some(&physical) = kinds.iter().find(|kind| physical_dimension(**kind) == dimension) else {
+        // Signals that were not found are reported already.
+        if !kinds.is_empty() {
+            let message = format!("{what}: `{}` is {}, and no such signal is drawn", shortened(text), dimension.noun());
+            out.push(mistake(
+                "unit::dimension",
+                message,
+                format!("the signals drawn are in {drawn}: write a unit of one of these"),
+            ));
+        }
+        return None;
+    };
+    display_unit(unit, physical).map(|unit| PlotUnit { physical, unit })
+}
+
+/// The time that a plot shows; one that is empty is reported.
+fn window(table: &Table, known: &Known<'_>, what: &str, out: &mut Vec<Diagnostic>) -> Option<Span> {
+    let reader = &TableReader::new(known.document, &[]);
+    let [from, until] = ["from", "until"].map(|key| quantity(reader, table, key, TIME, what, out).map(|x| x.to_f64()));
+    let duration = quantity(reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
+    let end = duration.map_or(f64::INFINITY, |x| x.to_f64()).min(until.unwrap_or(f64::INFINITY));
+    let begin = from.unwrap_or_default();
+    if begin >= end {
+        let key = if from.is_some() { "from" } else { "until" };
+        let message = format!("{what}: no time is left to draw: it begins at {begin} s and ends at {end} s");
+        out.push(
+            Diagnostic::error("plot::window", message)
+                .at(TableReader::place(table, key), "no time is left")
+                .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
+        );
+    }
+    (from.is_some() || until.is_some()).then_some(Span { from: begin, until: until.unwrap_or(f64::INFINITY) })
+}
+
 pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagnostic>) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();
     let mut places: Vec<Place> = Vec::new();
@@ -235,14 +298,17 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             );
         }
         let variants = known_variants(table, variants, known, &what, out);
-        let mut signals = |key: &str| {
-            let words = read_words(table, key);
-            for word in words {
-                known_signal(&word.value, &word.place, known, &what, out);
-            }
-            words.iter().map(|word| word.value.clone()).collect::<Vec<_>>()
+        let mut kinds = Vec::new();
+        let drawn: Vec<String> = read_words(table, "signals").iter().map(|word| word.value.clone()).collect();
+        for word in read_words(table, "signals") {
+            kinds.extend(known_signal(&word.value, &word.place, known, &what, out));
+        }
+        let mut reference = |word: &Placed<String>| {
+            let reference = PlottedReference::from(word.value.as_str());
+            known_signal(&reference.signal, &word.place, known, &what, out);
+            reference
         };
-        let (drawn, references) = (signals("signals"), signals("references"));
+        let references = read_words(table, "references").iter().map(&mut reference).collect();
         if drawn.is_empty() && table.values.contains_key("signals") {
             out.push(
                 Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
@@ -250,6 +316,7 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
                     .help("list one or more signals: `signals = [\"rk.phi\"]`"),
             );
         }
+        let (display, window) = (display(table, &kinds, &what, out), window(table, known, &what, out));
         places.push(place);
         plots.push(Plot {
             id,
@@ -258,6 +325,8 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             signals: drawn,
             references,
             variants,
+            display,
+            window,
         });
     }
     plots

@@ -2,7 +2,7 @@
 
 use crate::model::tables::Measure;
 use crate::names::{Quantity, SignalName};
-use crate::results::{MotorStrain, RequirementResult, Series};
+use crate::results::{DisplayUnit, MotorStrain, RequirementResult, Series};
 
 /// A bound on a signal.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Requirement {
     pub signal: String,
     /// What is measured of it.
     pub measure: Measure,
+    /// The unit of its bounds in the file, where it is not the SI unit.
+    pub display: Option<DisplayUnit>,
     /// Bound from above, SI.
     pub below: Option<f64>,
     /// Bound from below, SI.
@@ -29,7 +31,7 @@ pub(super) fn judge(
     strains: &[MotorStrain],
     completed: bool,
 ) -> RequirementResult {
-    let Requirement { signal, measure, below, above, from, until, .. } = requirement;
+    let Requirement { signal, measure, display, below, above, from, until, .. } = requirement;
     let found = series.signal(signal);
     let unit = match measure {
         Measure::TimeAtLimit => "s".to_string(),
@@ -67,13 +69,21 @@ pub(super) fn judge(
     } else {
         String::new()
     };
-    let text = match (above, below) {
-        (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {unit}"),
-        (Some(above), None) => format!("{name}{window} > {above} {unit}"),
-        (None, Some(below)) => format!("{name}{window} < {below} {unit}"),
+    let told = display.as_ref().map_or(unit.as_str(), |display| &display.unit);
+    let bound = |bound: &Option<f64>| bound.map(|bound| display.as_ref().map_or(bound, |unit| written(bound, unit)));
+    let text = match (bound(above), bound(below)) {
+        (Some(above), Some(below)) => format!("{above} < {name}{window} < {below} {told}"),
+        (Some(above), None) => format!("{name}{window} > {above} {told}"),
+        (None, Some(below)) => format!("{name}{window} < {below} {told}"),
         (None, None) => format!("{name}{window}"),
     };
-    RequirementResult { text, measured, unit, passed }
+    RequirementResult { text, measured, unit, display: display.clone(), passed }
+}
+
+/// A bound in the unit of the file, without the digits that the change of units rounded: 15 remain.
+fn written(bound: f64, unit: &DisplayUnit) -> f64 {
+    let value = unit.of(bound);
+    format!("{value:.14e}").parse().unwrap_or(value)
 }
 
 /// The motor of which a signal is the torque.

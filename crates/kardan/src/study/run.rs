@@ -15,7 +15,7 @@ use super::{
 };
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::names::Quantity;
-use crate::results::{Analysis, Design, Outcome, Plot, Run, Study};
+use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
 use crate::simulate::{Setup, Tolerance, signal_names};
 
 /// How a study is run.
@@ -165,8 +165,46 @@ fn structure_of(prepared: &Prepared, variant: &PreparedVariant) -> Result<Analys
     })
 }
 
-/// For a file that asks for no plot: angles and speeds of the coordinates, torques of the motors; of circuits charges,
-/// currents and voltages.
+/// Each output that a controller of the loop controls with its reference, then references of another kind, such as a torque
+/// that is asked for at an angle.
+fn controlled(variant: &PreparedVariant) -> Vec<Plot> {
+    let columns = signal_names(&variant.reduced, &variant.scenario);
+    let signal = |name: &str| {
+        let torque = Quantity::Torque.of(name);
+        columns.iter().find(|(other, _)| other == name).or_else(|| columns.iter().find(|(other, _)| *other == torque))
+    };
+    let mut plots: Vec<Plot> = Vec::new();
+    let mut others: Vec<String> = Vec::new();
+    for control in &variant.model.controls {
+        let channels = control.values.tables("channels").unwrap_or_default();
+        for channel in channels.iter().chain([&control.values]) {
+            let word = |key: &str| channel.word(key).and_then(signal);
+            let (Some((output, kind)), reference) = (word("output"), word("reference")) else { continue };
+            let same =
+                reference.filter(|(_, other)| other == kind).map(|(name, _)| PlottedReference::from(name.as_str()));
+            others.extend(reference.filter(|(_, other)| other != kind).map(|(name, _)| name.clone()));
+            match plots.iter_mut().find(|plot| plot.signals[0] == *output) {
+                Some(plot) => plot.references.extend(same.filter(|same| !plot.references.contains(same))),
+                None => plots.push(Plot {
+                    id: format!("controlled-{output}"),
+                    title: format!("Controlled output {output}"),
+                    signals: vec![output.clone()],
+                    references: same.into_iter().collect(),
+                    ..Plot::default()
+                }),
+            }
+        }
+    }
+    others.dedup();
+    if !others.is_empty() {
+        let (id, title) = ("references".into(), "Further references".into());
+        plots.push(Plot { id, title, signals: others, ..Plot::default() });
+    }
+    plots
+}
+
+/// For a file that asks for no plot: what is controlled, with its references; angles and speeds of the coordinates, torques of
+/// the motors; of circuits charges, currents and voltages.
 fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
     let names = variant.reduced.coordinate_names();
     let columns = signal_names(&variant.reduced, &variant.scenario);
@@ -185,17 +223,15 @@ fn default_plots(variant: &PreparedVariant) -> Vec<Plot> {
         signals,
         ..Plot::default()
     };
-    [
+    let all = [
         plot("angles", "Angles of the coordinates", coordinates(Quantity::Angle)),
         plot("speeds", "Speeds of the coordinates", coordinates(Quantity::Speed)),
         plot("torques", "Motor torques", inputs(Quantity::Torque)),
         plot("charges", "Charges of the coordinates", coordinates(Quantity::Charge)),
         plot("currents", "Currents of the coordinates", coordinates(Quantity::Current)),
         plot("voltages", "Source voltages", inputs(Quantity::Voltage)),
-    ]
-    .into_iter()
-    .filter(|plot| !plot.signals.is_empty())
-    .collect()
+    ];
+    controlled(variant).into_iter().chain(all).filter(|plot| !plot.signals.is_empty()).collect()
 }
 
 /// The plots that show one of the variants chosen.

@@ -20,6 +20,6 @@ pub use dimension::Dimension;
 pub use error::UnitError;
 pub use exact::Exact;
 pub use poles::parse_poles;
-pub use quantity::{parse_number, parse_quantity, parse_quantity_list};
+pub use quantity::{parse_number, parse_quantity, parse_quantity_list, unit_as_written};
 pub use tolerance::{Spread, Tolerated, parse_tolerated, tolerance_mark};
 pub use written::written_quantity;

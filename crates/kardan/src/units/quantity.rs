@@ -38,6 +38,22 @@ pub fn parse_quantity(text: &str) -> Result<(Exact, Dimension), UnitError> {
     Ok((value, dimension))
 }
 
+/// The unit of a quantity as it is written, with what one of it is in SI units; `None` if it has none.
+///
+/// ```
+/// use kardan::units::{Dimension, Exact, unit_as_written};
+/// let torque = (Exact::from_ratio(1, 1000), Dimension::TORQUE);
+/// assert_eq!(unit_as_written("20 mN m"), Some(("mN m", torque.0, torque.1)));
+/// assert_eq!(unit_as_written("3/2"), None);
+/// ```
+pub fn unit_as_written(text: &str) -> Option<(&str, Exact, Dimension)> {
+    let mut reader = Reader { text, at: 0 };
+    reader.number().ok()?;
+    let unit = text.get(reader.at..)?.trim();
+    let (size, dimension) = parse_quantity(&format!("1 {unit}")).ok()?;
+    (!unit.is_empty()).then_some((unit, size, dimension))
+}
+
 /// Reads a number without a unit exactly: `0.05`, `-1e-3`, `51/50`, `pi/4`.
 ///
 /// # Errors

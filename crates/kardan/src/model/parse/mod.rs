@@ -72,6 +72,11 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                         if out.len() > before {
                             read.unread.push(field.name);
                         }
+                        if let (Kind::Quantity(..) | Kind::AnyQuantity, Written::Text(text)) =
+                            (&field.kind, &keyed.entry.value)
+                        {
+                            read.written.insert(field.name, text.clone());
+                        }
                         read.values.insert(field.name, entry);
                     }
                     None => read.unread.push(field.name),

@@ -1,0 +1,97 @@
+"use strict";
+(() => {
+  const wrong = new Set();
+  const file = location.pathname.split("/").pop();
+  const paper = location.hash === "#print";
+  const say = (mode, what) => wrong.add(`${file}, ${innerWidth} px, ${mode}: ${what}`);
+  addEventListener("error", (event) => say("load", "script error: " + (event.message || event.type)));
+  addEventListener("unhandledrejection", (event) => say("load", "script error: " + event.reason));
+  document.addEventListener("securitypolicyviolation", (event) => say("load", "blocked: " + event.blockedURI));
+
+  // The rules of a medium hold when it is looked at, whatever the browser's own is.
+  const rules = [];
+  const gather = (list) => {
+    for (const rule of list) {
+      if (!(rule instanceof CSSMediaRule)) continue;
+      rules.push([rule, rule.media.mediaText]);
+      gather(rule.cssRules);
+    }
+  };
+  const show = (mode) => {
+    for (const [rule, text] of rules) {
+      const about = text.includes("print") ? "print" : text.includes("dark") ? "dark" : null;
+      if (about) rule.media.mediaText = about === mode ? "all" : "not all";
+    }
+  };
+
+  const named = (element) => {
+    const id = element.id ? "#" + element.id : "";
+    const part = element.closest("section, figure")?.id ?? "";
+    return `<${element.localName}${id} class="${element.getAttribute("class") ?? ""}"> in ${part}: ` +
+      (element.textContent ?? "").trim().slice(0, 40);
+  };
+  // What an ancestor scrolls or cuts on purpose does not widen the page.
+  const held = (element) => {
+    for (let one = element.parentElement; one && one !== document.body; one = one.parentElement) {
+      if (getComputedStyle(one).overflowX !== "visible") return true;
+    }
+    return false;
+  };
+  const visible = (element) => element.checkVisibility() && element.getClientRects().length > 0;
+
+  function look(mode) {
+    const width = document.documentElement.clientWidth;
+    if (document.documentElement.scrollWidth > width) {
+      say(mode, `the page is ${document.documentElement.scrollWidth} px, wider than the page's ${width} px`);
+    }
+    for (const element of document.body.querySelectorAll("*")) {
+      if (element.closest("svg") && element.localName !== "svg") continue;
+      const box = element.getBoundingClientRect();
+      if (box.width === 0 || !visible(element) || getComputedStyle(element).clipPath !== "none") continue;
+      if ((box.right > width + 1 || box.left < -1) && !held(element)) say(mode, "wider than the page: " + named(element));
+    }
+    for (const figure of document.querySelectorAll("figure")) {
+      if (!visible(figure)) continue;
+      const title = figure.querySelector("h3, h4")?.textContent.trim();
+      const chart = figure.querySelector(".chart");
+      if (!title) say(mode, "a picture without a title: " + named(figure));
+      if (chart) charted(mode, figure, chart);
+      else if (!figure.querySelector("figcaption")?.textContent.trim()) say(mode, "a picture without a legend: " + named(figure));
+    }
+    for (const svg of document.querySelectorAll("svg")) {
+      const text = [...svg.querySelectorAll("text")].find((text) => text.getBBox().width > 0 && cut(svg, text));
+      if (visible(svg) && text) say(mode, `a text of a picture is cut: "${text.textContent}" in ${named(svg.closest("figure") ?? svg)}`);
+    }
+  }
+
+  // Whether a text of a picture lies beyond its edges.
+  function cut(svg, text) {
+    const [frame, box] = [svg.getBoundingClientRect(), text.getBoundingClientRect()];
+    return box.left < frame.left - 2 || box.right > frame.right + 2 || box.top < frame.top - 2 || box.bottom > frame.bottom + 2;
+  }
+
+  function charted(mode, figure, chart) {
+    const data = JSON.parse(document.getElementById("data").textContent);
+    const plot = data.plots[chart.dataset.plot];
+    if (!/\[[^\]]+\]/.test(plot.y) && plot.curves.length > 0) say(mode, "a chart without a unit: " + named(figure));
+    if (mode === "print") {
+      if (!visible(figure.querySelector("svg"))) say(mode, "a chart without its picture: " + named(figure));
+      return;
+    }
+    if (!chart.querySelector("canvas")) say(mode, "an empty chart: " + named(figure));
+    const legend = [...chart.querySelectorAll(".u-legend .u-label")].map((label) => label.textContent);
+    for (const curve of plot.curves) {
+      if (!legend.includes(curve.label)) say(mode, `"${curve.label}" is missing in the legend: ` + named(figure));
+    }
+  }
+
+  addEventListener("load", () => {
+    for (const sheet of document.styleSheets) gather(sheet.cssRules);
+    document.querySelectorAll("details").forEach((details) => { details.open = true; });
+    for (const mode of paper ? ["print"] : ["light", "dark"]) {
+      show(mode);
+      look(mode);
+    }
+    parent.postMessage([...wrong], "*");
+  });
+})();

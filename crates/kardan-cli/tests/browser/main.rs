@@ -1,0 +1,178 @@
+//! Every built-in report in a real browser: on a telephone and on a desk, light, dark and on paper, no script fails, nothing is
+//! wider than the page, and no chart lacks its title, its unit or its legend.
+//!
+//! The browser is that of `KARDAN_BROWSER`, else one of Chromium's names in `PATH`. Where there is none the test says so and passes.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const NAMES: [&str; 5] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"];
+/// Looks at a page and tells its parent what is wrong.
+const CHECK: &str = include_str!("check.js");
+/// Pages in one start of the browser.
+const TOGETHER: usize = 4;
+/// One start of the browser takes no longer.
+const LIMIT: Duration = Duration::from_secs(90);
+
+/// The reports, as arguments of the command, and where each is written; the long runs of the control units are those of other tests.
+const REPORTS: [(&str, &[&str], &str); 12] = [
+    ("run-steering", &["run", "sia-steering", "--out", "."], "report.html"),
+    ("run-joint", &["run", "sia-joint-angle", "--out", "."], "report.html"),
+    ("run-drive", &["run", "harmonic-drive", "--out", "."], "report.html"),
+    ("run-spring", &["run", "harmonic-drive-spring", "--out", "."], "report.html"),
+    ("run-bodies", &["run", "two-bodies", "--out", "."], "report.html"),
+    ("run-ladder", &["run", "rlc-ladder", "--out", "."], "report.html"),
+    ("analysis-steering", &["analyze", "sia-steering", "--report", "report.html"], "report.html"),
+    ("analysis-ladder", &["analyze", "rlc-ladder", "--report", "report.html"], "report.html"),
+    ("design-steering", &["design", "sia-steering", "--report", "report.html"], "report.html"),
+    ("design-drive", &["design", "harmonic-drive", "--report", "report.html"], "report.html"),
+    ("design-ecu", &["design", "harmonic-drive-ecu", "--report", "report.html"], "report.html"),
+    ("bench", &["bench", "harmonic-drive-bench", "--study", "--out", "."], "report.html"),
+];
+
+/// The browser, or why there is none.
+fn browser() -> Result<PathBuf, String> {
+    if let Some(given) = std::env::var_os("KARDAN_BROWSER") {
+        let given = PathBuf::from(given);
+        return if given.is_file() {
+            Ok(given)
+        } else {
+            Err(format!("KARDAN_BROWSER: there is no {}", given.display()))
+        };
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let places = || std::env::split_paths(&folders).flat_map(|folder| NAMES.map(|name| folder.join(name)));
+    places().find(|place| place.is_file()).ok_or_else(|| format!("none of {} is in PATH", NAMES.join(", ")))
+}
+
+/// A folder of its own, which goes with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("kardan-browser-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        Self(folder)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Makes a report and puts the script that checks it into its copy.
+fn report(folder: &Path, (name, arguments, file): (&str, &[&str], &str)) -> PathBuf {
+    let own = folder.join(name);
+    std::fs::create_dir_all(&own).expect("a folder");
+    let done = Command::new(env!("CARGO_BIN_EXE_kardan")).current_dir(&own).args(arguments).output();
+    let done = done.expect("kardan starts");
+    assert!(done.status.code().is_some_and(|code| code < 2), "{name}: {}", String::from_utf8_lossy(&done.stderr));
+    let page = std::fs::read_to_string(own.join(file)).expect("the report");
+    let checked = with_check(&page);
+    let place = folder.join(format!("{name}.html"));
+    std::fs::write(&place, checked).expect("a copy");
+    place
+}
+
+fn with_check(page: &str) -> String {
+    let (head, rest) = page.split_once("<title>").expect("a title");
+    format!("{head}<script>{CHECK}</script>\n<title>{rest}")
+}
+
+/// What is wrong in pages, each at the width of a telephone, of a desk, and of a sheet of paper.
+fn complaints(browser: &Path, folder: &Path, pages: &[PathBuf]) -> Vec<String> {
+    let widths = [(390, "screen"), (1440, "screen"), (718, "print")];
+    let mut frames = String::new();
+    for page in pages {
+        for (width, media) in widths {
+            let _ = writeln!(
+                frames,
+                "<iframe src=\"file://{}#{media}\" style=\"width:{width}px;height:900px;border:0\"></iframe>",
+                page.display()
+            );
+        }
+    }
+    let all = widths.len() * pages.len();
+    let harness = format!(
+        "<!doctype html><meta charset=\"utf-8\"><body><pre id=\"said\"></pre>\n<script>\n\
+         let heard = 0;\n\
+         addEventListener(\"message\", (message) => {{\n\
+           const said = document.getElementById(\"said\");\n\
+           for (const line of message.data) said.append(\"WRONG \" + line + \"\\n\");\n\
+           if (++heard === {all}) said.append(\"ALL SEEN\\n\");\n\
+         }});\n</script>\n{frames}</body>"
+    );
+    let place = folder.join("harness.html");
+    std::fs::write(&place, harness).expect("a page of frames");
+    let seen = dump(browser, folder, &place);
+    let said =
+        seen.split_once("<pre id=\"said\">").and_then(|(_, rest)| rest.split_once("</pre>")).map(|(said, _)| said);
+    let said = said.unwrap_or_else(|| panic!("the browser said: {seen}"));
+    let mut wrong: Vec<String> =
+        said.lines().filter_map(|line| line.strip_prefix("WRONG ")).map(String::from).collect();
+    if !said.contains("ALL SEEN") {
+        wrong.push(format!("not every page was seen: {said}"));
+    }
+    wrong
+}
+
+/// The document after its scripts have run.
+fn dump(browser: &Path, folder: &Path, page: &Path) -> String {
+    let out = folder.join("dom.html");
+    let mut child = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
+        .args(["--allow-file-access-from-files", "--virtual-time-budget=20000", "--window-size=1500,1000"])
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg("--dump-dom")
+        .arg(format!("file://{}", page.display()))
+        .stdout(std::fs::File::create(&out).expect("a file"))
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the browser starts");
+    let begin = Instant::now();
+    while child.try_wait().expect("a process of ours").is_none() {
+        if begin.elapsed() > LIMIT {
+            let _ = child.kill();
+            panic!("the browser was not done with {} within {LIMIT:?}", page.display());
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::fs::read_to_string(out).expect("a document")
+}
+
+#[test]
+fn built_in_reports_are_sound_in_a_browser() {
+    let browser = match browser() {
+        Ok(browser) => browser,
+        Err(why) => {
+            eprintln!("no browser ({why}): the reports are not looked at; install chromium or set KARDAN_BROWSER");
+            return;
+        }
+    };
+    let folder = Folder::new("reports");
+    let pages: Vec<PathBuf> = REPORTS.into_iter().map(|one| report(&folder.0, one)).collect();
+    let wrong: Vec<String> = pages.chunks(TOGETHER).flat_map(|pages| complaints(&browser, &folder.0, pages)).collect();
+    assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// What the check is for: a page with one of each mistake is told of all.
+#[test]
+fn mistakes_are_seen() {
+    let Ok(browser) = browser() else { return };
+    let folder = Folder::new("mistakes");
+    let page = "<!doctype html><html><head><title>bad</title><style>@media print { p { color: red; } }</style></head><body>\
+                <div style=\"width:3000px\" id=\"wide\">wide</div>\
+                <figure class=\"analysis\"><div class=\"drawing\"><svg width=\"10\" height=\"10\"></svg></div></figure>\
+                <script>nothing.there()</script></body></html>";
+    let place = folder.0.join("bad.html");
+    std::fs::write(&place, with_check(page)).expect("a page");
+    let wrong = complaints(&browser, &folder.0, &[place]).join("\n");
+    for expected in ["script error", "wider than the page", "a picture without a title", "a picture without a legend"] {
+        assert!(wrong.contains(expected), "{expected:?} is missing in {wrong}");
+    }
+}
