@@ -18,6 +18,7 @@ mod frame;
 mod html;
 mod identification_pictures;
 mod markdown;
+mod mechanism;
 pub mod model;
 mod pareto;
 mod present;
