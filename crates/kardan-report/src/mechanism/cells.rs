@@ -201,7 +201,8 @@ pub(super) fn host(block: &Block<'_>, [left, right]: [bool; 2]) -> Cell {
 fn shaft(part: &MechanismPart, block: &Block<'_>, [left, right]: [bool; 2]) -> Cell {
     let has = |law: &str| part.laws.iter().any(|own| own == law);
     let body = if has("inertia") { symbols::disc() } else { symbols::dot() };
-    let (up, down) = (body.up, body.down);
+    let losses = has("damping") || has("friction");
+    let (up, down) = (if losses { body.up.max(symbols::bearing().up) } else { body.up }, body.down);
     let mut cell = Cell { left: 40.0, right: 40.0, above: 4.0, below: 4.0, ..Cell::default() };
     let mut motors = block.attached.iter().copied().filter(|part| part.symbol == Symbol::Motor);
     let at_left = if left { None } else { motors.next() };
@@ -223,10 +224,11 @@ fn shaft(part: &MechanismPart, block: &Block<'_>, [left, right]: [bool; 2]) -> C
         motors.push(group(motor, vec![symbol((x, 0.0), symbols::motor()), label((x, 28.0), true, &text)]));
     }
     let mut marks = vec![Mark::Line { points: vec![(ends[0], 0.0), (ends[1], 0.0)], class: "heavy" }];
-    if has("damping") || has("friction") {
+    if losses {
         marks.push(symbol((20.0, 0.0), symbols::bearing()));
     }
     marks.push(symbol((0.0, 0.0), body));
+    let up = if motors.is_empty() { up } else { up.max(symbols::motor().up) };
     marks.push(Mark::Label { at: (0.0, -up - 8.0), middle: true, class: "strong", text: shorten(&part.name, NAME) });
     cell.groups.push(group(part, marks));
     cell.groups.extend(motors);

@@ -146,7 +146,7 @@ fn modes(analysis: &Analysis) -> Body {
     Body::default()
         .table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row))
         .pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
-        .pictures(pictures::shapes(&analysis.modes))
+        .pictures(crate::mode_shapes::shapes(&analysis.modes))
         .pictures(pictures::energies(&analysis.modes))
 }
 
