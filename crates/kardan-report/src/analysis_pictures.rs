@@ -7,17 +7,13 @@ use super::ticks;
 use super::words;
 use kardan::results::{
     Complex, DistanceToUncontrollability, ElementShare, EnergyKind, Mode, PlacementSearch, Pole, Sensitivity,
-    ShapePart, StoredShare, Zeros,
+    StoredShare, Zeros,
 };
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;
 /// More modes are in the table only.
-const MODES: usize = 24;
-/// Modes side by side.
-const ACROSS: usize = 8;
-/// More shafts are in the exported data only.
-const SHAFTS: usize = 40;
+pub(super) const MODES: usize = 24;
 /// Elements of one kind with a colour of their own; one more colour is that of the others.
 const COLOURS: usize = ON_WHITE.len() - 1;
 /// More sets of places are in the table only.
@@ -39,7 +35,7 @@ pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> String {
     format!("<path class=\"{class}\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\n", from.0, from.1, to.0, to.1)
 }
 
-fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> String {
+pub(super) fn bar(x: f64, y: f64, width: f64, height: f64, class: &str, title: &str) -> String {
     format!(
         "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{height:.1}\"><title>{}</title>\
          </rect>\n",
@@ -267,63 +263,8 @@ fn mark((x, y): (f64, f64), kind: &str, title: &str, point: &Point) -> String {
     format!("<g class=\"{class}\" transform=\"translate({x:.1} {y:.1})\"><title>{}</title>{shape}</g>\n", escape(title))
 }
 
-fn heading(k: usize, mode: &Mode) -> String {
+pub(super) fn heading(k: usize, mode: &Mode) -> String {
     format!("{}: {} Hz", k + 1, figure(mode.natural_frequency / std::f64::consts::TAU, 3))
-}
-
-/// Mode shapes as bars: a row for each shaft, a column for each mode.
-pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
-    let mut names: Vec<&str> = Vec::new();
-    for ShapePart { name, .. } in modes.iter().flat_map(|mode| &mode.shape) {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
-    if names.is_empty() {
-        return None;
-    }
-    let rows = &names[..names.len().min(SHAFTS)];
-    let longest = rows.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(24);
-    let (left, column, row, top) = (CHARACTER * longest as f64 + 16.0, 96.0, 21.0, 42.0);
-    let mut out = String::new();
-    let chunks = modes[..modes.len().min(MODES)].chunks(ACROSS);
-    for (chunk_index, chunk) in chunks.enumerate() {
-        let mut body = String::new();
-        let height = top + row * rows.len() as f64;
-        for (i, name) in rows.iter().enumerate() {
-            body += &text(left - 10.0, top + row * (i as f64 + 0.5) + 4.0, "end", &cut(name, 24));
-        }
-        for (j, mode) in chunk.iter().enumerate() {
-            let centre = left + column * (j as f64 + 0.5);
-            let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
-            body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
-            body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
-            for ShapePart { name, value: Complex { re, im } } in &mode.shape {
-                let Some(i) = rows.iter().position(|row| row == name) else { continue };
-                let middle = top + row * (i as f64 + 0.5);
-                let title = format!("{name}: {} + {} j", figure(*re, 3), figure(*im, 3));
-                for (part, y, high, class) in [(re, -6.0, 8.0, "c0"), (im, 3.0, 4.0, "c1")] {
-                    if part.is_finite() && part.abs() > 1e-3 {
-                        let length = 40.0 * part.clamp(-1.0, 1.0);
-                        let start = centre + length.min(0.0);
-                        body += &bar(start, middle + y, length.abs(), high, class, &title);
-                    }
-                }
-            }
-            body += &line((centre, top - 4.0), (centre, height), "axis");
-        }
-        let label = "mode shapes, one row for each shaft";
-        out += &drawing(left + column * chunk.len() as f64 + 8.0, height + 6.0, label, &body);
-    }
-    let mut caption = String::from(
-        "Motion of each shaft relative to the largest. <span class=\"swatch c0\"></span>in step, \
-         <span class=\"swatch c1\"></span>a quarter of a period ahead. Modes that inputs do not reach or outputs do \
-         not show are red.",
-    );
-    if names.len() > SHAFTS || modes.len() > MODES {
-        caption += &format!(" At most {SHAFTS} shafts and {MODES} modes are drawn; the exported data have all.");
-    }
-    Some(figure_of("Mode shapes", &out, &caption))
 }
 
 /// The elements that keep energy, in groups by its kind, each from the largest sum of shares.

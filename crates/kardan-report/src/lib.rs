@@ -19,6 +19,8 @@ mod frequency_pictures;
 mod html;
 mod identification_pictures;
 mod markdown;
+mod mechanism;
+mod mode_shapes;
 pub mod model;
 mod pareto;
 mod present;

@@ -368,7 +368,9 @@ impl Page {
     pub(super) fn within(self, anchor: &str, title: &str, hint: &str) -> Section {
         let alerts = self.alerts.into_iter().map(Block::Alert);
         let mut body = Body(self.verdict.map(Block::Verdict).into_iter().chain(alerts).collect()).hint(hint);
-        body.0.extend(self.sections.into_iter().map(|one| {
+        // The mechanism stands at the head of the page around it.
+        let sections = self.sections.into_iter().filter(|one| one.anchor != Section::MECHANISM);
+        body.0.extend(sections.map(|one| {
             let anchor = format!("{anchor}-{}", one.anchor);
             Block::Part(Section { anchor, ..one })
         }));
@@ -377,6 +379,9 @@ impl Page {
 }
 
 impl Section {
+    /// The anchor of the drawing of the mechanism.
+    pub(super) const MECHANISM: &'static str = "mechanism";
+
     /// The same, left out where there is little room.
     pub(super) fn detail(self) -> Self {
         Self { body: Body::default().detail(self.body), ..self }

@@ -29,6 +29,7 @@ pub fn page(analysis: &Analysis) -> Page {
         verdict: verdict(analysis),
         alerts: unfinished.map(|why| Alert { kind: "Not complete".into(), text: why.clone() }).into_iter().collect(),
         sections: Page::sections([
+            super::mechanism(&analysis.mechanism),
             ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("modes", "Modes", modes(analysis)),
@@ -145,7 +146,7 @@ fn modes(analysis: &Analysis) -> Body {
     Body::default()
         .table_of(MODES, &headers, analysis.modes.iter().enumerate().map(row))
         .pictures(pictures::plane(&analysis.modes, &analysis.structure.zeros))
-        .pictures(pictures::shapes(&analysis.modes))
+        .pictures(crate::mode_shapes::shapes(&analysis.modes))
         .pictures(pictures::energies(&analysis.modes))
 }
 

@@ -39,8 +39,10 @@ pub fn page(study: &BenchStudy) -> Page {
     let all: Vec<(String, String, Body)> = experiments.chain(rest).collect();
     let all = all.iter().map(|(anchor, title, body)| (anchor.as_str(), title.as_str(), body.clone()));
     let design = &closed_loop.design;
-    let mut sections = Page::sections(all);
-    sections.extend(identification::page(&study.identification).sections.into_iter().map(Section::detail));
+    let mut sections = Page::sections([super::mechanism(&design.mechanism)]);
+    sections.extend(Page::sections(all));
+    let found = identification::page(&study.identification).sections.into_iter();
+    sections.extend(found.filter(|one| one.anchor != Section::MECHANISM).map(Section::detail));
     let title = format!("Design of {}", design.controller);
     sections.push(design::page(design).within("design-1", &title, ""));
     Page {

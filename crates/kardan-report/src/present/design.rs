@@ -34,6 +34,7 @@ pub fn page(design: &Design) -> Page {
         verdict: Some(design.verdict()),
         alerts: warnings(&design.warnings),
         sections: Page::sections([
+            super::mechanism(&design.mechanism),
             ("design", "Design", head(design)),
             ("decoupling", "Decoupling", decoupling(design)),
             ("gains", "Gains", new().matrices(&design.gains)),

@@ -21,6 +21,7 @@ pub fn page(found: &Identification) -> Page {
         verdict: (!found.parameters.is_empty()).then(|| found.verdict()),
         alerts: warnings(&found.warnings),
         sections: Page::sections([
+            super::mechanism(&found.mechanism),
             ("parameters", "Parameters", parameters(found)),
             ("fit", "Measured and predicted", new().pictures(pictures::traces(found))),
             ("friction", "Friction over speed", new().pictures(pictures::curves(found))),

@@ -9,9 +9,15 @@ mod margins;
 mod responses;
 pub mod study;
 
-use crate::model::{Body, Cell, row};
+use crate::model::{Body, Cell, Section, row};
 use crate::text::number;
-use kardan::results::{Complex, Pole};
+use kardan::results::{Complex, Mechanism, Pole};
+
+/// The drawing of the mechanism, the first section of a report.
+fn mechanism(found: &Mechanism) -> (&'static str, &'static str, Body) {
+    let drawn = Body::default().pictures(crate::mechanism::picture(found));
+    (Section::MECHANISM, "Mechanism", Body::default().detail(drawn))
+}
 
 /// Poles, one row for each real one and each conjugate pair.
 fn poles(poles: &[Pole]) -> Body {

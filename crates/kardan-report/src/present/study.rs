@@ -31,6 +31,7 @@ pub fn words_of(study: &Study) -> Page {
 fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
     let new = Body::default;
     let mut sections = Page::sections([
+        super::mechanism(&study.model.mechanism),
         ("plots", "Plots", plots(study, drawn)),
         ("figures", "Key figures", key_figures(study)),
         ("requirements", "Requirements", requirements(study)),

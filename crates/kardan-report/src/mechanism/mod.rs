@@ -1,0 +1,119 @@
+//! The mechanism of a model as a picture: shafts, what joins them, what drives, disturbs and measures them.
+
+mod cells;
+mod graph;
+mod labels;
+mod layout;
+mod symbols;
+#[cfg(test)]
+mod tests;
+
+use kardan::results::{JoinKind, Mechanism, MechanismPart, Symbol};
+
+use crate::analysis_pictures::{drawing, figure_of};
+use crate::model::Picture;
+use crate::text::escape;
+use cells::{Group, Mark};
+use layout::Scene;
+
+/// Around the drawing, px.
+const MARGIN: f64 = 6.0;
+
+/// The drawing of a mechanism; none of one without parts.
+pub(super) fn picture(mechanism: &Mechanism) -> Option<Picture> {
+    let scene = layout::scene(&graph::Graph::of(mechanism));
+    if scene.groups.is_empty() {
+        return None;
+    }
+    let drawn = drawing(scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN, &in_words(mechanism), &svg(&scene));
+    let drawn = drawn.replacen("class=\"drawing\"", "class=\"drawing mechanism\"", 1);
+    Some(figure_of("", &drawn, &caption(mechanism, &scene)))
+}
+
+fn svg(scene: &Scene) -> String {
+    let wires: String = scene.wires.iter().map(mark).collect();
+    let groups: String = scene.groups.iter().map(group).collect();
+    format!("<g transform=\"translate({MARGIN} {MARGIN})\">\n{wires}{groups}</g>\n")
+}
+
+fn group(group: &Group) -> String {
+    let marks: String = group.marks.iter().map(mark).collect();
+    format!(
+        "<g class=\"part\" data-kind=\"{}\" data-name=\"{}\"><title>{}</title>\n{marks}</g>\n",
+        escape(&group.kind),
+        escape(&group.name),
+        escape(&group.title)
+    )
+}
+
+fn mark(mark: &Mark) -> String {
+    match mark {
+        Mark::Symbol { at: (x, y), drawn, hanging } => {
+            let turn = if *hanging { " rotate(90)" } else { "" };
+            format!("<g transform=\"translate({x:.1} {y:.1}){turn}\">{}</g>\n", drawn.svg)
+        }
+        Mark::Line { points, class } => {
+            let path: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1} {y:.1}")).collect();
+            format!("<path class=\"{class}\" d=\"M{}\"/>\n", path.join("L"))
+        }
+        Mark::Label { at: (x, y), middle, class, text } => {
+            let anchor = if *middle { " middle" } else { "" };
+            format!("<text class=\"label {class}{anchor}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>\n", escape(text))
+        }
+        Mark::Frame([x, y, width, height]) => {
+            format!(
+                "<rect class=\"folded\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"6\"/>\n"
+            )
+        }
+        Mark::Case([x, y, width, height]) => {
+            format!(
+                "<rect class=\"box\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"3\"/>\n"
+            )
+        }
+    }
+}
+
+/// `5 shafts, 7 elements`
+fn in_words(mechanism: &Mechanism) -> String {
+    let count = |count: usize, one: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") };
+    let shafts = mechanism.parts.iter().filter(|part| part.symbol == Symbol::Shaft).count();
+    let others = mechanism.parts.len() - shafts;
+    let both = [(shafts, "shaft"), (others, "element")].into_iter().filter(|(number, _)| *number > 0);
+    both.map(|(number, one)| count(number, one)).collect::<Vec<_>>().join(", ")
+}
+
+/// What the symbols mean that are there.
+fn caption(mechanism: &Mechanism, scene: &Scene) -> String {
+    let parts = &mechanism.parts;
+    let symbol = |symbol: Symbol| parts.iter().any(|part| part.symbol == symbol);
+    let held = |part: &MechanismPart| match part.symbol {
+        Symbol::Relation => part.terminals.len() == 1,
+        Symbol::Motor => false,
+        _ => part.terminals.iter().any(|end| end.kind == JoinKind::Housing),
+    };
+    let housing = parts.iter().any(held);
+    let losses = parts.iter().any(|part| part.symbol == Symbol::Shaft && part.laws.iter().any(|law| law != "inertia"));
+    let folded = scene.groups.iter().any(|group| group.kind == "folded");
+    let said = [
+        (symbol(Symbol::StrainWaveGear), "WG: wave generator; CS: circular spline; FS: flexspline"),
+        (losses, "hatched: bearings with losses"),
+        (symbol(Symbol::Motor), "M: motors"),
+        (symbol(Symbol::Torque), "round arrows: torques from outside"),
+        (symbol(Symbol::Sensor), "flags: sensors (φ angle, ω speed, τ torque)"),
+    ];
+    let said: Vec<&str> = said.iter().filter(|(there, _)| *there).map(|(_, text)| *text).collect();
+    let mut out = format!("{}. ", in_words(mechanism));
+    if !said.is_empty() {
+        let text = said.join("; ");
+        let mut letters = text.chars();
+        let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
+        out += &format!("{first}{}. ", letters.as_str());
+    }
+    if housing && !losses {
+        out += "Hatched lines are the housing. ";
+    }
+    if folded {
+        out += "The model is large: dashed boxes count what is not drawn. ";
+    }
+    out + "The values of a part appear under the pointer."
+}

@@ -1,0 +1,175 @@
+//! Symbols as they stand in drawings of drivetrains and circuits, around the point (0, 0).
+
+use kardan::results::{MechanismPart, Symbol};
+
+/// A symbol: what is drawn, and how far it reaches to the left and right, up and down.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Drawn {
+    pub(super) svg: String,
+    pub(super) half: f64,
+    pub(super) up: f64,
+    pub(super) down: f64,
+}
+
+impl Drawn {
+    fn new(svg: impl Into<String>, half: f64, height: f64) -> Self {
+        Self { svg: svg.into(), half, up: height, down: height }
+    }
+}
+
+fn thin(path: &str) -> String {
+    format!("<path class=\"thin\" d=\"{path}\"/>")
+}
+
+fn letter(text: &str) -> String {
+    format!("<text class=\"sign\" y=\"4.5\">{text}</text>")
+}
+
+/// A wall with hatching on its right, from −9 to 9.
+fn wall(x: f64) -> String {
+    let strokes: String = [-9.0, -3.0, 3.0].iter().map(|y| format!("M{x} {:.0}l5 -5", y + 6.0)).collect();
+    format!("<path class=\"thin\" d=\"M{x} -9V9\"/><path class=\"hatch\" d=\"{strokes}\"/>")
+}
+
+/// The inertia of a shaft as a disc seen from its side.
+pub(super) fn disc() -> Drawn {
+    Drawn::new("<rect class=\"solid\" x=\"-5\" y=\"-18\" width=\"10\" height=\"36\" rx=\"1\"/>", 5.0, 18.0)
+}
+
+/// A shaft or node without inertia.
+pub(super) fn dot() -> Drawn {
+    Drawn::new("<circle class=\"solid\" r=\"3.2\"/>", 4.0, 4.0)
+}
+
+/// A bearing with losses, fixed to the housing.
+pub(super) fn bearing() -> Drawn {
+    let lines = thin("M-8 -5H8M-8 5H8");
+    let hatch = "<path class=\"hatch\" d=\"M-7 -5l4 -5M-1 -5l4 -5M5 -5l4 -5M-9 10l4 -5M-3 10l4 -5M3 10l4 -5\"/>";
+    Drawn::new(lines + hatch, 9.0, 10.0)
+}
+
+/// A motor.
+pub(super) fn motor() -> Drawn {
+    Drawn::new(format!("<circle class=\"motor\" r=\"13\"/>{}", letter("M")), 13.0, 13.0)
+}
+
+/// The ground of a circuit below the point.
+pub(super) fn earth() -> Drawn {
+    Drawn { svg: thin("M-9 0H9M-6 4H6M-3 8H3"), half: 9.0, up: 0.0, down: 9.0 }
+}
+
+/// What hangs on a shaft: small, its line comes from the left.
+pub(super) fn hung(part: &MechanismPart) -> Drawn {
+    match part.symbol {
+        Symbol::Motor => {
+            let circle = "<path class=\"thin\" d=\"M-14 0H-10\"/><circle class=\"motor\" r=\"10\"/>";
+            let sign = "<text class=\"sign small\" y=\"3.8\">M</text>";
+            Drawn::new(format!("{circle}{sign}"), 14.0, 10.0)
+        }
+        Symbol::Torque => {
+            let arrow = "<path class=\"torque\" d=\"M-5 8.5A9.5 9.5 0 1 1 6.5 7\"/><path class=\"tip\" d=\"M2.5 11.5l8 -1.5l-4.5 -6.5z\"/>";
+            Drawn::new(format!("{}{arrow}", thin("M-14 0H0")), 14.0, 11.0)
+        }
+        Symbol::Sensor => {
+            let flag = format!("<path class=\"sensor\" d=\"M-7 9V-9H10L6 -3.5L10 2H-7\"/>{}", thin("M-14 0H-7"));
+            Drawn::new(flag, 14.0, 10.0)
+        }
+        Symbol::Relation => Drawn::new(thin("M-14 0H3") + &wall(3.0), 14.0, 10.0),
+        _ => {
+            let has = |law: &str| part.laws.iter().any(|own| own == law);
+            let body = if has("stiffness") {
+                "M-14 0H-12l2 -5l4 10l4 -10l4 10l2 -5H8"
+            } else if has("damping") {
+                "M-14 0H-6M-6 -4V4M-9 -6H2V6H-9M2 0H8"
+            } else {
+                "M-14 0H-4M-4 -6V6M0 -6V6M0 0H8"
+            };
+            Drawn::new(thin(body) + &wall(8.0), 14.0, 10.0)
+        }
+    }
+}
+
+/// Spring, dashpot and friction in parallel, as many as there are.
+fn parallel(part: &MechanismPart) -> Drawn {
+    let rows: Vec<&str> = [
+        ("stiffness", "l4 -7l8 14l8 -14l8 14l8 -14l8 14l4 -7"),
+        ("damping", "h18m0 -6v12m-7 -15h14v18h-14m14 -9h23"),
+        ("friction", "h21m0 -7v14m6 -14v14m0 -7h21"),
+    ]
+    .into_iter()
+    .filter(|(law, _)| part.laws.iter().any(|own| own == law))
+    .map(|(_, path)| path)
+    .collect();
+    let count = rows.len() as f64;
+    let place = |k: usize| 20.0 * (k as f64 - 0.5 * (count - 1.0));
+    let leads = "<path class=\"heavy\" d=\"M-36 0H-24M24 0H36\"/>";
+    let mut path = String::new();
+    if rows.is_empty() {
+        path += "M-24 0H24";
+    }
+    if rows.len() > 1 {
+        let (first, last) = (place(0), place(rows.len() - 1));
+        path += &format!("M-24 {first}V{last}M24 {first}V{last}");
+    }
+    for (k, row) in rows.iter().enumerate() {
+        path += &format!("M-24 {}{row}", place(k));
+    }
+    Drawn::new(leads.to_owned() + &thin(&path), 36.0, 10.0 * (count - 1.0).max(0.0) + 10.0)
+}
+
+/// An element with one end to the left and one to the right.
+pub(super) fn between(part: &MechanismPart) -> Drawn {
+    match part.symbol {
+        Symbol::SpringDamper => parallel(part),
+        Symbol::UniversalJoint => {
+            let ends = "<path class=\"heavy\" d=\"M-26 0H-14M14 0H26\"/>";
+            let forks = thin("M-2 -12A12 12 0 0 0 -2 12M2 -12A12 12 0 0 1 2 12");
+            let cross = "<path class=\"heavy\" d=\"M-7 -7L7 7M-7 7L7 -7\"/><circle class=\"solid\" r=\"3\"/>";
+            Drawn::new(format!("{ends}{forks}{cross}"), 26.0, 14.0)
+        }
+        Symbol::Motor => {
+            Drawn::new("<path class=\"heavy\" d=\"M-26 0H-13M13 0H26\"/>".to_owned() + &motor().svg, 26.0, 14.0)
+        }
+        Symbol::Resistor => Drawn::new(
+            thin("M-34 0H-18M18 0H34") + "<rect class=\"box\" x=\"-18\" y=\"-7\" width=\"36\" height=\"14\"/>",
+            34.0,
+            9.0,
+        ),
+        Symbol::Inductor => {
+            Drawn::new(thin("M-34 0H-20a5 6 0 0 1 10 0a5 6 0 0 1 10 0a5 6 0 0 1 10 0a5 6 0 0 1 10 0H34"), 34.0, 9.0)
+        }
+        Symbol::Capacitor => {
+            Drawn::new(thin("M-34 0H-4M4 0H34") + "<path class=\"heavy\" d=\"M-4 -11V11M4 -11V11\"/>", 34.0, 12.0)
+        }
+        Symbol::Source => {
+            let signs = thin("M-34 0H-14M14 0H34M-9 -3V3M5 0H11M8 -3V3");
+            Drawn::new(format!("<circle class=\"motor\" r=\"14\"/>{signs}"), 34.0, 15.0)
+        }
+        _ => Drawn::new(
+            thin("M-30 0H-17M17 0H30")
+                + "<rect class=\"box\" x=\"-17\" y=\"-14\" width=\"34\" height=\"28\" rx=\"3\"/>"
+                + &icon(part.symbol).unwrap_or_default(),
+            30.0,
+            16.0,
+        ),
+    }
+}
+
+/// What stands in the middle of a box with several ends.
+pub(super) fn icon(symbol: Symbol) -> Option<String> {
+    match symbol {
+        Symbol::StrainWaveGear => Some(
+            "<circle class=\"thin\" r=\"14\"/><ellipse class=\"thin\" rx=\"11.5\" ry=\"8\"/><circle class=\"solid\" r=\"2.5\"/>".into(),
+        ),
+        Symbol::PlanetaryGear => Some(
+            "<circle class=\"thin\" r=\"14\"/><circle class=\"thin\" r=\"5\"/><circle class=\"thin\" cx=\"0\" cy=\"-9.5\" r=\"4\"/>\
+             <circle class=\"thin\" cx=\"8.2\" cy=\"4.75\" r=\"4\"/><circle class=\"thin\" cx=\"-8.2\" cy=\"4.75\" r=\"4\"/>"
+                .into(),
+        ),
+        Symbol::Transformer => Some(thin(
+            "M-7 -16a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8a4 4 0 0 1 0 8M7 -16a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8a4 4 0 0 0 0 8M0 -16V16",
+        )),
+        Symbol::Relation => Some(letter("Σ")),
+        _ => None,
+    }
+}

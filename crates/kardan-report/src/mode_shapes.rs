@@ -1,0 +1,211 @@
+//! Mode shapes as bars whose lengths are shares of energy, so that they can be compared: a radian of a heavy wheel is not one of a
+//! light rotor.
+
+use super::analysis_pictures::{CHARACTER, MODES, bar, cut, drawing, figure_of, heading, line, text};
+use super::model::Picture;
+use super::text::figure;
+use super::words;
+use kardan::results::{Complex, EnergyKind, Mode};
+
+/// Modes side by side.
+const ACROSS: usize = 8;
+/// More shafts, and more springs, are in the exported data only.
+const ROWS: usize = 40;
+/// Length of a whole, px.
+const WHOLE: f64 = 40.0;
+
+/// What one shaft or spring has of a mode.
+#[derive(Debug, Clone, PartialEq)]
+struct Bar {
+    /// In step, and a quarter of a period ahead; lengths as parts of the whole, with the sign of the motion.
+    parts: [f64; 2],
+    /// Of springs.
+    potential: bool,
+    title: String,
+}
+
+/// What a row shows: a coordinate and its kinetic energy, or an element with energy that is no coordinate.
+#[derive(Debug, Clone, PartialEq)]
+struct Row<'a> {
+    name: &'a str,
+    potential: bool,
+}
+
+fn rows(modes: &[Mode]) -> Vec<Row<'_>> {
+    let mut coordinates: Vec<Row<'_>> = Vec::new();
+    for part in modes.iter().flat_map(|mode| &mode.shape) {
+        let row = Row { name: &part.name, potential: false };
+        if !coordinates.contains(&row) {
+            coordinates.push(row);
+        }
+    }
+    let mut others: Vec<Row<'_>> = Vec::new();
+    for stored in modes.iter().flat_map(|mode| &mode.stored) {
+        let row = Row { name: &stored.element, potential: stored.energy == EnergyKind::Potential };
+        if stored.share.abs() > 0.0 && !coordinates.contains(&row) && !others.contains(&row) {
+            others.push(row);
+        }
+    }
+    coordinates.truncate(ROWS);
+    others.truncate(ROWS);
+    coordinates.into_iter().chain(others).collect()
+}
+
+/// The share of the stored energy that a row has in a mode.
+fn share(mode: &Mode, row: &Row<'_>) -> f64 {
+    let own = mode.stored.iter().filter(|one| one.element == row.name);
+    own.filter(|one| (one.energy == EnergyKind::Potential) == row.potential).map(|one| one.share).sum()
+}
+
+/// The bar of a row in a mode. Kinetic energy goes with the square of the speed, so its parts in step and ahead add up to it. Without
+/// energies (after an elimination) the motion itself, relative to the largest.
+fn bar_of(mode: &Mode, row: &Row<'_>) -> Option<Bar> {
+    let motion = mode.shape.iter().filter(|_| !row.potential).find(|part| part.name == row.name).map(|part| part.value);
+    let Complex { re, im } = motion.unwrap_or(Complex::new(1.0, 0.0));
+    let moved = || format!("motion {} + {} j relative to the largest", figure(re, 3), figure(im, 3));
+    if mode.stored.is_empty() {
+        let title = format!("{}: {}", row.name, moved());
+        return motion.map(|_| Bar { parts: [re, im], potential: false, title });
+    }
+    let share = share(mode, row);
+    let size = re.hypot(im);
+    let parts = match size > 0.0 {
+        true => [share * re / size * (re / size).abs(), share * im / size * (im / size).abs()],
+        false => [share, 0.0],
+    };
+    let what = if row.potential { "potential" } else { "kinetic" };
+    let energy = format!("{}: {} of the energy stored, {what}", row.name, words::percent(share));
+    let title = if motion.is_some() { format!("{energy}; {}", moved()) } else { energy };
+    Some(Bar { parts, potential: row.potential, title })
+}
+
+/// Mode shapes as bars: a row for each shaft and each spring, a column for each mode.
+pub(super) fn shapes(modes: &[Mode]) -> Option<Picture> {
+    let shown = &modes[..modes.len().min(MODES)];
+    let rows = rows(shown);
+    if rows.is_empty() {
+        return None;
+    }
+    let longest = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).min(24);
+    let (left, column, height, top) = (CHARACTER * longest as f64 + 16.0, 96.0, 21.0, 42.0);
+    let mut out = String::new();
+    for (chunk_index, chunk) in shown.chunks(ACROSS).enumerate() {
+        let mut body = String::new();
+        let bottom = top + height * rows.len() as f64;
+        for (i, row) in rows.iter().enumerate() {
+            let class = if row.potential { "end faint" } else { "end" };
+            body += &text(left - 10.0, top + height * (i as f64 + 0.5) + 4.0, class, &cut(row.name, 24));
+        }
+        for (j, mode) in chunk.iter().enumerate() {
+            let centre = left + column * (j as f64 + 0.5);
+            let class = if mode.controllable && mode.observable { "middle strong" } else { "middle strong failing" };
+            body += &text(centre, 14.0, class, &heading(chunk_index * ACROSS + j, mode));
+            body += &text(centre, 30.0, "middle faint", &format!("ζ {}", figure(mode.damping_ratio, 3)));
+            for (i, row) in rows.iter().enumerate() {
+                let middle = top + height * (i as f64 + 0.5);
+                body += &bar_of(mode, row).map(|bar| bars(&bar, centre, middle)).unwrap_or_default();
+            }
+            body += &line((centre, top - 4.0), (centre, bottom), "axis");
+        }
+        let label = "mode shapes, one row for each shaft and each spring";
+        out += &drawing(left + column * chunk.len() as f64 + 8.0, bottom + 6.0, label, &body);
+    }
+    Some(figure_of("Mode shapes", &out, &caption(modes, &rows)))
+}
+
+fn bars(found: &Bar, centre: f64, middle: f64) -> String {
+    let Bar { parts: [re, im], potential, title } = found;
+    let classes = if *potential { ["c2 potential", "c2 potential"] } else { ["c0", "c1"] };
+    let mut body = String::new();
+    for (part, y, high, class) in [(re, -6.0, 8.0, classes[0]), (im, 3.0, 4.0, classes[1])] {
+        if part.is_finite() && part.abs() > 1e-3 {
+            let length = WHOLE * part.clamp(-1.0, 1.0);
+            body += &bar(centre + length.min(0.0), middle + y, length.abs(), high, class, title);
+        }
+    }
+    body
+}
+
+fn caption(modes: &[Mode], rows: &[Row<'_>]) -> String {
+    let energies = modes.iter().any(|mode| !mode.stored.is_empty());
+    let bare = modes.iter().any(|mode| mode.stored.is_empty());
+    let mut out = String::new();
+    if energies {
+        out += "Scaled by energy: the lengths of all bars of a mode add up to the energy stored in it. The bar of a shaft is its \
+                share of kinetic energy (inertia times speed squared), on the side to which it turns: ";
+    }
+    if bare && !energies {
+        out += "Motion of each shaft relative to the largest: ";
+    }
+    out += "<span class=\"swatch c0\"></span>in step, <span class=\"swatch c1\"></span>a quarter of a period ahead. ";
+    if rows.iter().any(|row| row.potential) {
+        out += "<span class=\"swatch c2 potential\"></span>Springs: their share of potential energy. ";
+    }
+    if bare && energies {
+        out += "In modes without stored energy bars are the motion relative to the largest. ";
+    }
+    out += "Modes that inputs do not reach or outputs do not show are red.";
+    let count = |potential: bool| rows.iter().filter(|row| row.potential == potential).count();
+    if modes.len() > MODES || count(false) >= ROWS || count(true) >= ROWS {
+        out +=
+            &format!(" At most {ROWS} shafts, {ROWS} springs and {MODES} modes are drawn; the exported data have all.");
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::{ShapePart, StoredShare};
+
+    fn mode(shape: &[(&str, f64, f64)], stored: &[(&str, EnergyKind, f64)]) -> Mode {
+        let part = |&(name, re, im): &(&str, f64, f64)| ShapePart { name: name.into(), value: Complex::new(re, im) };
+        let share = |&(element, energy, share): &(&str, EnergyKind, f64)| StoredShare {
+            element: element.into(),
+            energy,
+            share,
+        };
+        Mode { shape: shape.iter().map(part).collect(), stored: stored.iter().map(share).collect(), ..Mode::default() }
+    }
+
+    fn lengths(mode: &Mode) -> Vec<f64> {
+        let modes = std::slice::from_ref(mode);
+        rows(modes)
+            .iter()
+            .filter_map(|row| bar_of(mode, row))
+            .map(|bar| bar.parts[0].abs() + bar.parts[1].abs())
+            .collect()
+    }
+
+    /// Two equal bodies against each other: each has a quarter of the energy, the spring half of it; by hand.
+    #[test]
+    fn lengths_are_shares_and_add_up_to_one() {
+        use EnergyKind::{Kinetic, Potential};
+        let even = mode(
+            &[("a", 1.0, 0.0), ("b", -1.0, 0.0)],
+            &[("a", Kinetic, 0.25), ("b", Kinetic, 0.25), ("spring", Potential, 0.5)],
+        );
+        assert_eq!(lengths(&even), [0.25, 0.25, 0.5]);
+        let rows = rows(std::slice::from_ref(&even));
+        assert_eq!(bar_of(&even, &rows[1]).expect("a bar").parts, [-0.25, 0.0], "the other way");
+        let turned = mode(
+            &[("a", 0.6, -0.8), ("b", 0.3, 0.4), ("light", 0.0, 0.0)],
+            &[
+                ("a", Kinetic, 0.5),
+                ("b", Kinetic, 0.125),
+                ("light", Kinetic, 0.0),
+                ("s", Potential, 0.25),
+                ("t", Potential, 0.125),
+            ],
+        );
+        assert!((lengths(&turned).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn without_energies_bars_are_motions() {
+        let bare = mode(&[("a", 1.0, 0.0), ("b", 0.5, -0.5)], &[]);
+        assert_eq!(lengths(&bare), [1.0, 1.0]);
+        let picture = shapes(&[bare]).expect("a picture");
+        assert!(picture.caption.starts_with("Motion of each shaft relative to the largest"));
+    }
+}
