@@ -5,7 +5,8 @@ use super::model::Picture;
 use super::text::{escape, figure, unit};
 use super::ticks;
 use kardan::results::{
-    ChannelMargin, LoopFunction, LoopGain, LoopResponses, ReferenceResponse, SingularValues, StepResponse,
+    ChannelMargin, LoopFunction, LoopGain, LoopResponses, MarginsAlong, PositionMargins, ReferenceResponse,
+    SingularValues, StepResponse,
 };
 
 const LEFT: f64 = 64.0;
@@ -543,24 +544,30 @@ fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive
         })
         .collect();
     let mut out = String::new();
-    for turn in turns {
+    for turn in turns.clone() {
         // A jump in the phase ends a stretch.
         for stretch in points.chunk_by(|a, b| (a.0 - b.0).abs() < 180.0) {
             let moved = stretch.iter().map(|(phase, size)| (phase + 360.0 * f64::from(turn), *size));
             out += &panel.curve(moved, "stroke=\"var(--line)\" stroke-width=\"1\"");
         }
-        let named = points.iter().map(|(phase, size)| (phase + 360.0 * f64::from(turn), *size)).filter(|at| {
-            let (x, y) = panel.place(*at);
-            panel.holds((x + 12.0, y))
-                && panel.holds((x - 12.0, y))
-                && panel.holds((x, y - 12.0))
-                && panel.holds((x, y + 6.0))
-        });
-        let highest = named.max_by(|a, b| if contour > 0.0 { b.1.total_cmp(&a.1) } else { b.0.total_cmp(&a.0) });
-        if let Some(at) = highest {
-            let (x, y) = panel.place(at);
-            out += &text(x, y - 3.0, "middle faint", &format!("{} dB", figure(contour, 3)));
-        }
+    }
+    // The name once: at the top of a closed contour, of another one between two of them, of that of 0 dB beside the upper edge.
+    let named = turns.flat_map(|turn| points.iter().map(move |(phase, size)| (phase + 360.0 * f64::from(turn), *size)));
+    let inside = named.filter(|at| {
+        let (x, y) = panel.place(*at);
+        panel.holds((x + 22.0, y))
+            && panel.holds((x - 22.0, y))
+            && panel.holds((x, y - 14.0))
+            && panel.holds((x, y + 6.0))
+    });
+    let between = |phase: f64| (phase + 330.0).rem_euclid(360.0).min((-phase - 330.0).rem_euclid(360.0));
+    let place = inside.min_by(|a, b| match contour {
+        0.0.. => b.1.total_cmp(&a.1).then(b.0.total_cmp(&a.0)),
+        _ => between(a.0).total_cmp(&between(b.0)).then(b.0.total_cmp(&a.0)),
+    });
+    if let Some(at) = place {
+        let (x, y) = panel.place(at);
+        out += &text(x, y - 3.0, "middle faint", &format!("{} dB", figure(contour, 3)));
     }
     out
 }
@@ -602,7 +609,14 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
     let across = frequency_axis(found);
     let panel = Panel { x: LEFT, y: TOP, width: WIDTH, height: 1.5 * HEIGHT, across, up };
     let unit_of = all.first().map_or("", |one| one.unit.as_str());
-    let label = if unit_of.is_empty() { "[dB]".into() } else { format!("[dB over 1 {}]", unit(unit_of)) };
+    let mixed = all.iter().any(|one| one.mixed);
+    let label = if mixed {
+        "[dB, SI units]".into()
+    } else if unit_of.is_empty() {
+        "[dB]".into()
+    } else {
+        format!("[dB over 1 {}]", unit(unit_of))
+    };
     let mut body = panel.frame("frequency [rad/s]", &label) + &panel.sampled(found.nyquist, true);
     let heavy = "stroke=\"var(--ink)\" stroke-width=\"1\" stroke-dasharray=\"2 3\"";
     body += &panel.curve([(across.low, 0.0), (across.high, 0.0)].into_iter(), heavy);
@@ -626,7 +640,7 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
         });
         (colour, name(one) + &largest)
     };
-    let mixed = if all.iter().any(|one| one.mixed) {
+    let mixed = if mixed {
         " The readings have different units: these are numbers in SI units, and other units would give others."
     } else {
         ""
@@ -673,6 +687,45 @@ pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     );
     let drawn = bode(found, &curves, "gain [dB]", "phase [°]");
     Some(figure_of("Bode plot from the references to the outputs", &drawn, &caption))
+}
+
+/// Disk margins of the motors over the angle at which the joints stand.
+pub(super) fn along(found: &MarginsAlong) -> Option<Picture> {
+    let names: Vec<&str> = found
+        .positions
+        .iter()
+        .find(|one| !one.motors.is_empty())?
+        .motors
+        .iter()
+        .map(|motor| motor.name.as_str())
+        .collect();
+    let angles = found.positions.iter().map(|one| one.angle.to_degrees());
+    let (low, high) = angles.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    if !(high > low) {
+        return None;
+    }
+    let disks = found.positions.iter().flat_map(|one| one.motors.iter().map(|motor| motor.disk));
+    let across = Axis::by(&[15.0, 30.0, 45.0, 90.0, 180.0, 360.0], low, high, 9.0);
+    let panel =
+        Panel { x: LEFT, y: TOP, width: WIDTH, height: HEIGHT, across, up: Axis::fitting(disks.chain([0.0]), 0.06, 5) };
+    let mut body = panel.frame("angle of the joints [°]", "disk margin");
+    for (colour, name) in names.iter().enumerate() {
+        let of = |one: &PositionMargins| {
+            let motor = one.motors.iter().find(|motor| motor.name == *name);
+            (one.angle.to_degrees(), motor.map_or(f64::NAN, |motor| motor.disk))
+        };
+        // Where the angle starts anew, another motion does.
+        for stretch in found.positions.chunk_by(|a, b| b.angle > a.angle) {
+            body += &panel.curve(stretch.iter().map(of), &solid(colour));
+        }
+    }
+    let caption = format!(
+        "Of the linear loop where {} stand; a gap is a loop that is not stable.<br>{}",
+        escape(&found.turned),
+        legend(names.iter().enumerate().map(|(colour, name)| (colour, name.to_string())))
+    );
+    let drawn = drawing(LEFT + WIDTH + RIGHT, TOP + HEIGHT + 44.0, "disk margins over the angle of the joints", &body);
+    Some(figure_of("Disk margins over the angle of the joints", &drawn, &caption))
 }
 
 /// What follows a step of each reference.
@@ -722,4 +775,109 @@ fn step(found: &StepResponse) -> Option<Picture> {
     );
     let drawn = drawing(LEFT + WIDTH + RIGHT, y - BETWEEN + 44.0, "answers to a step", &body);
     Some(figure_of(&format!("Step of {}", found.reference), &drawn, &caption))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kardan::results::{LargestSingularValue, StepSignal};
+
+    /// 1/(s (s + 1)²), whose phase is −180° at 1 rad/s with |L| = ½.
+    fn example() -> (LoopResponses, Vec<ChannelMargin>) {
+        let frequencies: Vec<f64> = (0..=200).map(|k| 10f64.powf(-2.0 + 0.02 * f64::from(k))).collect();
+        let below = |w: &f64| (-2.0 * w * w, w * (1.0 - w * w));
+        let square = |w: &f64| w * w * (1.0 + w * w).powi(2);
+        let gain = LoopGain {
+            name: "m & m".into(),
+            real: frequencies.iter().map(|w| below(w).0 / square(w)).collect(),
+            imaginary: frequencies.iter().map(|w| -below(w).1 / square(w)).collect(),
+            unstable_poles: Some(0),
+            ..LoopGain::default()
+        };
+        let margin = ChannelMargin {
+            name: "m & m".into(),
+            gain: [0.0, 2.0],
+            gain_frequency: [None, Some(1.0)],
+            phase: 21.386f64.to_radians(),
+            phase_frequency: Some(0.6823),
+            disk: 0.3,
+            ..ChannelMargin::default()
+        };
+        let sensitivity = SingularValues {
+            largest: Some(LargestSingularValue { value: 3.4, bound: 3.4, frequency: Some(0.77) }),
+            values: frequencies.iter().map(|w| vec![1.0 + w, 0.1]).collect(),
+            ..SingularValues::default()
+        };
+        let signal =
+            StepSignal { name: "x".into(), unit: "rad".into(), motor: false, values: vec![0.0, 1.0, f64::NAN] };
+        let step = StepResponse {
+            reference: "<r>".into(),
+            size: 1.0,
+            unit: "rad".into(),
+            time: vec![0.0, 0.1, 0.2],
+            signals: vec![signal],
+        };
+        let found = LoopResponses {
+            frequencies,
+            nyquist: Some(100.0),
+            loops: vec![gain],
+            sensitivities: vec![sensitivity],
+            steps: vec![step],
+            ..LoopResponses::default()
+        };
+        (found, vec![margin])
+    }
+
+    #[test]
+    fn every_picture_is_drawn_with_its_marks_and_nothing_that_is_no_number() {
+        let (found, margins) = example();
+        let mut all = loops(&found, &margins, false);
+        assert_eq!(all.len(), 3);
+        // A gain and a phase margin in the Bode plot and in the Nichols chart.
+        assert_eq!([0, 2].map(|k| all[k].drawing.matches("<circle").count()), [2, 2]);
+        assert!(loops(&found, &margins, true).is_empty());
+        all.extend(singular_values(&found));
+        all.extend(steps(&found));
+        assert_eq!(all.len(), 5);
+        for picture in &all {
+            assert!(picture.drawing.contains("<path fill=\"none\""), "{}", picture.title);
+            for strange in ["NaN", "inf", "<r>", "m & m"] {
+                assert!(
+                    !(picture.drawing.clone() + &picture.caption).contains(strange),
+                    "{}: {strange}",
+                    picture.title
+                );
+            }
+        }
+        assert!(references(&found).is_none());
+    }
+
+    #[test]
+    fn phases_have_no_jumps_and_margins_are_measured_from_half_a_turn() {
+        let (found, margins) = example();
+        let curves = drawn(&found, &margins, false);
+        let turned = curves[0].phases();
+        assert!((turned[0] + 91.1).abs() < 0.1 && (turned[200] + 268.9).abs() < 0.1, "{} {}", turned[0], turned[200]);
+        assert!(turned.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 10.0));
+        let (at, phase, limit) = curves[0].phase_margin(&found.frequencies).expect("there is one");
+        assert_eq!((at, limit), (0.6823, -180.0));
+        assert!((phase + 158.614).abs() < 1e-6, "{phase}");
+    }
+
+    #[test]
+    fn a_contour_has_the_gain_that_it_names_and_curves_stay_within_the_frame() {
+        let axis = |low, high| Axis { low, high, logarithmic: false, step: 1.0 };
+        let panel = Panel { x: 0.0, y: 0.0, width: 10.0, height: 10.0, across: axis(0.0, 1.0), up: axis(0.0, 1.0) };
+        let cut = panel.cut((-10.0, 5.0), (20.0, 5.0)).expect("it crosses the frame");
+        assert!((cut.0.0, cut.1.0) == (0.0, 10.0) && panel.cut((-5.0, 20.0), (20.0, 20.0)).is_none());
+        assert_eq!(panel.curve([(0.5, 3.0), (0.5, 4.0)].into_iter(), ""), "");
+    }
+
+    #[test]
+    fn nothing_to_draw_gives_nothing() {
+        let none = LoopResponses::default();
+        assert!(loops(&none, &[], false).is_empty() && singular_values(&none).is_empty() && steps(&none).is_empty());
+        let open = LoopGain { open: true, ..LoopGain::default() };
+        assert!(loops(&LoopResponses { loops: vec![open], ..none }, &[], false).is_empty());
+    }
 }

@@ -4,7 +4,7 @@ use crate::model::{Body, row};
 use crate::pareto::pareto;
 use crate::text::number;
 use kardan::results::{
-    Alternative, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
+    Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
 
 /// More designs are counted where there is little room.
@@ -82,6 +82,27 @@ pub(super) fn robustness(found: &Robustness) -> Body {
         .list(stability(found))
         .part("What a step does to other channels", table("signal", &found.interactions))
         .part("What a step asks of the motors", table("motor", &found.peaks))
+        .part("How wrong one motor may be before the loop is unstable", margins(found))
+}
+
+/// The least margins over some plants of the box.
+fn margins(found: &Robustness) -> Body {
+    let Some(first) = found.margins.first() else { return Body::default() };
+    let row = |one: &BoxMargin| {
+        let [low, high] = one.gain;
+        let high = if high.is_finite() { number(high) } else { "any".into() };
+        let phase = if one.phase.is_finite() { format!("{}°", number(one.phase.to_degrees())) } else { "any".into() };
+        row![&one.motor, format!("{} to {high}", number(low)), phase, one.disk, one.nominal]
+    };
+    let unstable = match first.unstable {
+        0 => String::new(),
+        count => format!(" {count} more are not stable or could not be computed."),
+    };
+    let headers = ["torque of", "factor", "phase", "#least disk margin", "#nominal disk margin"];
+    Body::default().table(&headers, found.margins.iter().map(row)).hint(format!(
+        "The least of {} plants: the worst corners found and some of the samples. Others of the box may have less.{unstable}",
+        first.plants
+    ))
 }
 
 /// What of the box of plants is stable, and where it is worst.

@@ -19,6 +19,7 @@ pub(super) fn responses(found: &LoopResponses, margins: &[ChannelMargin]) -> Bod
         .pictures(pictures::singular_values(found))
         .pictures(pictures::references(found))
         .pictures(pictures::steps(found))
+        .part("Margins where the joints stand", along(found))
         .fold("Bode, Nyquist and Nichols plots of the loop at the readings", readings)
 }
 
@@ -87,4 +88,46 @@ fn largest(found: &LoopResponses) -> Body {
             found.sensitivities.iter().filter_map(row),
         )
         .hint(hint)
+}
+
+/// The least margins of each motor along the motions of the joints.
+fn along(found: &LoopResponses) -> Body {
+    let Some(along) = &found.along else { return Body::default() };
+    let stable = along.positions.iter().filter(|one| !one.motors.is_empty()).count();
+    let Some((worst, at)) = along.worst() else { return Body::default() };
+    let degrees = |angle: f64| format!("{}°", number(angle.to_degrees()));
+    let count = along.positions.len();
+    let mut said = vec![format!(
+        "The linear loop where {} stand, at {count} positions: the least disk margin of a motor is {} ({}, at {}).",
+        along.turned,
+        number(worst.disk),
+        worst.name,
+        degrees(at)
+    )];
+    if stable < count {
+        said.push(format!("At {} of them the loop is not stable, or has no frequency response.", count - stable));
+    }
+    let Some(first) = along.positions.iter().find(|one| !one.motors.is_empty()) else { return Body::default() };
+    let rows = first.motors.iter().map(|motor| {
+        let all = || {
+            let of = |one: &ChannelMargin| one.name == motor.name;
+            along.positions.iter().filter_map(move |one| Some((one.motors.iter().find(|one| of(one))?, one.angle)))
+        };
+        let least = |value: fn(&ChannelMargin) -> f64| all().min_by(|a, b| value(a.0).total_cmp(&value(b.0)));
+        let told = |found: Option<(&ChannelMargin, f64)>, value: &dyn Fn(&ChannelMargin) -> f64, what: &str| match found
+        {
+            Some((one, at)) if value(one).is_finite() => format!("{}{what} (at {})", number(value(one)), degrees(at)),
+            _ => "any".into(),
+        };
+        let phase = least(|one| one.phase);
+        let low = least(|one| -one.gain[0]);
+        let mut cells = row![&motor.name, told(low, &|one| one.gain[0], "")];
+        cells.push(told(least(|one| one.gain[1]), &|one| one.gain[1], "").into());
+        cells.push(told(phase, &|one| one.phase.to_degrees(), "°").into());
+        cells.push(told(least(|one| one.disk), &|one| one.disk, "").into());
+        cells
+    });
+    let headers =
+        ["torque of", "largest factor below one", "least factor above one", "least phase", "least disk margin"];
+    Body::default().list(said).table(&headers, rows).pictures(pictures::along(along))
 }

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::ChannelMargin;
+
 /// Frequency responses of the linear loop of a controller, as it runs: with lags, sampling and delay. Of a sampled loop what is seen
 /// at its sample instants.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
@@ -21,6 +23,35 @@ pub struct LoopResponses {
     pub references: Vec<ReferenceResponse>,
     /// What follows a step of each reference; empty for a loop that is not stable.
     pub steps: Vec<StepResponse>,
+    /// Margins where the joints stand; `None` without joints that turn.
+    pub along: Option<MarginsAlong>,
+}
+
+/// Margins of the motors along the motions of the joints that stretch no spring, half a turn each.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct MarginsAlong {
+    /// The coordinates that turn.
+    pub turned: String,
+    /// What was found at each position.
+    pub positions: Vec<PositionMargins>,
+}
+
+impl MarginsAlong {
+    /// The motor with the least disk margin, and the angle at which it has it, rad.
+    pub fn worst(&self) -> Option<(&ChannelMargin, f64)> {
+        let all = self.positions.iter().flat_map(|one| one.motors.iter().map(|motor| (motor, one.angle)));
+        all.min_by(|a, b| a.0.disk.total_cmp(&b.0.disk))
+    }
+}
+
+/// Margins of the motors where the joints stand.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct PositionMargins {
+    /// Angle of the first coordinate that turns, rad.
+    #[serde(rename = "angle_rad")]
+    pub angle: f64,
+    /// How wrong the torque of each motor may be alone; empty where the loop is not stable.
+    pub motors: Vec<ChannelMargin>,
 }
 
 /// The loop gain L, broken at one place: the loop is at the limit of stability where it is −1.

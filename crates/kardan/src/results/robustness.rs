@@ -26,6 +26,31 @@ pub struct Robustness {
     pub interactions: Vec<Interaction>,
     /// Largest torque that a step asks of a motor.
     pub peaks: Vec<Interaction>,
+    /// Least margins of each motor; empty where they are not known.
+    pub margins: Vec<BoxMargin>,
+}
+
+/// How wrong the torque of a motor may be alone, over some plants of the box and the worst corners that were found: the least of
+/// these, not of the whole box.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct BoxMargin {
+    /// The motor.
+    pub motor: String,
+    /// How many plants were looked at.
+    pub plants: usize,
+    /// How many more are not stable, or could not be computed.
+    pub unstable: usize,
+    /// Disk margin with the nominal plant.
+    pub nominal: f64,
+    /// The least disk margin.
+    pub disk: f64,
+    /// The nearest factors below and above one that are too much for one of them; 0 and infinity if none is.
+    pub gain: [f64; 2],
+    /// The least turn of the phase that is too much for one of them, rad.
+    #[serde(rename = "phase_rad")]
+    pub phase: f64,
+    /// Where the disk margin is least: each coefficient's factor.
+    pub at: Vec<f64>,
 }
 
 /// A coefficient that varies.

@@ -3,6 +3,7 @@
 use super::coupling::cross_coupling;
 use super::explore::explore;
 use super::margins::{decay, responses, survey, verdict, warnings as margin_warnings};
+use super::margins_over::margins_along;
 use super::passage::{passage, warnings as passage_warnings};
 use super::prepare::is_error;
 use super::proof::{check_others, check_rounding, exact_poles, judge, prove};
@@ -19,7 +20,7 @@ use crate::model::ControlSpec;
 use crate::names::SignalName;
 use crate::names::unknown_name;
 use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, DataMatrix, Design};
+use crate::results::{ControllerData, DataMatrix, Design, LoopResponses};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
@@ -180,7 +181,7 @@ fn tried(
 ) -> Design {
     let mut design = designed(&prepared.description, variant, number, settings, progress);
     match responses(variant, number, &design) {
-        Ok(found) => design.responses = Some(found),
+        Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
         Err(why) => design.notes.push(format!("no frequency responses are shown: {why}")),
     }
     if settings.simulate {

@@ -15,6 +15,7 @@ mod explore;
 mod faults;
 mod identification;
 mod margins;
+mod margins_over;
 mod massless;
 mod passage;
 mod placement;

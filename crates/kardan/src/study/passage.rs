@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::PreparedVariant;
-use super::stepped_loop::{NotJudged, Shown, WITHOUT_MAP, any_subject, window};
+use super::stepped_loop::{NotJudged, Shown, Subject, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
 use crate::model::ControlSpec;
 use crate::num::{Matrix, Rational, echelon};
@@ -21,11 +21,11 @@ const RELAXATIONS: usize = 20;
 const RELAXED: f64 = 1e-10;
 
 /// Positions along one motion of the joints.
-struct Path {
+pub(super) struct Path {
     /// Names of the coordinates that turn.
-    turned: Vec<String>,
+    pub turned: Vec<String>,
     /// Angle of the first of them, rad, and the position.
-    points: Vec<(f64, Vec<f64>)>,
+    pub points: Vec<(f64, Vec<f64>)>,
 }
 
 /// The loop of a controller along all motions of the variant's joints that stretch no spring; `None` where the linear loop of the
@@ -41,17 +41,34 @@ pub(super) fn passage(
 ) -> Option<Result<Passage, String>> {
     let zero = vec![0.0; variant.reduced.degrees_of_freedom()];
     let own = variant.linear_model();
-    let straight = Kinematics::new(&variant.reduced).is_constant();
     let same = variant.design_models.iter().all(|plant| plant.linear == own);
-    if straight && same && !laws.iter().any(|law| law.bends()) {
-        return None;
-    }
-    let paths = if straight {
-        vec![Path { turned: Vec::new(), points: vec![(0.0, zero)] }]
-    } else {
-        paths(&variant.reduced, &own)
+    let paths = match turns(variant) {
+        Some(paths) => paths,
+        None if same && !laws.iter().any(|law| law.bends()) => return None,
+        None => vec![Path { turned: Vec::new(), points: vec![(0.0, zero)] }],
     };
     Some(along(variant, number, laws, &paths, steps))
+}
+
+/// All motions of the variant's joints that stretch no spring; `None` without such joints.
+pub(super) fn turns(variant: &PreparedVariant) -> Option<Vec<Path>> {
+    let straight = Kinematics::new(&variant.reduced).is_constant();
+    (!straight).then(|| paths(&variant.reduced, &variant.linear_model()))
+}
+
+/// The loop of a controller with these laws, as they run, where the joints stand at a position.
+pub(super) fn standing(
+    variant: &PreparedVariant,
+    number: usize,
+    laws: &[Arc<dyn Law>],
+    position: &[f64],
+) -> Result<Subject, String> {
+    let plant = variant.varied_plant(&linearise(&variant.reduced, position));
+    let parts: Option<Vec<SampledPart>> =
+        laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
+    let mut subject = any_subject(variant, number, laws, plant);
+    subject.parts = parts.ok_or("a number of the linearised law is not finite")?;
+    Ok(subject)
 }
 
 fn along(
@@ -62,11 +79,7 @@ fn along(
     steps: bool,
 ) -> Result<Passage, String> {
     let standing = |position: &[f64]| {
-        let plant = variant.varied_plant(&linearise(&variant.reduced, position));
-        let parts: Option<Vec<SampledPart>> =
-            laws.iter().map(|law| SampledPart::standing(&**law, plant.nominal(), position)).collect();
-        let mut subject = any_subject(variant, number, laws, plant);
-        subject.parts = parts.ok_or("a number of the linearised law is not finite")?;
+        let mut subject = standing(variant, number, laws, position)?;
         if !steps {
             subject.steps.clear();
         }

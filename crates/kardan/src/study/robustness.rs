@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::margins_over::margins_over_box;
 use super::stepped_loop::{Shown, Subject, WITHOUT_MAP, subject, window};
 use super::{PreparedVariant, Progress};
 use crate::num::Random;
@@ -60,6 +61,9 @@ pub(super) fn robustness(
     let worst_stable = worst.worst.is_finite() && subject.look(&worst.at).is_ok_and(|shown| shown.stable);
     let (interactions, peaks) = plants.sizes();
     let stable = plants.shown.iter().flatten().filter(|shown| shown.stable).count();
+    let worst = interactions.iter().chain(&peaks).map(|one| one.size.at.clone());
+    let corners: Vec<Vec<f64>> = worst.chain([spectral_radius.at.clone()]).collect();
+    let margins = margins_over_box(&subject, laws[number].inputs(), &plants.points, &corners);
     let range = match range {
         ToleranceBox::Part(part) => format!("{} % of every inertia, damping and stiffness", 100.0 * part),
         ToleranceBox::File => {
@@ -77,6 +81,7 @@ pub(super) fn robustness(
         spectral_radius,
         interactions,
         peaks,
+        margins,
     })
 }
 

@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use super::PreparedVariant;
-use super::margins::left_out;
+use super::margins::{left_out, motor_margins};
 use crate::assemble::CoefficientKind;
 use crate::element::Values;
 use crate::equations::Measured;
 use crate::model::ControlSpec;
 use crate::names::Quantity;
 use crate::num::{multiply, rational_to_f64};
+use crate::results::ChannelMargin;
 use crate::schema::Keys;
 use crate::synthesis::{
-    Law, LoopPlant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
+    ControlLoop, Law, LoopPlant, SampledLoop, SampledNoninteractingChannel, SampledPart, VariedPlant, effective_inertia,
 };
 
 /// Why there is nothing to look at.
@@ -262,6 +263,17 @@ impl Subject {
         let sample_time = self.parts[self.number].clock.map_or(found.sample_time, |clock| clock.period);
         let radius = slowest.growth.powf(sample_time / found.sample_time);
         Ok(Shown { sample_time, radius, stable, sizes, peaks })
+    }
+
+    /// How wrong the torque of each of the law's motors may be alone with these factors of the coefficients; `None` of a loop that is
+    /// not stable, or has several sample times.
+    pub fn margins(&self, factors: &[f64], motors: &[String]) -> Option<Vec<ChannelMargin>> {
+        let plant = self.plant.at(factors);
+        let found = SampledLoop::driven(&plant, &self.parts, LOOK).ok()?;
+        if !found.slowest_without(self.free)?.stable {
+            return None;
+        }
+        motor_margins(&ControlLoop { plant: &plant, parts: &self.parts, number: self.number }, motors)
     }
 
     /// Root mean square of what errors of the law's readings with these variances make of its commands, N m; `None` if the

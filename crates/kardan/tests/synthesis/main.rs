@@ -7,6 +7,8 @@ mod decoupling;
 mod design;
 mod inversion;
 mod margins;
+mod margins_golden;
 mod observers;
 mod regulator;
+mod responses;
 mod written;

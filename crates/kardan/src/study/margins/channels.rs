@@ -52,6 +52,17 @@ pub(super) fn of_motors(survey: &Survey<'_>, response: Option<&Response>, late: 
     law.inputs().iter().enumerate().filter_map(one).collect()
 }
 
+/// How wrong the torque of each motor may be alone, from the response of a stable loop; of a sampled one without the delay. `None` if
+/// it cannot be computed.
+pub(in crate::study) fn motor_margins(view: &ControlLoop<'_>, motors: &[String]) -> Option<Vec<ChannelMargin>> {
+    let response = view.motors()?;
+    let sampled = response.nyquist().is_some();
+    let one = |(k, name): (usize, &String)| {
+        Some(ChannelMargin { sampled, ..named(name, false, &channel_margins(&response.channel(k))?) })
+    };
+    motors.iter().enumerate().map(one).collect()
+}
+
 /// The margins of a motor of a sampled controller in a loop with several clocks, searched on the map over their common period.
 fn searched(survey: &Survey<'_>, motor: usize, name: &str) -> Option<ChannelMargin> {
     let lifted = survey.lifted(motor)?;

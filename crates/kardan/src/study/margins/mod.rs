@@ -8,6 +8,7 @@ mod survey;
 mod verdict;
 mod warnings;
 
+pub(super) use channels::motor_margins;
 pub use check::overrule;
 pub(super) use check::{check_margins, check_sampled};
 pub(super) use responses::responses;

@@ -1,6 +1,6 @@
 //! What the loop of a controller answers to sines and to steps, and its largest singular values.
 
-use faer::c64;
+use faer::{Mat, c64};
 
 use super::channels::{row_of, sensor_rows};
 use crate::names::SignalName;
@@ -77,111 +77,139 @@ pub(in crate::study) fn responses(
         motors,
     };
     let stable = design.margins.as_ref().and_then(|margins| margins.stable) == Some(true);
-    let frequencies = views.frequencies();
+    let seen = views.seen();
     let steps = if stable { steps(&view, law, &outputs, variant.scenario.duration) } else { Vec::new() };
     Ok(LoopResponses {
+        frequencies: seen.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
-        loops: views.loops(law, &frequencies),
-        sensitivities: if stable { views.sensitivities(&frequencies) } else { Vec::new() },
-        references: views.from_references(law, &outputs.names, design, &frequencies),
+        loops: views.loops(law, &seen),
+        sensitivities: if stable { views.sensitivities(&seen) } else { Vec::new() },
+        references: from_references(law, &outputs.names, design, &seen),
         steps,
-        frequencies,
+        along: None,
     })
 }
 
+/// All responses at one frequency.
+struct Seen {
+    motors: Mat<c64>,
+    readings: Option<Mat<c64>>,
+    commands: Option<Mat<c64>>,
+    references: Option<Mat<c64>>,
+}
+
+impl Seen {
+    /// What is drawn of it, and how far the loops are from −1.
+    fn curves(&self) -> Vec<c64> {
+        let mut curves = Vec::new();
+        for m in std::iter::once(&self.motors).chain(&self.readings) {
+            (0..m.nrows()).for_each(|k| curves.extend([gain(m[(k, k)]), 1.0 + m[(k, k)]]));
+        }
+        if let Some(m) = &self.references {
+            curves.extend((0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)])));
+        }
+        curves
+    }
+}
+
 impl Views {
-    /// Frequencies at which all that is shown is well seen.
-    fn frequencies(&self) -> Vec<f64> {
-        let mut places = self.motors.pole_frequencies();
-        let poles: Vec<f64> = places.clone();
+    /// All responses at frequencies at which they are well seen.
+    fn seen(&self) -> Vec<(f64, Seen)> {
+        let poles = self.motors.pole_frequencies();
         // Beside a lightly damped pole as well.
-        places.extend(poles.iter().flat_map(|pole| [0.9 * pole, 0.98 * pole, 1.02 * pole, 1.1 * pole]));
-        let look = |frequency: f64| {
-            let mut curves = Vec::new();
-            let loops = std::iter::once(&self.motors).chain(self.readings.as_ref().map(|found| &found.loops));
-            for response in loops {
-                let m = response.at_frequency(frequency);
-                for k in 0..m.nrows() {
-                    curves.extend([gain(m[(k, k)]), 1.0 + m[(k, k)]]);
-                }
-            }
-            if let Some(found) = &self.references {
-                let m = found.at_frequency(frequency);
-                curves.extend((0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j))).map(|at| m[at]));
-            }
-            curves
+        let places: Vec<f64> =
+            poles.iter().flat_map(|pole| [0.9, 0.98, 1.0, 1.02, 1.1].map(|factor| factor * pole)).collect();
+        let look = |frequency: f64| Seen {
+            motors: self.motors.at_frequency(frequency),
+            readings: self.readings.as_ref().map(|found| found.loops.at_frequency(frequency)),
+            commands: self.readings.as_ref().map(|found| found.commands.at_frequency(frequency)),
+            references: self.references.as_ref().map(|found| found.at_frequency(frequency)),
         };
-        refined(frequency_range(&self.motors), &places, &look)
+        refined(frequency_range(&self.motors), &places, &look, &Seen::curves)
     }
 
     /// The loop gains, broken at each motor and at each reading.
-    fn loops(&self, law: &dyn Law, frequencies: &[f64]) -> Vec<LoopGain> {
-        let mut out = broken(&self.motors, law.inputs(), false, frequencies);
+    fn loops(&self, law: &dyn Law, seen: &[(f64, Seen)]) -> Vec<LoopGain> {
+        let motors: Vec<&Mat<c64>> = seen.iter().map(|(_, seen)| &seen.motors).collect();
+        let mut out = broken(&self.motors, law.inputs(), false, &motors);
         if let Some(found) = &self.readings {
-            out.extend(broken(&found.loops, &found.names, true, frequencies));
+            let readings: Vec<&Mat<c64>> = seen.iter().filter_map(|(_, seen)| seen.readings.as_ref()).collect();
+            out.extend(broken(&found.loops, &found.names, true, &readings));
         }
         out
     }
 
     /// S and T at the motors and at the readings, and K S between them.
-    fn sensitivities(&self, frequencies: &[f64]) -> Vec<SingularValues> {
-        let of = |response: &Response, about: SingularValues| {
-            let largest = response.largest_gain().map(|found| LargestSingularValue {
-                value: found.value,
-                bound: found.bound,
-                frequency: Some(found.frequency).filter(|frequency| frequency.is_finite()),
-            });
-            let values = frequencies.iter().map(|frequency| response.singular_values(*frequency).unwrap_or_default());
-            SingularValues { largest, values: values.collect(), ..about }
-        };
+    fn sensitivities(&self, seen: &[(f64, Seen)]) -> Vec<SingularValues> {
+        let motors = |one: &Seen| Some(one.motors.clone());
         let about = |function, readings| SingularValues { function, readings, ..SingularValues::default() };
         let mut out = vec![
-            of(&self.motors.sensitivity(), about(LoopFunction::S, false)),
-            of(&self.motors.complementary(), about(LoopFunction::T, false)),
+            singular(&self.motors.sensitivity(), about(LoopFunction::S, false), seen, &|one| {
+                motors(one).map(sensitivity)
+            }),
+            singular(&self.motors.complementary(), about(LoopFunction::T, false), seen, &motors),
         ];
         if let Some(found) = &self.readings {
             let units: Vec<&str> = found.names.iter().map(|name| SignalName::new(name).unit()).collect();
             let mixed = units.iter().any(|unit| *unit != units[0]);
             let unit = if mixed { String::new() } else { quotient("N m", units[0]) };
-            let readings = |function| SingularValues { mixed, ..about(function, true) };
-            out.push(of(&found.loops.sensitivity(), readings(LoopFunction::S)));
-            out.push(of(&found.loops.complementary(), readings(LoopFunction::T)));
-            out.push(of(&found.commands, SingularValues { unit, ..readings(LoopFunction::Ks) }));
-        }
-        out
-    }
-
-    /// From each reference to each output.
-    fn from_references(
-        &self,
-        law: &dyn Law,
-        outputs: &[String],
-        design: &Design,
-        frequencies: &[f64],
-    ) -> Vec<ReferenceResponse> {
-        let Some(found) = &self.references else { return Vec::new() };
-        let all: Vec<_> = frequencies.iter().map(|frequency| found.at_frequency(*frequency)).collect();
-        let mut out = Vec::new();
-        for (j, reference) in law.references().iter().enumerate() {
-            for (i, output) in outputs.iter().enumerate() {
-                let of_channel = |channel: &&crate::results::ChannelResult| channel.reference == reference.name;
-                out.push(ReferenceResponse {
-                    reference: reference.name.clone(),
-                    output: output.clone(),
-                    unit: quotient(SignalName::new(output).unit(), reference.physical.unit()),
-                    own: design.channels.iter().find(of_channel).is_some_and(|channel| channel.output == *output),
-                    real: all.iter().map(|m| m[(i, j)].re).collect(),
-                    imaginary: all.iter().map(|m| m[(i, j)].im).collect(),
-                });
-            }
+            let about = |function| SingularValues { mixed, ..about(function, true) };
+            let (loops, commands) = (&found.loops, SingularValues { unit, ..about(LoopFunction::Ks) });
+            let readings = |one: &Seen| one.readings.clone();
+            out.extend([
+                singular(&loops.sensitivity(), about(LoopFunction::S), seen, &|one| readings(one).map(sensitivity)),
+                singular(&loops.complementary(), about(LoopFunction::T), seen, &readings),
+                singular(&found.commands, commands, seen, &|one| one.commands.clone()),
+            ]);
         }
         out
     }
 }
 
-/// The loop gains of a response, broken at each of its channels alone.
-fn broken(response: &Response, names: &[String], reading: bool, frequencies: &[f64]) -> Vec<LoopGain> {
-    let all: Vec<_> = frequencies.iter().map(|frequency| response.at_frequency(*frequency)).collect();
+/// I + M.
+fn sensitivity(mut m: Mat<c64>) -> Mat<c64> {
+    (0..m.nrows()).for_each(|k| m[(k, k)] += 1.0);
+    m
+}
+
+/// The singular values of a response, and the largest of all frequencies.
+fn singular(
+    response: &Response,
+    about: SingularValues,
+    seen: &[(f64, Seen)],
+    of: &dyn Fn(&Seen) -> Option<Mat<c64>>,
+) -> SingularValues {
+    let largest = response.largest_gain().map(|found| LargestSingularValue {
+        value: found.value,
+        bound: found.bound,
+        frequency: Some(found.frequency).filter(|frequency| frequency.is_finite()),
+    });
+    let values = seen.iter().map(|(_, seen)| of(seen).and_then(|m| m.singular_values().ok()).unwrap_or_default());
+    SingularValues { largest, values: values.collect(), ..about }
+}
+
+/// From each reference to each output.
+fn from_references(law: &dyn Law, outputs: &[String], design: &Design, seen: &[(f64, Seen)]) -> Vec<ReferenceResponse> {
+    let all: Vec<&Mat<c64>> = seen.iter().filter_map(|(_, seen)| seen.references.as_ref()).collect();
+    let mut out = Vec::new();
+    for (j, reference) in law.references().iter().enumerate().filter(|_| !all.is_empty()) {
+        for (i, output) in outputs.iter().enumerate() {
+            let channel = design.channels.iter().find(|channel| channel.reference == reference.name);
+            out.push(ReferenceResponse {
+                reference: reference.name.clone(),
+                output: output.clone(),
+                unit: quotient(SignalName::new(output).unit(), reference.physical.unit()),
+                own: channel.is_some_and(|channel| channel.output == *output),
+                real: all.iter().map(|m| m[(i, j)].re).collect(),
+                imaginary: all.iter().map(|m| m[(i, j)].im).collect(),
+            });
+        }
+    }
+    out
+}
+
+/// The loop gains of a response, broken at each of its channels alone, from what it is at each frequency.
+fn broken(response: &Response, names: &[String], reading: bool, all: &[&Mat<c64>]) -> Vec<LoopGain> {
     let one = |(k, name): (usize, &String)| {
         let gains: Vec<c64> = all.iter().map(|m| gain(m[(k, k)])).collect();
         LoopGain {

@@ -1,6 +1,7 @@
 //! Frequencies at which responses are looked at, dense where they bend.
 
 use faer::c64;
+use rayon::prelude::*;
 
 use super::Response;
 
@@ -37,31 +38,40 @@ pub fn frequency_range(response: &Response) -> [f64; 2] {
     [low, high]
 }
 
-/// Frequencies within a range, ascending: evenly spaced, at the given places, and between two neighbours another one until no
-/// curve that `look` shows moves much from one to the next.
-pub fn refined([low, high]: [f64; 2], places: &[f64], look: &dyn Fn(f64) -> Vec<c64>) -> Vec<f64> {
+/// Frequencies within a range, ascending, with what `look` shows there: evenly spaced, at the given places, and between two
+/// neighbours another one until none of the `curves` moves much from one to the next.
+pub fn refined<T: Send>(
+    [low, high]: [f64; 2],
+    places: &[f64],
+    look: &(dyn Fn(f64) -> T + Sync),
+    curves: &dyn Fn(&T) -> Vec<c64>,
+) -> Vec<(f64, T)> {
     let count = ((high / low).log10() * PER_DECADE).ceil().max(1.0) as usize;
     let even = (0..=count).map(|k| if k == count { high } else { low * (high / low).powf(k as f64 / count as f64) });
-    let mut start: Vec<f64> =
-        even.chain(places.iter().copied().filter(|place| *place > low && *place < high)).collect();
-    start.sort_by(f64::total_cmp);
-    start.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-9);
-    let mut points: Vec<(f64, Vec<c64>)> = start.into_iter().map(|frequency| (frequency, look(frequency))).collect();
-    for _ in 0..ROUNDS {
+    let mut next: Vec<f64> = even.chain(places.iter().copied().filter(|place| *place > low && *place < high)).collect();
+    next.sort_by(f64::total_cmp);
+    next.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-9);
+    let mut points: Vec<(f64, T, Vec<c64>)> = Vec::new();
+    for _ in 0..=ROUNDS {
+        let seen: Vec<(f64, T)> = next.into_par_iter().map(|frequency| (frequency, look(frequency))).collect();
+        points.extend(seen.into_iter().map(|(frequency, seen)| {
+            let curves = curves(&seen);
+            (frequency, seen, curves)
+        }));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut wide: Vec<(f64, f64)> = points
             .windows(2)
-            .map(|pair| (movement(&pair[0].1, &pair[1].1), (pair[0].0 * pair[1].0).sqrt()))
+            .map(|pair| (movement(&pair[0].2, &pair[1].2), (pair[0].0 * pair[1].0).sqrt()))
             .filter(|(movement, _)| *movement > MOVES)
             .collect();
         wide.sort_by(|a, b| b.0.total_cmp(&a.0));
         wide.truncate(MOST.saturating_sub(points.len()));
-        if wide.is_empty() {
+        next = wide.into_iter().map(|(_, frequency)| frequency).collect();
+        if next.is_empty() {
             break;
         }
-        points.extend(wide.into_iter().map(|(_, frequency)| (frequency, look(frequency))));
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
-    points.into_iter().map(|(frequency, _)| frequency).collect()
+    points.into_iter().map(|(frequency, seen, _)| (frequency, seen)).collect()
 }
 
 /// The largest part of itself by which a curve moves between two neighbours.

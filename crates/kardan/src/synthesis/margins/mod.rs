@@ -13,4 +13,4 @@ mod together;
 pub use channel::{ChannelMargins, channel_margins};
 pub use frequencies::{frequency_range, refined};
 pub use response::{FrequencyError, LargestGain, Response};
-pub use together::{Together, together};
+pub use together::{Together, structured_singular_value, together};

@@ -105,6 +105,16 @@ pub fn together(response: &Response) -> Option<Together> {
     Some(Together { disk: [1.0 / level, 1.0 / size], frequency: response.frequency(place), worst: worst.collect() })
 }
 
+/// Bounds of the structured singular value of a square matrix, for one complex error of each channel: below by errors that were
+/// found, above by a scaling.
+///
+/// # Panics
+/// If the matrix is not square.
+pub fn structured_singular_value(matrix: &Mat<c64>) -> [f64; 2] {
+    assert_eq!(matrix.nrows(), matrix.ncols(), "an error for each channel");
+    [worst_turns(matrix).0, best_scaling(matrix).0]
+}
+
 /// What intervals leave of theirs outside another one; what is too narrow to tell its ends apart goes too.
 fn without(intervals: Vec<(f64, f64)>, from: f64, to: f64) -> Vec<(f64, f64)> {
     let mut left = Vec::new();
