@@ -21,7 +21,7 @@ pub use document::{Control, Document, Doubts, Instance, NamedVariant, Parameter,
 pub use manual::{STUDY_PAGES, manual, manual_of};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
-pub use state_space::read_state_space;
+pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use table_reader::{TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
 pub use write::{NewValue, written};
