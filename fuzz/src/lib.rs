@@ -102,7 +102,7 @@ pub fn toml(bytes: &[u8]) {
 /// State spaces in JSON and MAT files.
 pub fn state_space(bytes: &[u8]) {
     match model::read_state_space(bytes) {
-        Ok(system) => {
+        Ok(model::StateSpace { system, .. }) => {
             let n = system.states.len();
             assert_eq!((system.a.rows(), system.a.columns(), system.b.rows()), (n, n, n));
             assert_eq!((system.c.rows(), system.c.columns()), (system.outputs.len(), n));
@@ -290,7 +290,7 @@ pub fn analyze(bytes: &[u8]) {
     let found = if bytes.starts_with(b"{") {
         // Few states: exact numbers of any length stand in the file.
         match model::read_state_space(bytes) {
-            Ok(system) if system.states.len() > 5 => return,
+            Ok(found) if found.system.states.len() > 5 => return,
             _ => study::analyze_state_space(bytes, &settings, &Silent),
         }
     } else {

@@ -32,6 +32,7 @@ pub enum Command {
     Identify(IdentifyArgs),
     Bench(BenchArgs),
     Equations(EquationsArgs),
+    Linearise(LineariseArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
     Elements(ElementsArgs),
@@ -54,6 +55,7 @@ impl Command {
             Self::Elements(args) => args.json,
             Self::Schema(args) => args.json,
             Self::Completions(args) => args.json,
+            Self::Linearise(args) => args.json,
         }
     }
 }
@@ -410,6 +412,55 @@ pub struct EquationsArgs {
     pub json: bool,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+/// Print the linear model of a variant at its operating point: A, B, C, D with names and units, for other tools.
+#[derive(Debug, Clone, Args)]
+#[command(
+    after_help = "Examples:\n  kardan linearise sia-steering --format py > steering.py\n  kardan linearise my.toml \
+                        --inputs motor --outputs rack.phi --format mat --out abcd.mat\n  kardan linearise my.toml | kardan \
+                        analyze --state-space -"
+)]
+pub struct LineariseArgs {
+    /// Path of a model file, name of a built-in model, or `-` for standard input.
+    pub model: PathBuf,
+    /// `json`: exact, read again by `kardan analyze --state-space`; `mat`: MATLAB; `py`: NumPy arrays and python-control.
+    #[arg(long, value_enum, default_value = "json")]
+    pub format: LinearFormat,
+    /// Write to this file, replaced if it exists, instead of standard output.
+    #[arg(long, value_name = "FILE", required_if_eq("format", "mat"))]
+    pub out: Option<PathBuf>,
+    /// Variant; the first if not given.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Inputs, separated by commas; those of the model file, or all motors, if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub inputs: Vec<String>,
+    /// Outputs, separated by commas: signals such as `rack.phi`, or sensors; those of the model file if not given.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub outputs: Vec<String>,
+    /// Leave the inertia on the left side: E ẋ = A x + B u.
+    #[arg(long)]
+    pub descriptor: bool,
+    /// Eliminate motions without inertia (massless shafts) instead of refusing them.
+    #[arg(long)]
+    pub eliminate_massless: bool,
+    /// The same as `--format json`.
+    #[arg(long, conflicts_with = "format")]
+    pub json: bool,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+/// How a linear model is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LinearFormat {
+    /// Exact fractions, decimals beside them.
+    Json,
+    /// MATLAB, version 5.
+    Mat,
+    /// A Python program.
+    Py,
 }
 
 /// Look for mistakes in a model file; nothing is run.

@@ -5,8 +5,9 @@ pub mod design;
 use super::text::{figure, number};
 use kardan::results::{
     Assumption, BoxVerdict, Breach, Certificate, Class, Complex, Construction, Count, Definition,
-    DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, Mode, NamedShare,
-    ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare, Structure, Zeros,
+    DistanceToUncontrollability, EigenvalueBounds, ElementShare, Elimination, FailingMode, MatrixDistance,
+    MatrixDistances, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare,
+    Structure, Zeros,
 };
 
 /// Motions below this fraction of the largest are not named.
@@ -325,6 +326,43 @@ pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
         None => {
             Some("Whether zeros lie in the right half-plane is not decided: their digits are those of floating point.")
         }
+    }
+}
+
+/// What the distances of matrices are.
+pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A and C) that loses a mode; it depends on the \
+units of the states. The smaller number is proven for all changes, the larger one belongs to a change that is known exactly.";
+
+/// A warning where the data do not tell the system from one that has lost a mode.
+pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {
+    let distances = distances?;
+    let both = [("controllable", &distances.controllability), ("observable", &distances.observability)];
+    let lost: Vec<&str> = both
+        .iter()
+        .filter(|(_, found)| found.as_ref().is_some_and(|found| found.below_last_digit))
+        .map(|(what, _)| *what)
+        .collect();
+    (!lost.is_empty()).then(|| {
+        format!(
+            "But the last digit of the data does not tell it from one that is not {}: see the distance of the matrices.",
+            lost.join(" and not ")
+        )
+    })
+}
+
+/// The nearest system that has lost a mode.
+pub fn nearest_system(what: &str, found: &MatrixDistance) -> String {
+    let mode = pair(found.eigenvalue);
+    let names: Vec<&str> = found.states.iter().take(4).map(|one| one.name.as_str()).collect();
+    let moved = list(&names, 100);
+    match found.below_last_digit {
+        true => format!(
+            "Warning: a change of {} makes it {what}, no more than the last digit of the data ({}). The mode {mode} 1/s is lost \
+             there ({moved}); rely on it only if the numbers are meant exactly.",
+            number(found.upper),
+            number(found.last_digit)
+        ),
+        false => format!("A change of {} makes it {what}: the mode {mode} 1/s is lost ({moved}).", number(found.upper)),
     }
 }
 

@@ -8,6 +8,7 @@ mod design;
 mod elements;
 mod equations;
 mod identify;
+mod linearise;
 mod models;
 mod run;
 mod schema;
@@ -64,6 +65,7 @@ fn watched(command: &Command) -> Option<&Path> {
         Command::Identify(args) => (&args.model, &args.changes),
         Command::Bench(args) => (&args.model, &args.changes),
         Command::Equations(args) => (&args.model, &args.changes),
+        Command::Linearise(args) => (&args.model, &args.changes),
         Command::Check(args) => (&args.model, &args.changes),
         _ => return None,
     };
@@ -78,6 +80,7 @@ fn dispatch(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::identify(args, cli.quiet),
         Command::Bench(args) => bench::bench(args, cli.quiet),
         Command::Equations(args) => equations::equations(args, cli.quiet),
+        Command::Linearise(args) => linearise::linearise(args, cli.quiet),
         Command::Check(args) => check::check(args, cli.quiet),
         Command::Models(args) => models::models(args, cli.quiet),
         Command::Elements(args) => elements::elements(args),

@@ -51,7 +51,7 @@ fn a_value_that_is_set_is_computed_with() {
         assert!((last - speed).abs() < 1e-9, "{more:?}: {last}");
     }
     // Every command with a model takes it; what is wrong in it is told.
-    for command in ["run", "analyze", "design", "equations", "check", "bench"] {
+    for command in ["run", "analyze", "design", "equations", "check", "bench", "linearise"] {
         let got = kardan(&at, &[command, "axle.toml", "--set", "axle.inertia=1 kg"]);
         let said = String::from_utf8_lossy(&got.stderr).into_owned();
         assert!(got.status.code() == Some(2) && said.contains("shaft.axle.inertia"), "{command}: {said}");

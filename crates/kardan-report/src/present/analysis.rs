@@ -6,8 +6,8 @@ use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
-    FrictionState, Mode, ParameterRange, PlacementSearch, Sensitivity, Structure, UncontrollablePoint, Undecided,
-    Verdict,
+    FrictionState, MatrixDistance, MatrixDistances, Mode, ParameterRange, PlacementSearch, Sensitivity, Structure,
+    UncontrollablePoint, Undecided, Verdict,
 };
 
 /// More modes are counted where there is little room.
@@ -38,6 +38,11 @@ pub fn page(analysis: &Analysis) -> Page {
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
             ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
+            (
+                "distance",
+                "Distance of the matrices",
+                analysis.matrix_distance.as_ref().map(distances).unwrap_or_default(),
+            ),
             ("reduction", "Reduction", reduction(analysis)),
             ("constraint-forces", "Constraint forces", forces.unwrap_or_default()),
             ("certificate", "Certificate", certificate(structure)),
@@ -77,7 +82,25 @@ fn verdict(analysis: &Analysis) -> Option<Verdict> {
             structure.controllable_rank, structure.observable_rank
         ),
     };
-    Some(Verdict { sound: structure.minimal() && analysis.unfinished.is_none(), text })
+    let lost = words::within_last_digit(analysis.matrix_distance.as_ref());
+    let sound = structure.minimal() && analysis.unfinished.is_none() && lost.is_none();
+    let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
+    Some(Verdict { sound, text })
+}
+
+fn distances(distances: &MatrixDistances) -> Body {
+    let both = [("not controllable", &distances.controllability), ("not observable", &distances.observability)];
+    let row = |what: &str, found: &MatrixDistance| {
+        row![what, found.lower, found.upper, found.last_digit, words::pair(found.eigenvalue)]
+    };
+    let known = || both.iter().filter_map(|(what, found)| Some((*what, found.as_ref()?)));
+    let rows = known().map(|(what, found)| row(what, found));
+    let headers =
+        ["the nearest system that is", "#at least", "#at most", "#last digit of the data", "#mode lost [1/s]"];
+    Body::default()
+        .table(&headers, rows)
+        .list(known().map(|(what, found)| words::nearest_system(what, found)))
+        .hint(words::MATRIX_DISTANCE)
 }
 
 fn class(class: &Class) -> Body {

@@ -272,6 +272,7 @@ pub fn train() -> Analysis {
                 ..PlacementSearch::default()
             }),
         },
+        matrix_distance: None,
         sensitivity: Some(Sensitivity {
             parameters: vec![
                 ParameterRange {

@@ -31,10 +31,7 @@ pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
     if table.time.len() >= (1 << 31) / 8 - 16 {
         return None;
     }
-    let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
-    out.resize(124, b' ');
-    out.extend(0x0100u16.to_le_bytes());
-    out.extend(b"IM");
+    let mut out = header();
     let mut used: HashSet<String> = ["names", "units"].map(String::from).into();
     column(&mut out, &valid("time", &mut used), table.time);
     for signal in &table.columns {
@@ -45,6 +42,55 @@ pub fn mat(table: &Table<'_>) -> Option<Vec<u8>> {
     let units = std::iter::once("s").chain(table.columns.iter().map(|signal| signal.unit));
     texts(&mut out, "units", &units.collect::<Vec<_>>());
     Some(out)
+}
+
+/// A matrix of doubles, column by column.
+#[derive(Debug, Clone)]
+pub struct Values<'a> {
+    /// A name that MATLAB takes.
+    pub name: &'a str,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// One column after the other.
+    pub values: Vec<f64>,
+}
+
+/// Texts, a row for each.
+#[derive(Debug, Clone)]
+pub struct Texts<'a> {
+    /// A name that MATLAB takes.
+    pub name: &'a str,
+    /// The texts.
+    pub rows: Vec<&'a str>,
+}
+
+/// Gives matrices and texts as a MAT file (version 5, not compressed), bit for bit.
+///
+/// `None` if a matrix is larger than the 2 GiB that the format allows.
+///
+/// # Panics
+/// If a matrix has another number of values than its size says.
+pub fn mat_matrices(matrices: &[Values<'_>], all_texts: &[Texts<'_>]) -> Option<Vec<u8>> {
+    let mut out = header();
+    for matrix in matrices {
+        assert_eq!(matrix.values.len(), matrix.rows * matrix.columns, "`{}` has another size", matrix.name);
+        if matrix.values.len() >= (1 << 31) / 8 - 16 {
+            return None;
+        }
+        doubles(&mut out, matrix.name, [matrix.rows, matrix.columns], &matrix.values);
+    }
+    all_texts.iter().for_each(|one| texts(&mut out, one.name, &one.rows));
+    Some(out)
+}
+
+fn header() -> Vec<u8> {
+    let mut out = b"MATLAB 5.0 MAT-file, written by kardan".to_vec();
+    out.resize(124, b' ');
+    out.extend(0x0100u16.to_le_bytes());
+    out.extend(b"IM");
+    out
 }
 
 /// A name that MATLAB takes and that is not used yet.
@@ -87,7 +133,11 @@ fn array(out: &mut Vec<u8>, class: u32, rows: usize, columns: usize, name: &str,
 }
 
 fn column(out: &mut Vec<u8>, name: &str, values: &[f64]) {
-    array(out, 6, values.len(), 1, name, |out| {
+    doubles(out, name, [values.len(), 1], values);
+}
+
+fn doubles(out: &mut Vec<u8>, name: &str, [rows, columns]: [usize; 2], values: &[f64]) {
+    array(out, 6, rows, columns, name, |out| {
         out.extend(9u32.to_le_bytes());
         out.extend((8 * values.len() as u32).to_le_bytes());
         out.extend(values.iter().flat_map(|value| value.to_le_bytes()));

@@ -14,6 +14,6 @@ mod mdf;
 mod parquet;
 
 pub use csv::csv;
-pub use mat::mat;
+pub use mat::{Texts, Values, mat, mat_matrices};
 pub use mdf::mdf;
 pub use parquet::{ParquetError, parquet};

@@ -7,7 +7,7 @@ use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
     Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Elimination, Factor, FailingMode,
-    Mechanism, Mode, Placement, Sensitivity, Zeros,
+    MatrixDistances, Mechanism, Mode, Placement, Sensitivity, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -72,6 +72,8 @@ pub(super) struct AnalysisView<'a> {
     placement_search: &'a Placement,
     /// How far away the next change of structure is.
     sensitivity: Option<&'a Sensitivity>,
+    /// Of plain matrices: how far they are from losing controllability or observability.
+    matrix_distance: Option<&'a MatrixDistances>,
     /// Reduced matrices for three bases of the constraint kernel.
     bases: &'a [Basis],
     /// The projector of the constraint forces.
@@ -227,6 +229,7 @@ impl<'a> AnalysisView<'a> {
             placements: placements(&analysis.placement),
             placement_search: &analysis.placement,
             sensitivity: analysis.sensitivity.as_ref(),
+            matrix_distance: analysis.matrix_distance.as_ref(),
             bases: &analysis.bases,
             constraint_forces: analysis.constraint_forces.as_ref(),
             certificate: &structure.certificate,

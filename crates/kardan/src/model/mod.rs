@@ -26,7 +26,7 @@ pub use json_schema::json_schema;
 pub use manual::{manual, manual_of, manual_tables, study_pages};
 pub use reading::{open, read, read_entries};
 pub use resolve::{ControlSpec, Model};
-pub use state_space::read_state_space;
+pub use state_space::{DataDigits, StateSpace, read_state_space};
 pub use table_reader::{TableReader, words, wrong_dimension};
 pub use tolerance::Tolerance;
 pub use write::{NewValue, written};

@@ -36,6 +36,8 @@ pub struct Analysis {
     pub placement: Placement,
     /// How far away the next change of structure is.
     pub sensitivity: Option<Sensitivity>,
+    /// Of plain matrices: how far they are from losing controllability or observability.
+    pub matrix_distance: Option<MatrixDistances>,
     /// What the reader must know: choices made for him, parts left out.
     pub notes: Vec<String>,
     /// Of an analysis that ended early: why, and which parts are missing. They are empty then, which says nothing of the model.
@@ -664,6 +666,42 @@ pub struct UncontrollablePoint {
     pub residual: f64,
     /// Shafts that move in the lost mode.
     pub shafts: Vec<NamedShare>,
+}
+
+/// How far plain matrices are from losing controllability or observability.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct MatrixDistances {
+    /// To the nearest system that is not controllable; `null` if it is one, without inputs, or for more than 80 states.
+    pub controllability: Option<MatrixDistance>,
+    /// To the nearest system that is not observable, from the transposed matrices: its `change_of_B` is that of C, transposed.
+    pub observability: Option<MatrixDistance>,
+}
+
+/// The Frobenius norm of the least change of `[A, B]` after which some mode is not reached, between two bounds. It depends on
+/// the units of the states.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct MatrixDistance {
+    /// No smaller change does, rounding included; 0 if floating point cannot prove any.
+    pub lower: f64,
+    /// This change does, checked exactly.
+    pub upper: f64,
+    /// The eigenvalue that is lost by it; of a pair the one with imaginary part ≥ 0.
+    pub eigenvalue: Pole,
+    /// States that take part in the lost mode; shares relative to the largest.
+    pub states: Vec<NamedShare>,
+    /// What is added to A, rounded.
+    #[serde(rename = "change_of_A")]
+    pub change_of_a: Vec<Vec<f64>>,
+    /// What is added to B, rounded.
+    #[serde(rename = "change_of_B")]
+    pub change_of_b: Vec<Vec<f64>>,
+    /// Rows Y and M: the change is exactly `−Yᵀ (Y Yᵀ)⁻¹ [Y A − M Y, Y B]`, and after it `Y A = M Y`, `Y B = 0`.
+    pub proof: Invariant,
+    /// How far the numbers of the file may lie from what was meant: half a unit of the last digit of decimals, or 2⁻⁵³ of each
+    /// binary number times the number of states; Frobenius norm.
+    pub last_digit: f64,
+    /// Whether `upper` is below `last_digit`: the data do not tell such a system from one that has lost the mode.
+    pub below_last_digit: bool,
 }
 
 /// A value of a parameter.

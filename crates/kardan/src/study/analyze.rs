@@ -7,15 +7,15 @@ use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, Mechanics, StructureError, bases, certified_structure, class,
-    constraint_forces, construction, exact_modes, exact_modes_of_pencil, failing_modes, linear_system, reduction,
-    structure,
+    BasisError, ConstrainedSystem, LinearSystem, Mechanics, Side, StructureError, bases, certified_structure, class,
+    constraint_forces, construction, distance_of_matrices, exact_modes, exact_modes_of_pencil, failing_modes,
+    linear_system, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
-use crate::model::read_state_space;
-use crate::num::{Definiteness, Matrix, definiteness};
+use crate::model::{DataDigits, StateSpace, read_state_space};
+use crate::num::{Definiteness, Matrix, Rational, definiteness};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, Mode};
+use crate::results::{Analysis, MatrixDistance, MatrixDistances, Mode};
 
 /// Analyses a model file.
 ///
@@ -167,7 +167,12 @@ pub fn analyze_state_space(
     settings: &AnalyzeSettings,
     progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
-    let mut system = read_state_space(bytes)?;
+    let StateSpace { mut system, digits, sample_time } = read_state_space(bytes)?;
+    if sample_time.is_some() {
+        let message = "the file gives a sample time: a discrete-time system, which is not analysed";
+        let help = "give the continuous-time system (d2c), or leave the sample time out";
+        return Err(vec![Diagnostic::error("state-space::discrete", message).help(help)]);
+    }
     let mut wrong = Vec::new();
     let mut pick = |what: &str, asked: &[String], all: &[String]| -> Vec<usize> {
         if asked.is_empty() {
@@ -193,10 +198,41 @@ pub fn analyze_state_space(
     let modes = exact_modes_of_pencil(&system, &analysis.structure.factors);
     list(&mut analysis, modes);
     failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
+    keep(progress, &analysis, "the distance to a loss and the construction of inputs");
+    analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
     keep(progress, &analysis, "the construction of inputs");
     construct(&mut analysis, &system);
     progress.release();
     Ok(analysis)
+}
+
+/// How far the matrices are from losing what they have, beside what their last digit can tell.
+fn matrix_distances(analysis: &Analysis, system: &LinearSystem, digits: &DataDigits) -> Option<MatrixDistances> {
+    let n = system.states.len();
+    // Binary numbers that were computed are as good as about n units of their last digit.
+    let computed = if digits.binary { n as f64 } else { 1.0 };
+    let identity = Matrix::identity(n);
+    let (per_row, size) = match system.e == identity {
+        true => (1.0, 0.0),
+        false => (
+            frobenius(&system.e.solve(&identity)?),
+            frobenius(&system.e.solve(&system.a)?) + frobenius(&system.e.solve(&system.b)?),
+        ),
+    };
+    let of = |side: Side, holds: bool, data: f64| {
+        let found = holds.then(|| distance_of_matrices(system, side)).flatten()?;
+        let last_digit = per_row * (data + digits.descriptor * size) * computed;
+        Some(MatrixDistance { last_digit, below_last_digit: found.upper <= last_digit, ..found })
+    };
+    let found = MatrixDistances {
+        controllability: of(Side::Inputs, analysis.structure.controllable(), digits.inputs),
+        observability: of(Side::Outputs, analysis.structure.observable(), digits.outputs),
+    };
+    (found != MatrixDistances::default()).then_some(found)
+}
+
+fn frobenius(matrix: &Matrix<Rational>) -> f64 {
+    matrix.to_f64().as_slice().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The exact structure; with `certify` every answer proven, which may take long and reports how far it is: what random primes tell

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use kardan::analysis::LinearSystem;
 use kardan::diagnostics::{Diagnostic, plain};
-use kardan::model::read_state_space;
+use kardan::model::{StateSpace, read_state_space};
 use kardan::num::{Matrix, Rational, rational_from_f64};
 use proptest::prelude::*;
 
@@ -44,6 +44,10 @@ fn mat_files() -> Vec<PathBuf> {
 }
 
 fn good(bytes: &[u8]) -> LinearSystem {
+    whole(bytes).system
+}
+
+fn whole(bytes: &[u8]) -> StateSpace {
     read_state_space(bytes).unwrap_or_else(|mistakes| panic!("{}", plain(&String::from_utf8_lossy(bytes), &mistakes)))
 }
 
@@ -113,6 +117,33 @@ fn lists_and_numbers_stand_for_columns_and_rows() {
     assert_eq!((none.inputs.len(), none.outputs.len()), (0, 0));
 }
 
+/// Sample times of all spellings; the last digit of what is written.
+#[test]
+fn sample_times_and_last_digits_are_read() {
+    let time = |text: &str| whole(text.as_bytes()).sample_time;
+    for key in ["Ts", "dt", "sample_time"] {
+        assert_eq!(time(&format!(r#"{{"A": 1, "{key}": 0.01}}"#)), Some(Some(q("1/100"))));
+        assert_eq!(time(&format!(r#"{{"A": 1, "{key}": -1}}"#)), Some(None));
+        assert_eq!(time(&format!(r#"{{"A": 1, "{key}": 0}}"#)), None);
+    }
+    assert_eq!(whole(&mat("discrete.mat")).sample_time, Some(rational_from_f64(0.01)));
+    assert_eq!(whole(&mat("plain.mat")).sample_time, None);
+    let digits = |text: &str| whole(text.as_bytes()).digits;
+    // Whole numbers and fractions are meant exactly, in whatever way they are written.
+    let exact = digits(r#"{"A": [[1, 2.0], ["1/3", 3e2]], "B": [0, 1]}"#);
+    assert_eq!((exact.inputs, exact.outputs), (0.0, 0.0));
+    // 0.005 of A, 0.5e-4 of B, 0.05e3 of C.
+    let hand = digits(r#"{"A": -0.25, "B": 2.5e-3, "C": 1.0001e3}"#);
+    assert!(!hand.binary && (hand.inputs / 0.005f64.hypot(0.5e-4) - 1.0).abs() < 1e-12, "{hand:?}");
+    assert!((hand.outputs / 0.005f64.hypot(0.05) - 1.0).abs() < 1e-12, "{hand:?}");
+    // A number of a program: all of them are binary, a short one too.
+    let machine = digits(r#"{"A": [[0.5, 0.3333333333333333], [0, 1]]}"#);
+    let expected = 0.5f64.hypot(1.0 / 3.0) * 2f64.powi(-53);
+    assert!(machine.binary && (machine.inputs / expected - 1.0).abs() < 1e-12, "{machine:?}");
+    let stored = whole(&mat("plain.mat")).digits;
+    assert!(stored.binary && (stored.inputs / (0.1f64.hypot(2.5) * 2f64.powi(-53)) - 1.0).abs() < 1e-12);
+}
+
 const A: &[&[f64]] = &[&[0.0, 1.0], &[-0.1, -2.5]];
 
 #[test]
@@ -139,8 +170,6 @@ fn mat_files_are_read_exactly() {
     assert_eq!(integers.a, matrix(&[&["0", "1"], &["-4", "-3"]]));
     assert_eq!((integers.b[(1, 0)].clone(), integers.c[(0, 1)].clone()), (q("200"), q("-30000")));
     assert_eq!(integers.d, matrix(&[&["1099511627776"]]));
-    let rows = good(&mat("row-vectors.mat"));
-    assert_eq!((rows.b, rows.c), (binary(&[&[0.0], &[1.0]]), binary(&[&[1.0, 0.0]])));
     assert_eq!(good(&mat("scalar.mat")).a, matrix(&[&["-1/2"]]));
     assert_eq!(good(&mat("descriptor.mat")).e, matrix(&[&["2", "0"], &["0", "3"]]));
     assert_eq!(good(&mat("bool.mat")).a, matrix(&[&["1", "0"], &["1", "1"]]));
@@ -228,7 +257,11 @@ fn bad_json_is_explained() {
         (r#"{"A": 1, "E": 0}"#, "state-space::singular", "rank 0 of 1"),
         (r#"{"A": 1, "A": 2}"#, "state-space::duplicate", "`A` is given twice"),
         (r#"{"A": 1, "b": 2}"#, "state-space::unknown", "unknown key `b`"),
-        (r#"{"A": 1, "Ts": 0.01}"#, "state-space::discrete", "discrete-time"),
+        (r#"{"A": 1, "Ts": -0.01}"#, "state-space::discrete", "`Ts` is no sample time"),
+        (r#"{"A": 1, "dt": true}"#, "state-space::discrete", "`dt` is no sample time"),
+        (r#"{"A": [[1, 0], [0, 1]], "B": [[1, 2]]}"#, "state-space::shape", "`B` is 1×2, but it needs 2 rows"),
+        (r#"{"A": [[1, 0], [0, 1]], "C": [[1], [2]]}"#, "state-space::shape", "`C` is 2×1, but it needs 2 columns"),
+        (r#"{"A": 1, "B": [1, 2]}"#, "state-space::shape", "`B` is a list of 2 numbers"),
         (r#"{"A": 1, "states": ["a", "b"]}"#, "state-space::names", "`states` has 2 names for 1 states"),
         (r#"{"A": [[1, 0], [0, 1]], "states": ["a", "a"]}"#, "state-space::names", "is `a` as is name 1"),
         (r#"{"A": 1, "states": [""]}"#, "state-space::names", "name 1 of `states` is empty"),
@@ -336,7 +369,7 @@ fn bad_mat_files_are_explained() {
         (mat("shapes.mat"), "state-space::shape", "`B` is 3×1"),
         (mat("shapes.mat"), "state-space::shape", "`C` is 1×3"),
         (mat("huge.mat"), "state-space::too-large", "2001×2001"),
-        (mat("discrete.mat"), "state-space::discrete", "`sys.Ts`"),
+        (mat("row-vectors.mat"), "state-space::shape", "`B` is 1×2, but it needs 2 rows"),
         (mat("cell.mat"), "state-space::type", "`A` is a cell array"),
         (v73, "mat::version", "7.3"),
         (hdf, "mat::version", "7.3"),
@@ -382,9 +415,9 @@ fn damaged_mat_files_do_no_harm() {
         let bytes = fs::read(&path).unwrap();
         assert!(bytes.len() < 10_000);
         for length in 0..bytes.len() {
-            if let Ok(system) = read_state_space(&bytes[..length]) {
+            if let Ok(found) = read_state_space(&bytes[..length]) {
                 // Only at the border between two variables.
-                assert!(length > 128 && system.states.len() < 3, "{} cut at {length}", path.display());
+                assert!(length > 128 && found.system.states.len() < 3, "{} cut at {length}", path.display());
             }
         }
         for at in 0..bytes.len() {

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::{DataDigits, StateSpace};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::num::{Matrix, Rational, exact_rank};
+use crate::num::{Matrix, Rational, exact_rank, rational_to_f64};
 
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
 pub(super) const MOST: usize = 2000;
@@ -19,10 +20,61 @@ pub(super) const NAMES: [&str; 3] = ["states", "inputs", "outputs"];
 /// Keys that say how long a sample takes.
 pub(super) const SAMPLE_TIMES: [&str; 3] = ["Ts", "dt", "sample_time"];
 
+/// How far the numbers of a matrix may lie from what was meant: sums of squares.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LastDigits {
+    /// Of half a unit of the last digit written.
+    pub written: f64,
+    /// Of the rounding of binary numbers, 2⁻⁵³ of their size.
+    pub binary: f64,
+    /// Most digits that a number has.
+    pub most: usize,
+}
+
+/// A number with more digits was written by a program, from a binary number.
+const BY_HAND: usize = 14;
+
+impl LastDigits {
+    /// Takes in a number that was written as a text; whole numbers and fractions are meant exactly.
+    pub fn add_written(&mut self, text: &str, value: &Rational) {
+        if value.is_int() || text.contains('/') {
+            return;
+        }
+        let text = text.to_ascii_lowercase();
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let after =
+            mantissa.split_once('.').map_or(0, |(_, digits)| digits.chars().filter(char::is_ascii_digit).count());
+        let exponent: i32 = exponent.trim().parse().unwrap_or(0);
+        let half = 0.5 * 10f64.powi(exponent - i32::try_from(after).unwrap_or(i32::MAX / 2));
+        self.written += half * half;
+        let digits = mantissa.chars().filter(char::is_ascii_digit).skip_while(|digit| *digit == '0').count();
+        self.most = self.most.max(digits);
+        self.add_binary(value);
+    }
+
+    /// Takes in a binary number; whole numbers are meant exactly.
+    pub fn add_binary(&mut self, value: &Rational) {
+        if !value.is_int() {
+            let rounding = rational_to_f64(value) * f64::EPSILON / 2.0;
+            self.binary += rounding * rounding;
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            written: self.written + other.written,
+            binary: self.binary + other.binary,
+            most: self.most.max(other.most),
+        }
+    }
+}
+
 /// A matrix as it is given.
 #[derive(Debug)]
 pub(super) struct GivenMatrix {
     pub matrix: Matrix<Rational>,
+    /// How far its numbers may lie from what was meant.
+    pub digits: LastDigits,
     /// Written as a list of numbers, hence neither a row nor a column.
     pub list: bool,
     /// In a text.
@@ -34,6 +86,8 @@ pub(super) struct GivenMatrix {
 pub(super) struct Given {
     pub matrices: BTreeMap<&'static str, Option<GivenMatrix>>,
     pub names: BTreeMap<&'static str, Option<GivenNames>>,
+    /// The sample time of a discrete-time system, s; `Some(None)`: not known.
+    pub sample_time: Option<Option<Rational>>,
 }
 
 #[derive(Debug)]
@@ -52,7 +106,9 @@ fn place(diagnostic: Diagnostic, span: &Option<Range<usize>>) -> Diagnostic {
 
 impl Given {
     /// Puts the parts together; all that does not fit is told.
-    pub fn system(mut self, mut mistakes: Vec<Diagnostic>) -> Result<LinearSystem, Vec<Diagnostic>> {
+    pub fn system(mut self, mut mistakes: Vec<Diagnostic>) -> Result<StateSpace, Vec<Diagnostic>> {
+        let digits = self.digits();
+        let sample_time = self.sample_time.take();
         let mut given = |key| self.matrices.remove(key);
         let (a, b, c, d, e) = (given("A"), given("B"), given("C"), given("D"), given("E"));
         // Some(None): known to be wrong. Sizes that are not known are not complained about.
@@ -113,7 +169,7 @@ impl Given {
         let or = |matrix: Option<Option<Option<Matrix<Rational>>>>, rows, columns| {
             matrix.flatten().flatten().unwrap_or_else(|| Matrix::zeros(rows, columns))
         };
-        Ok(LinearSystem {
+        let system = LinearSystem {
             states: states_named,
             inputs: inputs_named,
             outputs: outputs_named,
@@ -123,7 +179,19 @@ impl Given {
             c: or(c, p, n),
             d: or(d, p, m),
             degrees_of_freedom: None,
-        })
+        };
+        Ok(StateSpace { system, sample_time, digits })
+    }
+
+    /// How far the numbers may lie from what was meant.
+    fn digits(&self) -> DataDigits {
+        let of = |names: &[&str]| {
+            let given = names.iter().filter_map(|name| self.matrices.get(name)?.as_ref());
+            given.fold(LastDigits::default(), |all, given| all.and(given.digits))
+        };
+        let by_hand = of(&MATRICES).most <= BY_HAND && of(&MATRICES).written > 0.0;
+        let size = |names: &[&str]| if by_hand { of(names).written } else { of(names).binary }.sqrt();
+        DataDigits { binary: !by_hand, inputs: size(&["A", "B"]), outputs: size(&["A", "C"]), descriptor: size(&["E"]) }
     }
 }
 
@@ -172,17 +240,19 @@ fn beside_states(
     }
     let n = states?;
     let (along, across) = if by_rows { (rows, columns) } else { (columns, rows) };
-    if along == n {
-        return Some(given.matrix);
+    // A list is a column of B, a row of C.
+    if given.list && columns == n {
+        return Some(if by_rows { given.matrix.transpose() } else { given.matrix });
     }
-    if along == 1 && across == n {
-        return Some(given.matrix.transpose());
+    if along == n && !given.list {
+        return Some(given.matrix);
     }
     let what = if by_rows { "rows" } else { "columns" };
     let message = format!("`{name}` is {}, but it needs {n} {what}, one per state (`A` is {n}×{n})", shape(&given));
     let help = match (across == n, by_rows) {
-        (true, true) => "is it transposed? a column belongs to an input",
-        (true, false) => "is it transposed? a row belongs to an output",
+        _ if given.list => "a list of numbers is one column of `B`, one row of `C`: give one number per state",
+        (true, true) => "is it transposed? a column belongs to an input: [[0], [1]] is one input for two states",
+        (true, false) => "is it transposed? a row belongs to an output: [[1, 0]] is one output of two states",
         (false, true) => "give one row per state and one column per input",
         (false, false) => "give one row per output and one column per state",
     };
@@ -264,11 +334,24 @@ fn checked_names(
     names
 }
 
-/// A key that says how long a sample takes.
+/// A sample time that is none.
 pub(super) fn discrete(key: &str) -> Diagnostic {
-    let message = format!("`{key}` gives a sample time: this is a discrete-time system, which is not accepted");
+    let message = format!("`{key}` is no sample time: a positive number of seconds, or -1 if it is not known");
     Diagnostic::error("state-space::discrete", message)
-        .help("give the continuous-time system (d2c), or leave the key out")
+        .help("leave the key out, or give 0, if the system is in continuous time")
+}
+
+/// What a sample time says: 0 is continuous time, −1 discrete time with a sample time that is not known.
+///
+/// # Errors
+/// If it is another negative number.
+pub(super) fn sampled(time: Rational) -> Result<Option<Option<Rational>>, ()> {
+    match time {
+        time if time.is_zero() => Ok(None),
+        time if time == Rational::NEG_ONE => Ok(Some(None)),
+        time if time < Rational::ZERO => Err(()),
+        time => Ok(Some(Some(time))),
+    }
 }
 
 /// Says how many mistakes are not told one by one.

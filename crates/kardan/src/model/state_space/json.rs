@@ -5,17 +5,21 @@ use std::ops::Range;
 
 use serde_json::value::RawValue;
 
+use super::StateSpace;
 use super::given::{
-    Given, GivenMatrix, GivenNames, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+    Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+    sampled,
 };
-use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
 use crate::names::did_you_mean;
 use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
+/// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
+const TOLD: [&str; 6] = ["name", "description", "units", "operating_point", "decimal", "notes"];
+
 /// Reads an object whose keys are the matrices.
-pub(super) fn read_json(text: &str) -> Result<LinearSystem, Vec<Diagnostic>> {
+pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {
     // Checks the syntax and keeps numbers as they are written; no depth is too deep for it.
     if let Err(error) = serde_json::from_str::<&RawValue>(text) {
         return Err(vec![syntax(text, &error)]);
@@ -53,14 +57,16 @@ pub(super) fn read_json(text: &str) -> Result<LinearSystem, Vec<Diagnostic>> {
         } else if let Some(name) = NAMES.iter().find(|name| **name == key) {
             given.names.insert(name, json.names(name, &value, &mut mistakes));
         } else if SAMPLE_TIMES.contains(&key.as_str()) {
-            let zero = parse_number(&text[value.clone()]).is_ok_and(|number| number.is_zero());
-            if !zero && json.kind(&value) != "null" {
-                mistakes.push(discrete(&key).at(key_span, "here"));
+            let time = parse_number(&text[value.clone()]).map_err(drop).and_then(|number| sampled(number.rational));
+            match time {
+                _ if json.kind(&value) == "null" => {}
+                Ok(time) => given.sample_time = time,
+                Err(()) => mistakes.push(discrete(&key).at(key_span, "here")),
             }
-        } else if !matches!(key.as_str(), "name" | "description") {
+        } else if !TOLD.contains(&key.as_str()) {
             unknown += 1;
             if unknown <= MOST_MISTAKES {
-                let keys = || MATRICES.into_iter().chain(NAMES).chain(["name", "description"]);
+                let keys = || MATRICES.into_iter().chain(NAMES).chain(SAMPLE_TIMES).chain(TOLD);
                 let help = did_you_mean(nearest(&key, keys()), || format!("known keys: {}", quoted(keys())));
                 let message = format!("unknown key `{}`", shortened(&key));
                 mistakes.push(Diagnostic::error("state-space::unknown", message).at(key_span, "here").help(help));
@@ -204,10 +210,10 @@ impl Json<'_> {
             self.wide(name, rows.len(), value, mistakes)?;
             let list = self.kind(value) == "a list" && !rows.is_empty();
             let columns = rows.len();
-            let entries = self.entries(name, &[rows], value, list, mistakes)?;
+            let (entries, digits) = self.entries(name, &[rows], value, list, mistakes)?;
             let height = usize::from(columns > 0);
             let matrix = Matrix::from_fn(height, columns, |_, j| entries[j].clone());
-            return Some(GivenMatrix { matrix, list, span: Some(self.head(value)) });
+            return Some(GivenMatrix { matrix, digits, list, span: Some(self.head(value)) });
         }
         if lists < rows.len() {
             let (number, row) = rows.iter().enumerate().find(|(_, row)| self.kind(row) != "a list")?;
@@ -235,9 +241,9 @@ impl Json<'_> {
             return None;
         }
         self.wide(name, columns, value, mistakes)?;
-        let entries = self.entries(name, &cells, value, false, mistakes)?;
+        let (entries, digits) = self.entries(name, &cells, value, false, mistakes)?;
         let matrix = Matrix::from_fn(rows.len(), columns, |i, j| entries[i * columns + j].clone());
-        Some(GivenMatrix { matrix, list: false, span: Some(self.head(value)) })
+        Some(GivenMatrix { matrix, digits, list: false, span: Some(self.head(value)) })
     }
 
     /// Complains about too many rows or columns.
@@ -263,13 +269,17 @@ impl Json<'_> {
         value: &Range<usize>,
         list: bool,
         mistakes: &mut Vec<Diagnostic>,
-    ) -> Option<Vec<Rational>> {
+    ) -> Option<(Vec<Rational>, LastDigits)> {
         let mut out = Vec::with_capacity(rows.iter().map(Vec::len).sum());
+        let mut digits = LastDigits::default();
         let mut bad = 0;
         for (i, row) in rows.iter().enumerate() {
             for (j, span) in row.iter().enumerate() {
                 match self.entry(span) {
-                    Ok(number) => out.push(number),
+                    Ok(number) => {
+                        digits.add_written(self.text[span.clone()].trim_matches('"'), &number);
+                        out.push(number);
+                    }
                     Err((code, reason, help)) => {
                         bad += 1;
                         if bad <= MOST_MISTAKES {
@@ -286,7 +296,7 @@ impl Json<'_> {
             }
         }
         more(name, bad, Some(&(value.start..value.start + 1)), mistakes);
-        (bad == 0).then_some(out)
+        (bad == 0).then_some((out, digits))
     }
 
     fn entry(&self, span: &Range<usize>) -> Result<Rational, (&'static str, String, String)> {

@@ -2,10 +2,11 @@
 
 use kardan_tables::read::mat5::{Array, Broken, Content, MatFile, Stored};
 
+use super::StateSpace;
 use super::given::{
-    Given, GivenMatrix, GivenNames, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+    Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
+    sampled,
 };
-use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
 
@@ -13,7 +14,7 @@ use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
 type Part<'a> = (String, Array<&'a [u8]>);
 
 /// Reads the variables, or the fields of the one structure that has an `A`.
-pub(super) fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
+pub(super) fn read_mat(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     let broken = |broken| {
         vec![match broken {
             Broken::Damaged(what) => Diagnostic::error("mat::damaged", format!("the MAT file is damaged: {what}"))
@@ -39,18 +40,7 @@ pub(super) fn read_mat(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
         })
         .collect();
     match systems[..] {
-        [(name, fields)] => {
-            if let Some(key) = SAMPLE_TIMES.iter().find(|key| {
-                let field = fields.iter().find(|(name, _)| name == *key);
-                field.is_some_and(|(_, array)| match &array.content {
-                    Content::Full(numbers) if numbers.count() == 1 => numbers.value(0).map(exact) != Ok(Rational::ZERO),
-                    _ => false,
-                })
-            }) {
-                mistakes.push(discrete(&format!("{name}.{key}")));
-            }
-            given(fields, &format!("{name}."), &mut mistakes).system(mistakes)
-        }
+        [(name, fields)] => given(fields, &format!("{name}."), &mut mistakes).system(mistakes),
         [] => {
             let names = quoted(variables.iter().map(|(name, _)| name.as_str()));
             let there = if variables.is_empty() { "nothing".into() } else { format!("only {names}") };
@@ -88,6 +78,18 @@ fn given(fields: &[Part<'_>], prefix: &str, mistakes: &mut Vec<Diagnostic>) -> G
                 );
             }
             given.names.insert(key, names.map(|names| GivenNames { names, spans: Vec::new(), span: None }));
+        } else if SAMPLE_TIMES.contains(&name.as_str()) {
+            let time = match &array.content {
+                Content::Full(numbers) if numbers.count() == 1 => {
+                    numbers.value(0).ok().map(|time| sampled(exact(time)))
+                }
+                Content::Full(numbers) if numbers.count() == 0 => Some(Ok(None)),
+                _ => None,
+            };
+            match time {
+                Some(Ok(time)) => given.sample_time = time,
+                _ => mistakes.push(discrete(&format!("{prefix}{name}"))),
+            }
         }
     }
     given
@@ -150,7 +152,9 @@ fn matrix(name: &str, array: &Array<&[u8]>, mistakes: &mut Vec<Diagnostic>) -> O
         _ => unreachable!("told above"),
     }
     if bad.is_empty() {
-        return Some(GivenMatrix { matrix, list: false, span: None });
+        let mut digits = LastDigits::default();
+        matrix.as_slice().iter().for_each(|value| digits.add_binary(value));
+        return Some(GivenMatrix { matrix, digits, list: false, span: None });
     }
     for (i, j, what) in bad.iter().take(MOST_MISTAKES) {
         let message = format!("`{name}({}, {})` is {what}, not a finite number", i + 1, j + 1);

@@ -9,9 +9,36 @@ use mat::read_mat;
 
 use crate::analysis::LinearSystem;
 use crate::diagnostics::Diagnostic;
+use crate::num::Rational;
 
 /// The longest file: beyond it nothing that fits into the largest matrices is written.
 const FILE_LIMIT: usize = 1 << 30;
+
+/// A linear system as a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateSpace {
+    /// The matrices, exact.
+    pub system: LinearSystem,
+    /// In discrete time the sample time, s; `Some(None)` if it is not known. In continuous time `None`.
+    pub sample_time: Option<Option<Rational>>,
+    /// How far the numbers may lie from what was meant.
+    pub digits: DataDigits,
+}
+
+/// How far the numbers of a file may lie from what was meant, as Frobenius norms: half a unit of the last digit of decimals
+/// written by hand, 2⁻⁵³ of the size of binary numbers and of decimals with 15 digits or more. Whole numbers and fractions
+/// are meant exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DataDigits {
+    /// Whether they are those of binary numbers.
+    pub binary: bool,
+    /// Of `[A, B]`.
+    pub inputs: f64,
+    /// Of `[A; C]`.
+    pub outputs: f64,
+    /// Of `E`.
+    pub descriptor: f64,
+}
 
 /// Reads a linear system `E ẋ = A x + B u`, `y = C x + D u` given by its matrices.
 ///
@@ -21,13 +48,15 @@ const FILE_LIMIT: usize = 1 << 30;
 /// `outputs` may name the variables, which are `x1`…, `u1`… and `y1`… otherwise.
 ///
 /// Numbers of JSON are taken as written: `0.1` is one tenth; `"1/3"` is one third. Those of a MAT file are the exact
-/// values of the binary numbers in it. A list of numbers instead of a matrix is a column in `B` and a row in `C`. Places
-/// of diagnostics refer to the text behind a byte order mark.
+/// values of the binary numbers in it. A list of numbers instead of a matrix is a column in `B` and a row in `C`; a matrix
+/// of another shape is a mistake, never transposed. A sample time (`Ts`, `dt`, `sample_time`) other than 0 makes it
+/// `E x(k+1) = A x(k) + B u(k)`; −1 is one that is not known. Places of diagnostics refer to the text behind a byte order
+/// mark.
 ///
 /// ```
 /// use kardan::model::read_state_space;
 /// let json = br#"{"A": [[0, 1], ["-1/3", -0.1]], "B": [0, 1], "C": [1, 0]}"#;
-/// let system = read_state_space(json).unwrap();
+/// let system = read_state_space(json).unwrap().system;
 /// assert_eq!(system.inputs, ["u1"]);
 /// assert_eq!(system.a[(1, 1)], kardan::num::Rational::from_parts((-1).into(), 10u8.into()));
 /// ```
@@ -35,7 +64,7 @@ const FILE_LIMIT: usize = 1 << 30;
 /// # Errors
 /// All mistakes: what cannot be read, matrices that do not fit together, a singular `E`, entries that are no finite
 /// numbers, more than 2000 states, inputs or outputs.
-pub fn read_state_space(bytes: &[u8]) -> Result<LinearSystem, Vec<Diagnostic>> {
+pub fn read_state_space(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     let one = |mistake| Err(vec![mistake]);
     if bytes.len() > FILE_LIMIT {
         let message =

@@ -1,0 +1,46 @@
+//! `kardan linearise`: A, B, C, D of a model for other tools.
+
+use kardan::diagnostics::Diagnostic;
+use kardan::export;
+use kardan::study::AnalyzeSettings;
+
+use crate::args::{LinearFormat, LineariseArgs};
+use crate::exit::DONE;
+use crate::input;
+use crate::output::{prepare_file, print, save};
+use crate::render::{self, Failure, note};
+
+pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
+    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    args.out.as_deref().map_or(Ok(()), prepare_file)?;
+    let settings = AnalyzeSettings {
+        variant: args.variant.clone(),
+        inputs: args.inputs.clone(),
+        outputs: args.outputs.clone(),
+        eliminate_massless: args.eliminate_massless,
+        ..AnalyzeSettings::default()
+    };
+    let (model, warnings) = match project.linearise(&settings, args.descriptor) {
+        Ok(found) => found,
+        Err(diagnostics) => return Err(Failure { source: Some(source), diagnostics }),
+    };
+    render::show(Some(&source), &warnings);
+    let bytes = match args.format {
+        LinearFormat::Json => (export::linear_json(&model) + "\n").into_bytes(),
+        LinearFormat::Py => export::linear_python(&model).into_bytes(),
+        LinearFormat::Mat => export::linear_mat(&model).ok_or_else(|| {
+            Diagnostic::error("output::too-large", "the matrices are larger than a MAT file allows")
+                .help("write JSON: --format json")
+        })?,
+    };
+    match &args.out {
+        None => print(&String::from_utf8_lossy(&bytes))?,
+        Some(path) => {
+            save(path, &bytes)?;
+            if !quiet {
+                note(&format!("wrote {}", path.display()));
+            }
+        }
+    }
+    Ok(DONE)
+}

@@ -1,0 +1,187 @@
+//! How far given matrices are from a system that is not controllable (observable): bounds from both sides.
+//!
+//! The distance is `min ‖[ΔA, ΔB]‖` over all changes after which some mode is not reached; it equals the least of
+//! `σ_min([A − λI, B])` over all complex λ for complex changes (Eising 1984), and is not smaller for real ones.
+//!
+//! **From above** a real change is exhibited: with rows `Yᵀ` from singular vectors and any M, the change
+//! `Δ = −Y (YᵀY)⁻¹ [YᵀA − M Yᵀ, YᵀB]` makes `Yᵀ (A + ΔA) = M Yᵀ` and `Yᵀ (B + ΔB) = 0` hold exactly, over the rationals.
+//! **From below** σ_min changes no faster than λ moves, so squares of the complex plane are split until what is proven at
+//! their centres covers them; [`proven`](lower) holds the rounding.
+
+mod lower;
+mod smallest;
+
+use faer::c64;
+
+use super::LinearSystem;
+use super::system::Side;
+use crate::num::{Matrix, Rational, Scalar, eigenvalues, rational_from_f64, rational_to_f64};
+use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
+use smallest::{Smallest, smallest};
+
+/// More states are not looked at.
+pub const MOST_STATES: usize = 80;
+/// Local minima that are followed to their end.
+const FOLLOWED: usize = 6;
+/// Steps towards a local minimum.
+const STEPS: usize = 40;
+
+/// The matrices in floating point, and exact.
+struct Given {
+    exact: [Matrix<Rational>; 2],
+    a: Matrix<f64>,
+    b: Matrix<f64>,
+}
+
+/// The distance of a system from the nearest one that is not controllable, or with [`Side::Outputs`] not observable.
+///
+/// With an E other than the identity it is that of `E⁻¹A` and `E⁻¹B`. `None` without inputs (outputs), for more than
+/// [`MOST_STATES`] states, a singular E, or numbers beyond floating point.
+///
+/// ```
+/// use kardan::analysis::{LinearSystem, Side, distance_of_matrices};
+/// use kardan::num::{Matrix, Rational};
+/// let q = |x: f64| kardan::num::rational_from_f64(x).unwrap();
+/// // The input moves the second state by a thousandth.
+/// let a = Matrix::from_fn(2, 2, |i, j| if i == j { q(i as f64) } else { Rational::ZERO });
+/// let b = Matrix::from_fn(2, 1, |i, _| q([1.0, 1e-3][i]));
+/// let system = LinearSystem::state_space(a, b, Matrix::zeros(0, 2));
+/// let found = distance_of_matrices(&system, Side::Inputs).unwrap();
+/// assert!(found.upper <= 1e-3 && found.lower >= 0.8 * found.upper);
+/// assert!((found.eigenvalue.re - 1.0).abs() < 1e-3);
+/// ```
+pub fn distance_of_matrices(system: &LinearSystem, side: Side) -> Option<MatrixDistance> {
+    let n = system.states.len();
+    if n > MOST_STATES {
+        return None;
+    }
+    let explicit = system.explicit()?;
+    let explicit = if side == Side::Inputs { explicit } else { explicit.transpose() };
+    if explicit.inputs.is_empty() {
+        return None;
+    }
+    let (a, b) = (explicit.a.to_f64(), explicit.b.to_f64());
+    let finite = a.as_slice().iter().chain(b.as_slice()).all(|x| x.is_finite());
+    let given = Given { exact: [explicit.a, explicit.b], a, b };
+    let starts: Vec<c64> =
+        eigenvalues(&given.a).filter(|_| finite)?.iter().map(|(re, im)| c64::new(*re, *im)).collect();
+    let minima = minima(&given, &starts)?;
+    let least = minima.iter().map(|one| one.value).fold(f64::INFINITY, f64::min);
+    let changes = minima.iter().filter_map(|one| Change::of(&given, one));
+    let best = changes.min_by(|one, other| one.size.total_cmp(&other.size))?;
+    let lower = lower::proven(&given, least).min(best.size);
+    Some(best.described(&given, &explicit.states, lower))
+}
+
+/// Local minima of σ_min, those of real λ too, found from the eigenvalues.
+fn minima(given: &Given, starts: &[c64]) -> Option<Vec<Smallest>> {
+    let upper = starts.iter().filter(|start| start.im >= 0.0);
+    let real = starts.iter().filter(|start| start.im > 0.0).map(|start| c64::new(start.re, 0.0));
+    let mut all: Vec<Smallest> = upper.copied().chain(real).filter_map(|start| smallest(given, start)).collect();
+    all.sort_by(|one, other| one.value.total_cmp(&other.value));
+    // Of each kind the best ones.
+    let (mut real, mut pairs): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.at.im == 0.0);
+    real.truncate(FOLLOWED);
+    pairs.truncate(FOLLOWED);
+    let followed: Vec<Smallest> = real.into_iter().chain(pairs).map(|one| follow(given, one)).collect();
+    (!followed.is_empty()).then_some(followed)
+}
+
+/// With the left vector kept, the best λ is its Rayleigh quotient; with λ kept, the best vector is the singular one. The
+/// value falls in every step.
+fn follow(given: &Given, mut one: Smallest) -> Smallest {
+    for _ in 0..STEPS {
+        let quotient = one.rayleigh_quotient(given);
+        let at = if one.at.im == 0.0 { c64::new(quotient.re, 0.0) } else { quotient };
+        match smallest(given, at) {
+            Some(next) if next.value < one.value * (1.0 - 1e-6) => one = next,
+            _ => break,
+        }
+    }
+    one
+}
+
+/// A real change of the matrices after which the rows `Yᵀ` are not reached.
+struct Change {
+    /// Yᵀ, one or two rows.
+    rows: Matrix<Rational>,
+    /// M.
+    action: Matrix<Rational>,
+    /// `[YᵀA − M Yᵀ, YᵀB]`.
+    miss: Matrix<Rational>,
+    /// `(YᵀY)⁻¹`.
+    gram: Matrix<Rational>,
+    /// Frobenius norm of the change, rounded up.
+    size: f64,
+}
+
+impl Change {
+    fn of(given: &Given, one: &Smallest) -> Option<Self> {
+        let n = given.a.rows();
+        let vectors = one.real_rows();
+        let exact: Option<Vec<Vec<Rational>>> =
+            vectors.iter().map(|row| row.iter().map(|x| rational_from_f64(*x)).collect()).collect();
+        let exact = exact?;
+        let rows = Matrix::from_fn(exact.len(), n, |i, j| exact[i][j].clone());
+        let squares = rows.multiply(&rows.transpose());
+        let gram = squares.solve(&Matrix::identity(exact.len()))?;
+        let on_a = rows.multiply(&given.exact[0]);
+        let action = on_a.multiply(&rows.transpose()).multiply(&gram);
+        let kept = action.multiply(&rows);
+        let on_b = rows.multiply(&given.exact[1]);
+        let miss = Matrix::from_fn(exact.len(), n + on_b.columns(), |i, j| match j < n {
+            true => on_a[(i, j)].minus(&kept[(i, j)]),
+            false => on_b[(i, j - n)].clone(),
+        });
+        // ‖Y (YᵀY)⁻¹ R‖² is the trace of Rᵀ (YᵀY)⁻¹ R.
+        let scaled = gram.multiply(&miss);
+        let products = scaled.as_slice().iter().zip(miss.as_slice()).map(|(x, y)| x.times(y));
+        let square = products.fold(Rational::ZERO, |sum, x| sum.plus(&x));
+        let size = rational_to_f64(&square).sqrt() * (1.0 + 4.0 * f64::EPSILON);
+        Some(Self { rows, action, miss, gram, size })
+    }
+
+    fn described(self, given: &Given, states: &[String], lower: f64) -> MatrixDistance {
+        let n = given.a.rows();
+        let both = self.rows.transpose().multiply(&self.gram.multiply(&self.miss)).to_f64();
+        let change = |from: usize, to: usize| -> Vec<Vec<f64>> {
+            (0..n).map(|i| (from..to).map(|j| 0.0 - both[(i, j)]).collect()).collect()
+        };
+        let size = |j: usize| (0..self.rows.rows()).map(|i| rational_to_f64(&self.rows[(i, j)]).powi(2)).sum::<f64>();
+        let sizes: Vec<f64> = (0..n).map(|j| size(j).sqrt()).collect();
+        let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let mut shares: Vec<NamedShare> = states
+            .iter()
+            .zip(sizes)
+            .map(|(name, size)| NamedShare { name: name.clone(), share: size / largest })
+            .filter(|one| one.share > 1e-9)
+            .collect();
+        shares.sort_by(|one, other| other.share.total_cmp(&one.share));
+        let texts =
+            |m: &Matrix<Rational>| (0..m.rows()).map(|i| m.row(i).iter().map(ToString::to_string).collect()).collect();
+        MatrixDistance {
+            lower,
+            upper: self.size,
+            eigenvalue: eigenvalue(&self.action.to_f64()),
+            states: shares,
+            change_of_a: change(0, n),
+            change_of_b: change(n, n + given.b.columns()),
+            proof: Invariant { rows: texts(&self.rows), action: texts(&self.action) },
+            last_digit: 0.0,
+            below_last_digit: false,
+        }
+    }
+}
+
+/// The eigenvalue, with imaginary part ≥ 0, of a matrix of order one or two.
+fn eigenvalue(m: &Matrix<f64>) -> Complex {
+    if m.rows() == 1 {
+        return Complex::new(m[(0, 0)], 0.0);
+    }
+    let (half, apart) = ((m[(0, 0)] + m[(1, 1)]) / 2.0, (m[(0, 0)] - m[(1, 1)]) / 2.0);
+    let square = apart * apart + m[(0, 1)] * m[(1, 0)];
+    match square < 0.0 {
+        true => Complex::new(half, (0.0 - square).sqrt()),
+        false => Complex::new(half + square.sqrt().copysign(half), 0.0),
+    }
+}

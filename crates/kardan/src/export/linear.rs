@@ -1,0 +1,119 @@
+//! A linear model for the tools of control engineers: JSON, MATLAB, Python.
+
+use kardan_tables::write::{Texts, Values, mat_matrices};
+use serde_json::{Value, json};
+
+use crate::num::{Matrix, Rational};
+use crate::results::{Linearised, NamedUnit};
+
+/// As a JSON object that `kardan analyze --state-space` reads: the matrices exact (whole numbers, fractions as texts), in
+/// `decimal` rounded to floating point, names, units and the operating point.
+pub fn linear_json(model: &Linearised) -> String {
+    let mut all = serde_json::Map::new();
+    all.insert("name".into(), json!(model.name));
+    all.insert("description".into(), json!(title(model)));
+    for (name, matrix) in model.matrices() {
+        all.insert(name.into(), rows(matrix, |x| exact(x)));
+    }
+    for (key, signals) in kinds(model) {
+        all.insert(key.into(), signals.iter().map(|one| json!(one.name)).collect());
+    }
+    let units: serde_json::Map<String, Value> = kinds(model)
+        .map(|(key, all)| (key.into(), all.iter().map(|one| json!(one.unit)).collect()))
+        .into_iter()
+        .collect();
+    all.insert("units".into(), units.into());
+    let point = |(signal, value): &(NamedUnit, f64)| json!({"name": signal.name, "unit": signal.unit, "value": value});
+    all.insert("operating_point".into(), model.operating_point.iter().map(point).collect());
+    let decimal: serde_json::Map<String, Value> = model
+        .matrices()
+        .into_iter()
+        .map(|(name, matrix)| (name.into(), rows(matrix, |x| json!(crate::num::rational_to_f64(x)))))
+        .collect();
+    all.insert("decimal".into(), decimal.into());
+    all.insert("notes".into(), json!(model.notes));
+    Value::Object(all).to_string()
+}
+
+/// As a MAT file of version 5: A, B, C, D (and E) in floating point, `states`, `inputs`, `outputs` and their units as texts,
+/// and `operating_point`. `None` if it were larger than the format allows.
+pub fn linear_mat(model: &Linearised) -> Option<Vec<u8>> {
+    let columns = |matrix: &Matrix<Rational>| matrix.transpose().to_f64().as_slice().to_vec();
+    let mut values: Vec<Values<'_>> = model
+        .matrices()
+        .into_iter()
+        .map(|(name, matrix)| Values { name, rows: matrix.rows(), columns: matrix.columns(), values: columns(matrix) })
+        .collect();
+    let point: Vec<f64> = model.operating_point.iter().map(|(_, value)| *value).collect();
+    values.push(Values { name: "operating_point", rows: point.len(), columns: 1, values: point });
+    let names = kinds(model).map(|(key, all)| (key, all.iter().map(|one| one.name.as_str()).collect::<Vec<_>>()));
+    let units = ["state_units", "input_units", "output_units"].into_iter().zip(kinds(model));
+    let units = units.map(|(key, (_, all))| (key, all.iter().map(|one| one.unit.as_str()).collect::<Vec<_>>()));
+    let point = model.operating_point.iter().map(|(signal, _)| signal.name.as_str()).collect();
+    let texts = names.into_iter().chain(units).chain([("operating_point_names", point)]);
+    mat_matrices(&values, &texts.map(|(name, rows)| Texts { name, rows }).collect::<Vec<_>>())
+}
+
+/// As a Python program that defines NumPy arrays, lists of names and units, and `system`, a `control.ss` where
+/// python-control is installed (`control.dss` does not exist: with an E the program solves for it).
+pub fn linear_python(model: &Linearised) -> String {
+    let mut out = format!("\"\"\"{}\"\"\"\n\nimport numpy as np\n\n", quoted(&title(model)));
+    for (name, matrix) in model.matrices() {
+        let row = |i: usize| {
+            let entries: Vec<String> =
+                matrix.row(i).iter().map(|x| format!("{:?}", crate::num::rational_to_f64(x))).collect();
+            format!("    [{}],\n", entries.join(", "))
+        };
+        let text: String = (0..matrix.rows()).map(row).collect();
+        out += &format!("{name} = np.array([\n{text}]).reshape({}, {})\n", matrix.rows(), matrix.columns());
+    }
+    let list = |names: Vec<&str>| {
+        format!("[{}]", names.iter().map(|name| format!("\"{}\"", quoted(name))).collect::<Vec<_>>().join(", "))
+    };
+    out += "\n";
+    for (key, signals) in kinds(model) {
+        out += &format!("{key} = {}\n", list(signals.iter().map(|one| one.name.as_str()).collect()));
+        out += &format!(
+            "{}_units = {}\n",
+            &key[..key.len() - 1],
+            list(signals.iter().map(|one| one.unit.as_str()).collect())
+        );
+    }
+    let point: Vec<String> = model
+        .operating_point
+        .iter()
+        .map(|(signal, value)| format!("\"{}\": {value:?}", quoted(&signal.name)))
+        .collect();
+    out += &format!("operating_point = {{{}}}\n\n", point.join(", "));
+    let [a, b] = match model.e {
+        Some(_) => ["np.linalg.solve(E, A)", "np.linalg.solve(E, B)"],
+        None => ["A", "B"],
+    };
+    out += "try:\n    import control\nexcept ImportError:\n    control = None\n";
+    out += &format!("system = control and control.ss({a}, {b}, C, D, states=states, inputs=inputs, outputs=outputs)\n");
+    out
+}
+
+fn title(model: &Linearised) -> String {
+    let variant = if model.variant.is_empty() { String::new() } else { format!(", variant {}", model.variant) };
+    format!("{}{variant}: deviations from the operating point, SI units", model.name)
+}
+
+fn kinds(model: &Linearised) -> [(&'static str, &Vec<NamedUnit>); 3] {
+    [("states", &model.states), ("inputs", &model.inputs), ("outputs", &model.outputs)]
+}
+
+fn rows(matrix: &Matrix<Rational>, entry: impl Fn(&Rational) -> Value) -> Value {
+    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(&entry).collect::<Value>()).collect()
+}
+
+/// A whole number of few digits as it is, another one as a text.
+fn exact(x: &Rational) -> Value {
+    let text = x.to_string();
+    text.parse::<i32>().map_or(json!(text), |whole| json!(whole))
+}
+
+/// Inside double quotes of Python.
+fn quoted(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"").replace(['\n', '\r'], " ")
+}

@@ -1,0 +1,114 @@
+//! What `kardan linearise` asks for: the linear model of a variant with names and units.
+
+use std::collections::BTreeSet;
+
+use super::massless::{Mechanical, not_eliminated, state_name};
+use super::prepare::is_error;
+use super::signals::{AnalyzeSettings, WorkingPoint, charges};
+use super::{PreparedVariant, Project};
+use crate::analysis::{LinearSystem, linear_system};
+use crate::diagnostics::Diagnostic;
+use crate::names::{Quantity, SignalName};
+use crate::num::Matrix;
+use crate::results::{Linearised, NamedUnit};
+
+/// The linear model of a model file; see [`Project::linearise`].
+///
+/// ```
+/// use kardan::{model, study};
+/// let source = model::builtin("two-bodies").unwrap().source;
+/// let (found, _) = study::linearise(source, &Default::default(), false).unwrap();
+/// assert_eq!((found.a.rows(), found.inputs[0].unit.as_str()), (found.states.len(), "N m"));
+/// ```
+///
+/// # Errors
+/// All mistakes of the file, or why it cannot be linearised.
+pub fn linearise(
+    source: &str,
+    settings: &AnalyzeSettings,
+    descriptor: bool,
+) -> Result<(Linearised, Vec<Diagnostic>), Vec<Diagnostic>> {
+    Project::open(source).linearise(settings, descriptor)
+}
+
+impl Project {
+    /// One variant at the operating point of `[analysis]`, with the inputs and outputs of [`AnalyzeSettings`]; with
+    /// `descriptor` the inertia stays on the left side as E, else E is the identity. Also the warnings of the file.
+    ///
+    /// # Errors
+    /// All mistakes, or why it cannot be linearised.
+    pub fn linearise(
+        &self,
+        settings: &AnalyzeSettings,
+        descriptor: bool,
+    ) -> Result<(Linearised, Vec<Diagnostic>), Vec<Diagnostic>> {
+        let (prepared, diagnostics) = self.for_analysis();
+        if diagnostics.iter().any(is_error) {
+            return Err(diagnostics.to_vec());
+        }
+        let variant = prepared.variant(settings.variant.as_deref())?;
+        let mut notes = Vec::new();
+        let point = WorkingPoint::of(variant, settings, &mut notes)?;
+        let charges = charges(&variant.reduced);
+        let mut system = system_at(variant, &point, settings, &charges)?;
+        if !descriptor {
+            system = system.explicit().ok_or_else(|| {
+                let message = "the inertia matrix is singular: there is no ẋ = A x + B u";
+                vec![Diagnostic::error("analysis::singular", message).help("add --eliminate-massless")]
+            })?;
+        }
+        let unit = |name: &String| NamedUnit { name: name.clone(), unit: SignalName::new(name).unit().into() };
+        let outputs = system.outputs.iter().zip(&point.outputs).map(|(name, output)| {
+            let quantity = SignalName::new(name).quantity().unwrap_or_else(|| output.measured.quantity());
+            NamedUnit { name: name.clone(), unit: quantity.unit().into() }
+        });
+        let inputs = system.inputs.iter().zip(&point.system.inputs).map(|(name, input)| {
+            let electric = input.row.iter().all(|(k, _)| charges.contains(&point.system.coordinates[*k]));
+            let quantity = if electric { Quantity::Voltage } else { Quantity::Torque };
+            NamedUnit { name: name.clone(), unit: quantity.unit().into() }
+        });
+        let coordinates = variant.reduced.coordinate_names();
+        let places = coordinates.iter().zip(&point.position);
+        let angle = |name: &String| unit(&state_name(&Quantity::Angle.of(name), &charges));
+        let found = Linearised {
+            name: prepared.name.clone(),
+            variant: variant.name.clone(),
+            states: system.states.iter().map(unit).collect(),
+            inputs: inputs.collect(),
+            outputs: outputs.collect(),
+            operating_point: places.map(|(name, position)| (angle(name), *position)).collect(),
+            e: (system.e != Matrix::identity(system.states.len())).then_some(system.e),
+            a: system.a,
+            b: system.b,
+            c: system.c,
+            d: system.d,
+            notes,
+        };
+        Ok((found, diagnostics.to_vec()))
+    }
+}
+
+/// The system in its coordinates, motions without inertia eliminated where that is asked for.
+fn system_at(
+    variant: &PreparedVariant,
+    point: &WorkingPoint,
+    settings: &AnalyzeSettings,
+    charges: &BTreeSet<String>,
+) -> Result<LinearSystem, Vec<Diagnostic>> {
+    let (coordinates, basis) = point.system.explicit_basis(&variant.reduced.coordinates);
+    if coordinates.is_empty() {
+        let message = "with this friction stuck nothing can move";
+        let help = "let some of the elements in `stuck` slide";
+        return Err(vec![Diagnostic::error("analysis::no-motion", message).help(help)]);
+    }
+    let names = coordinates.iter().map(|&shaft| point.system.coordinates[shaft].clone()).collect();
+    let pencil = linear_system(&point.system, &coordinates, &basis, &point.outputs);
+    let mechanical = Mechanical::new(&pencil, names);
+    let mut system = match (mechanical.is_regular(), settings.eliminate_massless) {
+        (true, _) => pencil.clone(),
+        (false, false) => return Err(mechanical.refusal(variant)),
+        (false, true) => mechanical.eliminate().map_err(|error| not_eliminated(error, charges, variant))?.system,
+    };
+    system.states.iter_mut().for_each(|state| *state = state_name(state, charges));
+    Ok(system)
+}
