@@ -65,24 +65,27 @@ pub(super) struct Curves<'a> {
 pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     let runs = runs(study, plot);
     let mut all = Vec::new();
-    for (signal_index, name) in plot.signals.iter().enumerate() {
+    for (signal_index, signal) in plot.signals.iter().enumerate() {
+        let name = label(plot, signal_index, signal);
         for (run_index, run) in runs.iter().enumerate() {
-            let Some(signal) = run.series.signal(name) else { continue };
+            let Some(signal) = run.series.signal(signal) else { continue };
             let (label, colour, dash) = match (plot.signals.len() > 1, runs.len() > 1) {
                 (true, true) => {
                     let label = format!("{name}, {}", variant_label(study, run));
                     (label, run_index, dash(signal_index, run_index))
                 }
                 (false, true) => (variant_label(study, run), run_index, dash(0, run_index)),
-                (_, false) => (name.clone(), signal_index, dash(0, signal_index)),
+                (_, false) => (name.to_string(), signal_index, dash(0, signal_index)),
             };
             all.push(curve(plot, run, signal, label, Some(colour), dash));
         }
     }
     let least_span = rounding(study, plot, &all);
     let alike = tell_apart(&mut all, least_span);
-    for reference in &plot.references {
-        all.extend(references(study, plot, &runs, reference));
+    for (number, reference) in plot.references.iter().enumerate() {
+        let name = format!("{}{}", if reference.opposite { "−" } else { "" }, reference.signal);
+        let name = label(plot, plot.signals.len() + number, &name).to_string();
+        all.extend(references(study, plot, &runs, reference, &name));
     }
     let mut note = Vec::new();
     if alike {
@@ -99,14 +102,19 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
     Curves { all, least_span, note: note.join(" ") }
 }
 
+/// What a curve is called in the legend, by its number among signals and references.
+fn label<'a>(plot: &'a Plot, number: usize, name: &'a str) -> &'a str {
+    plot.labels.get(number).map_or(name, String::as_str)
+}
+
 /// The curves of a reference: one where it is the same for all variants, else that of each variant in its colour.
 fn references<'a>(
     study: &'a Study,
     plot: &'a Plot,
     runs: &[&'a Run],
     reference: &'a PlottedReference,
+    name: &str,
 ) -> Vec<Curve<'a>> {
-    let name = format!("{}{}", if reference.opposite { "−" } else { "" }, reference.signal);
     let mut kinds: Vec<(Curve, Vec<String>)> = Vec::new();
     let mut drawn = 0;
     for (index, run) in runs.iter().enumerate() {
@@ -126,9 +134,9 @@ fn references<'a>(
     let several = kinds.len() > 1;
     let named = |(mut curve, variants): (Curve<'a>, Vec<String>)| {
         curve.label = match several {
-            true if variants.len() == drawn => name.clone(),
+            true if variants.len() == drawn => name.to_string(),
             true => format!("{name}, {}", variants.join("; ")),
-            false => name.clone(),
+            false => name.to_string(),
         };
         curve.colour = curve.colour.filter(|_| several);
         curve.width = REFERENCE_WIDTH;

@@ -9,4 +9,5 @@ mod files;
 mod identify;
 #[cfg(unix)]
 mod limits;
+mod readme;
 mod schemas;

@@ -159,6 +159,9 @@ keys! {
             references: Signals,
                 "Signals drawn dashed: once where they are the same in all variants, else for each variant. A minus before \
                  the name, `-ref`, draws it in the opposite sense, as where a torque is measured as a load.";
+            labels: Words,
+                "What the signals, then the references, are called in the legend: [\"steering wheel\", \"rack\"]; left out, and \
+                 for those at the end that have none: their names.";
             variants: Words, "Variants to draw; left out: all.";
             display: Text,
                 "Unit in which the signals of its kind are drawn and told in the report: `deg`, `rpm`, `mN m`; left out: the SI \

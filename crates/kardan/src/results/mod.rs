@@ -489,6 +489,8 @@ pub struct Plot {
     pub signals: Vec<String>,
     /// References, drawn dashed.
     pub references: Vec<PlottedReference>,
+    /// What the signals, then the references, are called in the legend; those without one by their names.
+    pub labels: Vec<String>,
     /// Names of variants; empty: all.
     pub variants: Vec<String>,
     /// The unit in which signals of one kind are drawn and told; `None`: the SI unit.

@@ -308,7 +308,17 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             known_signal(&reference.signal, &word.place, known, &what, out);
             reference
         };
-        let references = read_words(table, "references").iter().map(&mut reference).collect();
+        let references: Vec<PlottedReference> = read_words(table, "references").iter().map(&mut reference).collect();
+        let labels: Vec<String> = read_words(table, "labels").iter().map(|word| word.value.clone()).collect();
+        let curves = drawn.len() + references.len();
+        if labels.len() > curves && !table.unread.contains(&"signals") && !table.unread.contains(&"references") {
+            let message = format!("{what}: {} labels for {curves} signals and references", labels.len());
+            out.push(
+                Diagnostic::error("list::length", message)
+                    .at(TableReader::place(table, "labels"), "too many")
+                    .help("write one for each of `signals`, then one for each of `references`"),
+            );
+        }
         if drawn.is_empty() && table.values.contains_key("signals") {
             out.push(
                 Diagnostic::error("list::length", format!("{what}: there is nothing to draw"))
@@ -324,6 +334,7 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
             caption: read_word(table, "caption").unwrap_or_default().into(),
             signals: drawn,
             references,
+            labels,
             variants,
             display,
             window,
