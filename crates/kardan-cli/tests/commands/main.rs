@@ -8,4 +8,5 @@ mod files;
 mod identify;
 #[cfg(unix)]
 mod limits;
+mod plots;
 mod schemas;
