@@ -17,7 +17,7 @@ const REFERENCE_DASH: &[f64] = &[6.0, 4.0];
 /// Widths of curves and references, px; what each curve that lies below another one is wider, and so many at most.
 const WIDTH: f64 = 1.5;
 const REFERENCE_WIDTH: f64 = 1.2;
-const STEP: f64 = 2.0;
+const STEP: f64 = 1.4;
 const MOST: usize = 4;
 /// What a line covers of an axis.
 const LINE: f64 = 0.003;

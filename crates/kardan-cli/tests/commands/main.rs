@@ -10,4 +10,5 @@ mod identify;
 #[cfg(unix)]
 mod limits;
 mod readme;
+mod plots;
 mod schemas;

@@ -261,8 +261,9 @@ fn least(structure: &Structure) -> Body {
     }
     let certificate = &structure.certificate;
     let kind = match structure.kind.as_str() {
-        "" => String::new(),
-        kind => format!("Case of the theorems: {kind}."),
+        "pure damping" => "The model has no springs, so the damping alone decides these numbers.",
+        "no damping" => "The model has no damping, so the springs alone decide these numbers.",
+        _ => "",
     };
     let (inputs, outputs) = (certificate.inputs.as_ref(), certificate.outputs.as_ref());
     let why = words::why_least("input", structure.min_inputs, inputs);
