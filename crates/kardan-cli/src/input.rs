@@ -14,7 +14,7 @@ use crate::source::{Origin, Source};
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;
 
-/// Reads the model that the user named, and says so if it is a built-in one.
+/// Reads the model that the user named; says so where a built-in one hides a file of its name.
 pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     if model.as_os_str() == "-" {
         let text = decode("standard input", &bounded("standard input", std::io::stdin().lock())?)?;
@@ -24,8 +24,6 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         let name = builtin.name.to_owned();
         if !quiet && model.exists() {
             render::note(&format!("taking the built-in model {name}; the file of that name is ./{name}"));
-        } else if !quiet {
-            render::note(&format!("taking the built-in model {name}"));
         }
         return Ok(Source { name, text: builtin.source.to_owned(), origin: Origin::Builtin });
     }
@@ -75,6 +73,11 @@ pub fn builtin_names() -> String {
 
 /// A hint for a name that is not that of a built-in model.
 pub fn builtin_hint(name: &str) -> String {
+    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|known| known.starts_with(name));
+    if name.chars().count() > 1 && begin_so().next().is_some() {
+        let list = begin_so().collect::<Vec<_>>().join(", ");
+        return format!("built-in models that begin with `{name}`: {list}");
+    }
     let list = format!("built-in models: {}", builtin_names());
     match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
         Some(near) => format!("did you mean the built-in model `{near}`? ({list})"),

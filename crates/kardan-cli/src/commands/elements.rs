@@ -1,6 +1,7 @@
 //! `kardan elements`: the manual of the tables in a model file.
 
-use kardan::diagnostics::{Diagnostic, nearest};
+use kardan::diagnostics::Diagnostic;
+use kardan::names::nearest_or_alike;
 use kardan::{element, model, synthesis};
 
 use crate::args::ElementsArgs;
@@ -24,6 +25,6 @@ fn hint(name: &str) -> String {
     let laws = synthesis::REGISTRY.iter().map(|law| law.keyword);
     let list = "`kardan elements` lists all tables";
     let pages = model::STUDY_PAGES.iter().copied();
-    nearest(name, elements.chain(laws).chain(pages))
+    nearest_or_alike(name, elements.chain(laws).chain(pages))
         .map_or(list.into(), |near| format!("did you mean `{near}`? ({list})"))
 }
