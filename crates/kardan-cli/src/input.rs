@@ -90,6 +90,11 @@ pub fn builtin_names() -> String {
 
 /// A hint for a name that is not that of a built-in model.
 pub fn builtin_hint(name: &str) -> String {
+    let begin_so = || BUILTIN.iter().map(|builtin| builtin.name).filter(|known| known.starts_with(name));
+    if name.chars().count() > 1 && begin_so().next().is_some() {
+        let list = begin_so().collect::<Vec<_>>().join(", ");
+        return format!("built-in models that begin with `{name}`: {list}");
+    }
     let list = format!("built-in models: {}", builtin_names());
     match nearest(name, BUILTIN.iter().map(|builtin| builtin.name)) {
         Some(near) => format!("did you mean the built-in model `{near}`? ({list})"),

@@ -16,7 +16,9 @@ mod schema;
 use std::ffi::OsString;
 use std::path::Path;
 
-use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
+use kardan::diagnostics::nearest;
 
 use crate::args::{Cli, Command};
 use crate::exit::{DONE, ERROR, exit_code};
@@ -31,6 +33,7 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(usage) => {
+            let usage = with_nearest_command(usage);
             if json_wanted && usage.use_stderr() {
                 let _ = print(&(kardan::export::json_error(usage.to_string().trim(), "", &[]) + "\n"));
             }
@@ -70,6 +73,20 @@ fn watched(command: &Command) -> Option<&Path> {
         _ => return None,
     };
     changes.watch.then_some(model.as_path())
+}
+
+/// With the command that may have been meant, where a short word is too far from it for the parser of the arguments.
+fn with_nearest_command(mut usage: clap::Error) -> clap::Error {
+    let word = match usage.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) if usage.get(ContextKind::SuggestedSubcommand).is_none() => word.clone(),
+        _ => return usage,
+    };
+    let commands = Cli::command();
+    if let Some(near) = nearest(&word, commands.get_subcommands().map(clap::Command::get_name)) {
+        let near = ContextValue::Strings(vec![near.to_owned()]);
+        usage.insert(ContextKind::SuggestedSubcommand, near);
+    }
+    usage
 }
 
 fn dispatch(cli: &Cli) -> Result<u8, Failure> {

@@ -25,7 +25,9 @@ pub const PLANETARY: Element = Element {
     ring  r ======[     ]
     carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
     sun   s ======[     ]",
-    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it.",
+    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it. With numbers of \
+            teeth z of sun and ring the coefficients are z_s, z_r and -(z_s + z_r) for sun, ring and carrier; with the carrier \
+            held sun and ring then turn opposite ways, the sun z_r/z_s times as fast.",
     symbol: Symbol::PlanetaryGear,
     fields: Planetary::FIELDS,
     example: "\

@@ -1,5 +1,6 @@
 //! Entries of a model as typed tables; all mistakes of keys, types and units are reported together.
 
+use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use super::document::{Control, Document, Doubts, Instance};
@@ -7,10 +8,11 @@ use super::parameters::{REMOVE_TOLERANCE, implicit_parameters, read_parameters, 
 use super::parse::{Node, check_name, table, value};
 use super::tables;
 use super::variants::{check_named_controls, read_named_variants, read_variants};
-use crate::diagnostics::{Diagnostic, Severity, nearest, shortened};
+use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
 use crate::entries::{Entries, KeyedEntry, Place, Written};
 use crate::file::syntax;
+use crate::names::nearest_or_alike;
 use crate::schema::{Field, Keys, Kind, Table};
 use crate::synthesis;
 
@@ -95,7 +97,35 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     }
     document.doubts.equations |= out.iter().any(is_error);
     out.extend(study.drain(broken..));
+    if !out.iter().any(is_error) {
+        unused_parameters(entries, &document, &mut out);
+    }
     (document, out)
+}
+
+/// Warns of parameters that nothing names: changing them would change nothing.
+fn unused_parameters(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
+    let mut named = BTreeSet::new();
+    let others = entries.iter().filter(|found| !matches!(found.key.as_str(), "parameters" | "plot"));
+    others.for_each(|found| texts(&found.entry.value, &mut named));
+    for parameter in document.parameters.iter().filter(|parameter| !named.contains(parameter.name.as_str())) {
+        let varied = if document.is_varied(&parameter.name) { ": all its variants are the same" } else { "" };
+        let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
+        let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);
+        out.push(Diagnostic::warning("parameter::unused", message).at(parameter.place.clone(), "not used").help(help));
+    }
+}
+
+/// All texts within a value.
+fn texts<'e>(value: &'e Written, out: &mut BTreeSet<&'e str>) {
+    match value {
+        Written::Text(text) => {
+            out.insert(text.trim());
+        }
+        Written::Table(table) => table.iter().for_each(|found| texts(&found.entry.value, out)),
+        Written::List(list) => list.iter().for_each(|entry| texts(&entry.value, out)),
+        _ => {}
+    }
 }
 
 /// The table `[key]`.
@@ -200,7 +230,7 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
         if known.contains(&name) {
             continue;
         }
-        let meant = nearest(name, known.iter().copied());
+        let meant = nearest_or_alike(name, known.iter().copied());
         let is_table = matches!(value, Written::Table(_) | Written::List(_));
         let help = match (meant, name) {
             (Some(meant), _) => format!("did you mean `{meant}`?"),

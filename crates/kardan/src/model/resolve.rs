@@ -44,7 +44,7 @@ pub struct Model {
     pub terms: Vec<NamedTerm>,
     /// Each element, for display.
     pub elements: Vec<ElementSummary>,
-    /// Each element with its ends, in the order of the file.
+    /// Each element with its ends, sorted by kind and name.
     pub mechanism: Mechanism,
     /// Reduced coordinates, if the file names them.
     pub coordinates: Option<Vec<String>>,
@@ -90,6 +90,7 @@ impl Document {
             });
         }
         elements.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
+        mechanism.parts.sort_by(|a, b| (&a.kind, &a.name).cmp(&(&b.kind, &b.name)));
         self.check_sensors(&terms, &mut doubtful, &mut out);
         let (active, idle): (Vec<&Control>, Vec<&Control>) =
             self.controls.iter().partition(|control| active.is_none_or(|a| a.contains(&control.name)));

@@ -38,6 +38,26 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, candidate)| candidate)
 }
 
+/// The candidate nearest to a misspelt word; else the only one that shares a whole word of four letters or more with it.
+///
+/// ```
+/// use kardan::names::nearest_or_alike;
+/// assert_eq!(nearest_or_alike("max_torque", ["torque_limit", "rate_limit"]), Some("torque_limit"));
+/// assert_eq!(nearest_or_alike("harmonic", ["harmonic_drive", "gear"]), Some("harmonic_drive"));
+/// assert_eq!(nearest_or_alike("limit", ["torque_limit", "rate_limit"]), None);
+/// ```
+pub fn nearest_or_alike<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> Option<&'a str> {
+    let parts = |name: &str| name.split(['_', '-']).map(str::to_lowercase).collect::<Vec<_>>();
+    let own: Vec<String> = parts(word).into_iter().filter(|part| part.chars().count() >= 4).collect();
+    let alike = || {
+        let mut found =
+            candidates.clone().into_iter().filter(|known| parts(known).iter().any(|part| own.contains(part)));
+        let first = found.next();
+        if found.next().is_none() { first } else { None }
+    };
+    nearest(word, candidates.clone()).or_else(alike)
+}
+
 /// Which letters stand in a word, in lower case and in 64 classes: one bit each.
 fn letters(word: &str) -> u64 {
     word.chars().flat_map(char::to_lowercase).fold(0, |set, c| set | 1 << (u32::from(c) % 64))

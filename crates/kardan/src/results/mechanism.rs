@@ -89,7 +89,7 @@ pub struct MechanismPart {
     pub terminals: Vec<Terminal>,
 }
 
-/// The parts of a model, in the order of its file.
+/// The parts of a model, sorted by kind and name: the order of the file changes nothing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Mechanism {
     /// Shafts and all other elements.

@@ -371,7 +371,8 @@ impl SynthesisError {
             Self::NotReached { input, .. } => advice(
                 std::slice::from_ref(input),
                 "does not act on the output directly",
-                "choose a motor that acts on the output without a spring between, or give `inertia`",
+                "choose a motor that acts on the output without a spring between, or give `inertia`; behind a spring \
+                 `decoupling`, `pole_placement` and `lqr` control it",
             ),
             Self::NotAnAngle { signal, example } => Advice {
                 named: vec![signal.clone()],

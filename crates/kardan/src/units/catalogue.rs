@@ -98,8 +98,21 @@ pub(super) fn find_unit(name: &str) -> Option<(Exact, Dimension)> {
     Some((&exact(unit) * &Exact::from_integer(10).pow(power)?, unit.dimension))
 }
 
+/// Words that are written for a unit, and what to write.
+const MEANT: [(&[&str], &str); 5] = [
+    (&["sec", "secs", "second", "seconds"], "did you mean `s`?"),
+    (&["msec", "msecs", "millisecond", "milliseconds"], "did you mean `ms`?"),
+    (&["mins", "minute", "minutes"], "did you mean `min`?"),
+    (&["hr", "hrs", "hour", "hours"], "did you mean `h`?"),
+    (&["lb", "lbs", "lbm", "pound", "pounds"], "write a mass in `kg` (1 lb = 0.45359237 kg), a force in `lbf`"),
+];
+
 /// What an unknown unit may have been meant to be.
 pub(super) fn unit_help(name: &str) -> String {
+    let lower = name.to_lowercase();
+    if let Some((_, help)) = MEANT.iter().find(|(words, _)| words.contains(&lower.as_str())) {
+        return (*help).to_string();
+    }
     if let Some(one) =
         name.strip_suffix('s').filter(|one| one.to_lowercase().ends_with("ohm") && find_unit(one).is_some())
     {

@@ -271,6 +271,12 @@ mod tests {
     fn mistakes_say_where_and_what_to_do() {
         for (text, expected) in [
             ("130 kq mm^2", "unknown unit `kq` @ `kq` (did you mean `kg`?)"),
+            ("5 sec", "unknown unit `sec` @ `sec` (did you mean `s`?)"),
+            ("5 lb", "unknown unit `lb` @ `lb` (write a mass in `kg` (1 lb = 0.45359237 kg), a force in `lbf`)"),
+            (
+                "sin(1) N m",
+                "expected a number, found `s` @ `sin(1) N m` (expressions are not understood: write the number that it gives)",
+            ),
             ("5 Nmm", "unknown unit `Nmm` @ `Nmm` (put a space between two units: `N mm`)"),
             ("5 Grad", "unknown unit `Grad` @ `Grad` (did you mean `deg` or `rad`?)"),
             ("5 kOhms", "unknown unit `kOhms` @ `kOhms` (did you mean `kOhm`?)"),

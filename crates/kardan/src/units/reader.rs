@@ -115,10 +115,14 @@ impl<'t> Reader<'t> {
             return UnitError::new("number::not-finite", start..self.at, format!("`{word}` is not a finite number"))
                 .help("write a decimal number");
         }
+        let expression = !word.is_empty() && self.eat('(');
         self.at = start;
         let message = format!("expected a number, found {}", self.found());
-        UnitError::new("number::syntax", start..self.text.len().max(start), message)
-            .help("start with a number: \"0.05\", \"-1e-3\", \"51/50\" or \"pi/4\"")
+        let help = match expression {
+            true => "expressions are not understood: write the number that it gives",
+            false => "start with a number: \"0.05\", \"-1e-3\", \"51/50\" or \"pi/4\"",
+        };
+        UnitError::new("number::syntax", start..self.text.len().max(start), message).help(help)
     }
 
     pub fn factor_of_number(&mut self) -> Result<Option<Exact>, UnitError> {

@@ -36,6 +36,7 @@ use wording::{expected, unknown_key, what_is_written};
 
 use crate::diagnostics::{Diagnostic, nearest, shortened};
 use crate::entries::{Entries, Entry, Place, Written};
+use crate::names::nearest_or_alike;
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{
     Dimension, Exact, Tolerated, UnitError, parse_number, parse_poles, parse_quantity, parse_tolerated, tolerance_mark,
@@ -83,7 +84,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
                 }
             }
             None => {
-                misspelt.extend(nearest(name, known.iter().copied()));
+                misspelt.extend(nearest_or_alike(name, known.iter().copied()));
                 out.push(unknown_key(keyed, &known, what));
             }
         }

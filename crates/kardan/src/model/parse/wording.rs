@@ -1,14 +1,14 @@
 //! What is asked for and what is written, as words of a sentence.
 
-use crate::diagnostics::{Diagnostic, nearest, shortened};
+use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{KeyedEntry, Written};
-use crate::names::did_you_mean;
+use crate::names::{did_you_mean, nearest_or_alike};
 use crate::schema::Kind;
 use crate::units::written_quantity;
 
 pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str) -> Diagnostic {
     let name = entry.key.as_str();
-    let help = did_you_mean(nearest(name, known.iter().copied()), || match known {
+    let help = did_you_mean(nearest_or_alike(name, known.iter().copied()), || match known {
         [] => format!("{what} takes no keys; remove it"),
         known => format!("known keys are {}", listed(known, "and")),
     });
