@@ -9,6 +9,7 @@ mod identification;
 mod linearised;
 mod margins;
 mod passage;
+mod realisation;
 mod robustness;
 pub(crate) mod serial;
 mod verdict;
@@ -26,6 +27,7 @@ pub use identification::*;
 pub use linearised::*;
 pub use margins::*;
 pub use passage::*;
+pub use realisation::*;
 pub use robustness::*;
 pub use verdict::*;
 
