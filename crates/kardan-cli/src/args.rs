@@ -118,6 +118,10 @@ pub struct AnalyzeArgs {
     /// Write the analysis as one HTML page too, as Markdown if FILE ends with `.md`; a file that exists is replaced.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
+    /// Write minimal realisation, Kalman's decomposition and staircase form as matrices to this file, `.json` (exact and
+    /// decimal) or `.mat`; a file that exists is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub export: Option<PathBuf>,
     /// Variant to analyse; the first if not given.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,

@@ -11,7 +11,7 @@ use kardan_report as report;
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{prepare_file, print, save_page, say_written};
+use crate::output::{prepare_file, print, save, save_page, say_written};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -37,16 +37,41 @@ fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> R
     if let Some(path) = &args.report {
         save_page(path, &page)?;
     }
+    if let Some(path) = &args.export {
+        save_forms(path, analysis)?;
+    }
     print(&if args.json { export::analysis_json(analysis) + "\n" } else { page.text(origin) })?;
-    if let (Some(path), false) = (&args.report, quiet) {
+    for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
         say_written(path);
     }
     Ok(if analysis.unfinished.is_none() { DONE } else { ERROR })
 }
 
+/// The forms to take along; after the name of the file in JSON or as a MAT file.
+fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
+    let Some(forms) = &analysis.realisations else {
+        let message = "there is nothing to export: no exact forms were found";
+        let help = "they exist for at most 64 states, with a proof of what is not reached or shown";
+        return Err(Diagnostic::error("analysis::forms", message).help(help).into());
+    };
+    let bytes = match is_mat(path) {
+        false => (export::realisations_json(forms) + "\n").into_bytes(),
+        true => export::realisations_mat(forms).ok_or_else(|| {
+            Diagnostic::error("output::too-large", "the matrices are larger than a MAT file allows")
+                .help("name a file that ends with .json")
+        })?,
+    };
+    Ok(save(path, &bytes)?)
+}
+
+fn is_mat(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mat"))
+}
+
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
     let (source, project) = input::open(&args.model, &args.changes, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
+    args.export.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.
     let mut warnings = project.mistakes().to_vec();
     warnings.retain(|d| d.severity == Severity::Warning);
@@ -68,6 +93,7 @@ fn of_matrices(
 ) -> Result<(Analysis, String), Failure> {
     let (name, bytes) = input::read_matrices(path)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
+    args.export.as_deref().map_or(Ok(()), prepare_file)?;
     let found = with_bars(args, &name, quiet, |bars| study::analyze_state_space(&bytes, settings, bars));
     let analysis = found.map_err(|diagnostics| {
         // Places in a file that is no text cannot be shown.

@@ -9,6 +9,6 @@ mod files;
 mod identify;
 #[cfg(unix)]
 mod limits;
-mod readme;
 mod plots;
+mod readme;
 mod schemas;

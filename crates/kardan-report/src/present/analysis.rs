@@ -6,8 +6,8 @@ use crate::text::number;
 use crate::words;
 use kardan::results::{
     Analysis, Basis, Class, ConstraintForces, DistanceToUncontrollability, EigenvalueBounds, Factor, FailingMode,
-    FrictionState, MatrixDistance, MatrixDistances, Mode, ParameterRange, PlacementSearch, Sensitivity, Structure,
-    UncontrollablePoint, Undecided, Verdict,
+    FrictionState, MatrixDistance, MatrixDistances, Mode, ParameterRange, PlacementSearch, PolynomialRoots,
+    Sensitivity, Structure, UncontrollablePoint, Undecided, Verdict,
 };
 
 /// More modes are counted where there is little room.
@@ -34,7 +34,8 @@ pub fn page(analysis: &Analysis) -> Page {
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
             ("modes", "Modes", modes(analysis)),
             ("structure", "Controllability and observability", ranks(structure)),
-            ("transfer", "Relative degrees and zeros", transfer(structure)),
+            ("properties", "Stability and indices", properties(analysis)),
+            ("transfer", "Relative degrees and zeros", transfer(structure, analysis.discrete.is_some())),
             ("least", "Least numbers of inputs and outputs", least(structure)),
             ("placement", "Placement", placement(analysis)),
             ("sensitivity", "Sensitivity", analysis.sensitivity.as_ref().map(sensitivity).unwrap_or_default()),
@@ -86,6 +87,55 @@ fn verdict(analysis: &Analysis) -> Option<Verdict> {
     let sound = structure.minimal() && analysis.unfinished.is_none() && lost.is_none();
     let text = lost.map_or(text.clone(), |lost| format!("{text} {lost}"));
     Some(Verdict { sound, text })
+}
+
+fn properties(analysis: &Analysis) -> Body {
+    let Some(found) = &analysis.properties else { return Body::default() };
+    let unit = if analysis.discrete.is_some() { "" } else { " 1/s" };
+    let judged = |what: &str, decided: Option<bool>| row![what, decision(decided, decided == Some(true))];
+    let roots = |what: &str, zeros: &Option<PolynomialRoots>| {
+        let text = match zeros {
+            None => "not decided".into(),
+            Some(zeros) if zeros.values.is_empty() && zeros.polynomial == "1" => "none".into(),
+            Some(zeros) if zeros.values.is_empty() => zeros.polynomial.clone(),
+            Some(zeros) => format!("{}{unit}", words::list(&words::pairs(&zeros.values), 100)),
+        };
+        row![what, text]
+    };
+    let indices = |names: &[String], all: &Option<Vec<usize>>| match all {
+        Some(all) if !all.is_empty() => {
+            let one = |(name, index): (&String, &usize)| format!("{name} {index}");
+            names.iter().zip(all).map(one).collect::<Vec<_>>().join(", ")
+        }
+        _ => "–".into(),
+    };
+    let orders = match &found.infinite_zeros {
+        None => "not decided".into(),
+        Some(orders) if orders.is_empty() => "none".into(),
+        Some(orders) => orders.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+    };
+    let structure = &analysis.structure;
+    Body::default()
+        .table(
+            &["", ""],
+            [
+                judged("stable", found.stable),
+                judged("stabilisable", found.stabilisable),
+                judged("detectable", found.detectable),
+            ],
+        )
+        .table(
+            &["zeros and indices", ""],
+            [
+                roots("transmission zeros", &found.transmission_zeros),
+                roots("input decoupling zeros", &found.input_decoupling_zeros),
+                roots("output decoupling zeros", &found.output_decoupling_zeros),
+                roots("input-output decoupling zeros", &found.input_output_decoupling_zeros),
+                row!["orders of the zeros at infinity", orders],
+                row!["controllability indices", indices(&structure.inputs, &found.controllability_indices)],
+                row!["observability indices", indices(&structure.outputs, &found.observability_indices)],
+            ],
+        )
 }
 
 fn distances(distances: &MatrixDistances) -> Body {
@@ -160,8 +210,8 @@ fn modes(analysis: &Analysis) -> Body {
         }
         row
     };
-    let mut headers =
-        vec!["##", "#frequency [Hz]", "#damping", "#eigenvalue [1/s]", "reached", "seen", "largest motions"];
+    let eigenvalue = if analysis.discrete.is_some() { "#eigenvalue" } else { "#eigenvalue [1/s]" };
+    let mut headers = vec!["##", "#frequency [Hz]", "#damping", eigenvalue, "reached", "seen", "largest motions"];
     headers.extend(["stored in", "lost in"].iter().filter(|_| energy));
     if analysis.modes.is_empty() {
         return Body::default();
@@ -225,7 +275,7 @@ fn ranks(structure: &Structure) -> Body {
         .detail(Body::default().part("Factors", factors.and(invariant)))
 }
 
-fn transfer(structure: &Structure) -> Body {
+fn transfer(structure: &Structure, discrete: bool) -> Body {
     if structure.states.is_empty() {
         return Body::default();
     }
@@ -242,16 +292,17 @@ fn transfer(structure: &Structure) -> Body {
     let never = structure.relative_degrees.iter().flatten().any(Option::is_none);
     let hint = if never { "– where the input never reaches the output." } else { "" };
     let zeros = &structure.zeros;
+    let half_plane = if discrete { String::new() } else { words::half_plane(zeros).unwrap_or_default().into() };
     let found = match (zeros.values.is_empty(), zeros.growing) {
         (true, Some(_)) => "There are none.".into(),
         (true, None) => zeros.polynomial.clone(),
         _ => {
             let values = words::list(&words::pairs(&zeros.values), 100);
-            format!("{values} 1/s, the roots of {}.", zeros.polynomial)
+            let unit = if discrete { "" } else { " 1/s" };
+            format!("{values}{unit}, the roots of {}.", zeros.polynomial)
         }
     };
-    let zeros =
-        Body::default().say(found).say(words::half_plane(zeros).unwrap_or_default()).say(words::normal_rank(structure));
+    let zeros = Body::default().say(found).say(half_plane).say(words::normal_rank(structure));
     Body::default().part("Relative degrees", degrees.hint(hint)).part("Invariant zeros", zeros)
 }
 

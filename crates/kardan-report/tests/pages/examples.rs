@@ -272,6 +272,9 @@ pub fn train() -> Analysis {
                 ..PlacementSearch::default()
             }),
         },
+        properties: None,
+        realisations: None,
+        discrete: None,
         matrix_distance: None,
         sensitivity: Some(Sensitivity {
             parameters: vec![

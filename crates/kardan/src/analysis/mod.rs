@@ -15,6 +15,8 @@ mod massless;
 mod modes;
 mod pencil;
 mod placement;
+mod properties;
+mod realisation;
 mod reduction;
 mod sampling;
 mod spectrum;
@@ -36,6 +38,8 @@ pub use massless::{Eliminated, MasslessError, combination, eliminate_massless, m
 pub use modes::{exact_modes, exact_modes_of_pencil, mode_of_motion, modes, modes_of_pencil};
 pub use pencil::{OutputSignal, linear_system};
 pub use placement::{Candidate, Measure, place, with_candidates};
+pub use properties::properties;
+pub use realisation::{MOST_TRANSFORMED, realisations};
 pub use reduction::{Reduction, reduction, sum_of_terms};
 pub use sampling::{SamplingPlan, sample, wilson};
 pub use structure::{StructureError, certified_structure, controllable_rank, structure};

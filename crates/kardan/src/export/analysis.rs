@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
-    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, Elimination, Factor, FailingMode,
-    MatrixDistances, Mechanism, Mode, Placement, Sensitivity, Zeros,
+    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, DiscreteTime, Elimination, Factor,
+    FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity, SystemProperties, Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -72,6 +72,10 @@ pub(super) struct AnalysisView<'a> {
     placement_search: &'a Placement,
     /// How far away the next change of structure is.
     sensitivity: Option<&'a Sensitivity>,
+    /// Stability, decoupling and transmission zeros, indices.
+    properties: Option<&'a SystemProperties>,
+    /// `null` in continuous time.
+    discrete: Option<&'a DiscreteTime>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     matrix_distance: Option<&'a MatrixDistances>,
     /// Reduced matrices for three bases of the constraint kernel.
@@ -229,6 +233,8 @@ impl<'a> AnalysisView<'a> {
             placements: placements(&analysis.placement),
             placement_search: &analysis.placement,
             sensitivity: analysis.sensitivity.as_ref(),
+            properties: analysis.properties.as_ref(),
+            discrete: analysis.discrete.as_ref(),
             matrix_distance: analysis.matrix_distance.as_ref(),
             bases: &analysis.bases,
             constraint_forces: analysis.constraint_forces.as_ref(),

@@ -4,7 +4,7 @@ use kardan_tables::write::{Texts, Values, mat_matrices};
 use serde_json::{Value, json};
 
 use crate::num::{Matrix, Rational};
-use crate::results::{Linearised, NamedUnit};
+use crate::results::{Linearised, NamedUnit, Realisations, TransformedSystem};
 
 /// As a JSON object that `kardan analyze --state-space` reads: the matrices exact (whole numbers, fractions as texts), in
 /// `decimal` rounded to floating point, names, units and the operating point.
@@ -92,6 +92,52 @@ pub fn linear_python(model: &Linearised) -> String {
     out += "try:\n    import control\nexcept ImportError:\n    control = None\n";
     out += &format!("system = control and control.ss({a}, {b}, C, D, states=states, inputs=inputs, outputs=outputs)\n");
     out
+}
+
+/// Kalman's decomposition, the minimal realisation and the staircase form as one JSON object: for each of them its blocks and
+/// the matrices T, A, B, C, D exact, with `x = T z`, and rounded in `decimal`.
+pub fn realisations_json(found: &Realisations) -> String {
+    let one = |system: &TransformedSystem| {
+        let matrices = |entry: &dyn Fn(&Rational) -> Value| -> serde_json::Map<String, Value> {
+            parts(system).map(|(name, matrix)| (name.to_string(), rows(matrix, entry))).into_iter().collect()
+        };
+        let mut all = matrices(&exact);
+        all.insert("blocks".into(), json!(system.blocks));
+        all.insert("decimal".into(), matrices(&|x| json!(crate::num::rational_to_f64(x))).into());
+        Value::Object(all)
+    };
+    let all = forms(found).map(|(name, system)| (name.to_string(), one(system)));
+    Value::Object(all.into_iter().collect()).to_string()
+}
+
+/// The same as a MAT file of version 5, in floating point: `kalman_T`, `kalman_A`, …, `minimal_A`, …, `staircase_A`, …, and
+/// the sizes of the blocks in `kalman_blocks`, …. `None` if it were larger than the format allows.
+pub fn realisations_mat(found: &Realisations) -> Option<Vec<u8>> {
+    let mut named: Vec<(String, usize, usize, Vec<f64>)> = Vec::new();
+    for (form, system) in forms(found) {
+        for (name, matrix) in parts(system) {
+            let values = matrix.transpose().to_f64().as_slice().to_vec();
+            named.push((format!("{form}_{name}"), matrix.rows(), matrix.columns(), values));
+        }
+        let sizes: Vec<f64> = system.blocks.iter().map(|block| block.states as f64).collect();
+        named.push((format!("{form}_blocks"), sizes.len(), 1, sizes));
+    }
+    let values = named.iter().map(|(name, rows, columns, values)| Values {
+        name,
+        rows: *rows,
+        columns: *columns,
+        values: values.clone(),
+    });
+    mat_matrices(&values.collect::<Vec<_>>(), &[])
+}
+
+fn forms(found: &Realisations) -> [(&'static str, &TransformedSystem); 3] {
+    [("kalman", &found.kalman), ("minimal", &found.minimal), ("staircase", &found.staircase)]
+}
+
+fn parts(system: &TransformedSystem) -> [(&'static str, &Matrix<Rational>); 5] {
+    let TransformedSystem { transformation, a, b, c, d, .. } = system;
+    [("T", transformation), ("A", a), ("B", b), ("C", c), ("D", d)]
 }
 
 fn title(model: &Linearised) -> String {

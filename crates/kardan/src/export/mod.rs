@@ -9,6 +9,7 @@
 //! | [`json`] | the outcome of a study in a few numbers | scripts |
 //! | [`analysis_json`] | the structure analysis of a model | scripts, independent checks |
 //! | [`linear_json`], [`linear_mat`], [`linear_python`] | A, B, C, D of a model with names and units | `kardan analyze`, MATLAB, python-control |
+//! | [`realisations_json`], [`realisations_mat`] | minimal realisation, Kalman's decomposition, staircase form | any tool |
 //! | [`design_json`] | a designed controller with its proofs | scripts, independent checks |
 //! | [`controller_json`] | the numbers that a designed controller runs with | firmware builds |
 //! | [`identification_json`] | parameters found in logs | scripts |
@@ -36,7 +37,7 @@ pub use bench::{WrittenLog, bench_json, bench_study_json};
 pub use design::{controller_json, design_json};
 pub use identification::identification_json;
 pub use json::{Files, json, json_error};
-pub use linear::{linear_json, linear_mat, linear_python};
+pub use linear::{linear_json, linear_mat, linear_python, realisations_json, realisations_mat};
 pub use reference::{check_json, completions_json, elements_json, equations_json, models_json, schemas_json};
 pub use schema::{SCHEMAS, schema};
 pub use tables::{csv, mat, mdf, parquet};

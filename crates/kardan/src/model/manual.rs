@@ -80,7 +80,7 @@ pub(super) fn study_table(page: &str) -> (&'static str, &'static str) {
 }
 
 /// The names of the manual pages that are neither an element nor a law.
-pub fn study_pages() -> impl Iterator<Item = &'static str> {
+pub fn study_pages() -> impl Iterator<Item = &'static str> + Clone {
     STUDY.iter().map(|(page, ..)| *page)
 }
 

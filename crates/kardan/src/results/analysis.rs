@@ -6,7 +6,10 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-use super::{Complex, Definition, Interval, Mechanism, NamedMatrix, Pole, serial::by_name};
+use super::{
+    Complex, Definition, DiscreteTime, Interval, Mechanism, NamedMatrix, Pole, Realisations, SystemProperties,
+    serial::by_name,
+};
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
 /// or `None`.
@@ -36,6 +39,12 @@ pub struct Analysis {
     pub placement: Placement,
     /// How far away the next change of structure is.
     pub sensitivity: Option<Sensitivity>,
+    /// Stability, decoupling and transmission zeros, indices.
+    pub properties: Option<SystemProperties>,
+    /// Kalman's decomposition, the minimal realisation and the staircase form.
+    pub realisations: Option<Realisations>,
+    /// In discrete time: how long a sample takes.
+    pub discrete: Option<DiscreteTime>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     pub matrix_distance: Option<MatrixDistances>,
     /// What the reader must know: choices made for him, parts left out.

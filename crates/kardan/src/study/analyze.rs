@@ -9,13 +9,13 @@ use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project}
 use crate::analysis::{
     BasisError, ConstrainedSystem, LinearSystem, Mechanics, Side, StructureError, bases, certified_structure, class,
     constraint_forces, construction, distance_of_matrices, exact_modes, exact_modes_of_pencil, failing_modes,
-    linear_system, reduction, structure,
+    linear_system, properties, realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::model::{DataDigits, StateSpace, read_state_space};
-use crate::num::{Definiteness, Matrix, Rational, definiteness};
+use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
 use crate::reduce::Reduced;
-use crate::results::{Analysis, MatrixDistance, MatrixDistances, Mode};
+use crate::results::{Analysis, DiscreteTime, MatrixDistance, MatrixDistances, Mode};
 
 /// Analyses a model file.
 ///
@@ -117,6 +117,7 @@ pub(super) fn analyze_variant(
     list(&mut analysis, modes);
     let mechanics = massless.is_none().then_some(Mechanics { system, basis: &basis });
     failing_modes(&mut analysis.structure, &mut analysis.modes, &linear, mechanics);
+    refine(&mut analysis, &linear);
     keep(progress, &analysis, "the construction of inputs, bases and places");
     construct(&mut analysis, &linear);
     keep(progress, &analysis, "bases and places");
@@ -168,11 +169,6 @@ pub fn analyze_state_space(
     progress: &dyn Progress,
 ) -> Result<Analysis, Vec<Diagnostic>> {
     let StateSpace { mut system, digits, sample_time } = read_state_space(bytes)?;
-    if sample_time.is_some() {
-        let message = "the file gives a sample time: a discrete-time system, which is not analysed";
-        let help = "give the continuous-time system (d2c), or leave the sample time out";
-        return Err(vec![Diagnostic::error("state-space::discrete", message).help(help)]);
-    }
     let mut wrong = Vec::new();
     let mut pick = |what: &str, asked: &[String], all: &[String]| -> Vec<usize> {
         if asked.is_empty() {
@@ -192,18 +188,49 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
-    let mut analysis = Analysis { name: "state space".into(), ..Analysis::default() };
+    let discrete = sample_time.map(|time| DiscreteTime { sample_time: time.as_ref().map(rational_to_f64) });
+    let mut analysis = Analysis { name: "state space".into(), discrete, ..Analysis::default() };
     let rest = "modes and the construction of inputs";
     decide(&mut analysis, &system, settings.certify, (progress, "state space"), rest)?;
     let modes = exact_modes_of_pencil(&system, &analysis.structure.factors);
     list(&mut analysis, modes);
+    if let Some(discrete) = discrete {
+        per_sample(&mut analysis, discrete);
+    }
     failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
+    refine(&mut analysis, &system);
     keep(progress, &analysis, "the distance to a loss and the construction of inputs");
     analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
     keep(progress, &analysis, "the construction of inputs");
     construct(&mut analysis, &system);
     progress.release();
     Ok(analysis)
+}
+
+/// What follows from the structure, and the forms to take along.
+fn refine(analysis: &mut Analysis, system: &LinearSystem) {
+    analysis.realisations = realisations(system, &analysis.structure.certificate);
+    let (found, discrete) = (analysis.realisations.as_ref(), analysis.discrete.is_some());
+    analysis.properties = Some(properties(system, &analysis.structure, found, discrete));
+}
+
+/// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample where it is not known.
+fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
+    for mode in &mut analysis.modes {
+        let (size, angle) = (mode.eigenvalue.abs(), mode.eigenvalue.im.atan2(mode.eigenvalue.re));
+        let speed = size.ln().hypot(angle);
+        mode.natural_frequency = speed / discrete.sample_time.unwrap_or(1.0);
+        mode.damping_ratio = if speed == 0.0 || size == 0.0 { 1.0 } else { 0.0 - size.ln() / speed };
+    }
+    // Which half-plane zeros lie in says nothing here.
+    analysis.structure.zeros.growing = None;
+    let unit = match discrete.sample_time {
+        Some(time) => format!("the sample time is {time} s"),
+        None => "the sample time is not known, frequencies are per sample".into(),
+    };
+    analysis.notes.push(format!(
+        "discrete time, {unit}: eigenvalues and zeros are numbers of the z-plane without unit, stable means inside the unit circle"
+    ));
 }
 
 /// How far the matrices are from losing what they have, beside what their last digit can tell.

@@ -81,6 +81,8 @@ found = {}
 exec(sys.stdin.read(), found)
 assert found['system'] is None
 keys = ['A', 'B', 'C', 'D', 'states', 'inputs', 'outputs', 'state_units', 'input_units', 'output_units', 'operating_point']
+for key in 'ABCD':
+    found[key] = [[repr(x) for x in row] for row in found[key]]
 print(json.dumps({key: found[key] for key in keys}))
 ";
     for name in MODELS {
@@ -98,7 +100,9 @@ print(json.dumps({key: found[key] for key in keys}))
         assert!(out.status.success(), "{text}");
         let found: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
         for (key, matrix) in written.matrices() {
-            let rows: Vec<Vec<f64>> = serde_json::from_value(found[key].clone()).unwrap();
+            let rows: Vec<Vec<String>> = serde_json::from_value(found[key].clone()).unwrap();
+            let number = |x: &String| x.parse::<f64>().unwrap();
+            let rows: Vec<Vec<f64>> = rows.iter().map(|row| row.iter().map(number).collect()).collect();
             assert_eq!(rows, matrix.to_f64().to_rows(), "{name} {key}");
         }
         let names: Vec<&String> = written.inputs.iter().map(|one| &one.name).collect();

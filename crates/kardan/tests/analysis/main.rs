@@ -11,6 +11,7 @@ mod distance;
 mod float_comparison;
 mod linearise;
 mod massless;
+mod properties;
 mod roots;
 mod sensitivity;
 mod structure;

@@ -5,8 +5,7 @@ use std::collections::BinaryHeap;
 
 use faer::{Mat, MatRef, c64};
 
-use super::Given;
-use super::smallest::pencil;
+use super::smallest::{Given, pencil};
 
 /// Decompositions times states³ that are spent.
 const MOST_WORK: usize = 60_000_000;

@@ -6,7 +6,7 @@
 //! **From above** a real change is exhibited: with rows `Yᵀ` from singular vectors and any M, the change
 //! `Δ = −Y (YᵀY)⁻¹ [YᵀA − M Yᵀ, YᵀB]` makes `Yᵀ (A + ΔA) = M Yᵀ` and `Yᵀ (B + ΔB) = 0` hold exactly, over the rationals.
 //! **From below** σ_min changes no faster than λ moves, so squares of the complex plane are split until what is proven at
-//! their centres covers them; [`proven`](lower) holds the rounding.
+//! their centres covers them; `lower.rs` counts the rounding.
 
 mod lower;
 mod smallest;
@@ -17,7 +17,7 @@ use super::LinearSystem;
 use super::system::Side;
 use crate::num::{Matrix, Rational, Scalar, eigenvalues, rational_from_f64, rational_to_f64};
 use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
-use smallest::{Smallest, smallest};
+use smallest::{Given, Smallest, smallest};
 
 /// More states are not looked at.
 pub const MOST_STATES: usize = 80;
@@ -25,13 +25,6 @@ pub const MOST_STATES: usize = 80;
 const FOLLOWED: usize = 6;
 /// Steps towards a local minimum.
 const STEPS: usize = 40;
-
-/// The matrices in floating point, and exact.
-struct Given {
-    exact: [Matrix<Rational>; 2],
-    a: Matrix<f64>,
-    b: Matrix<f64>,
-}
 
 /// The distance of a system from the nearest one that is not controllable, or with [`Side::Outputs`] not observable.
 ///

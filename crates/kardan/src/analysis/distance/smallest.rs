@@ -2,7 +2,14 @@
 
 use faer::{Mat, c64};
 
-use super::Given;
+use crate::num::{Matrix, Rational};
+
+/// The matrices in floating point, and exact.
+pub(super) struct Given {
+    pub exact: [Matrix<Rational>; 2],
+    pub a: Matrix<f64>,
+    pub b: Matrix<f64>,
+}
 
 /// The smallest singular value at λ with its left vector.
 #[derive(Debug, Clone)]

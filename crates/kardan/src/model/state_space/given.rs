@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{DataDigits, StateSpace};
+use super::system::{DataDigits, StateSpace};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::num::{Matrix, Rational, exact_rank, rational_to_f64};

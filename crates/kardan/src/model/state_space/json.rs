@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use serde_json::value::RawValue;
 
-use super::StateSpace;
 use super::given::{
     Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
     sampled,
 };
+use super::system::StateSpace;
 use crate::diagnostics::{Diagnostic, Lines, nearest, quoted, shortened};
 use crate::names::did_you_mean;
 use crate::num::{Matrix, Rational};

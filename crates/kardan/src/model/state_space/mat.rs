@@ -2,11 +2,11 @@
 
 use kardan_tables::read::mat5::{Array, Broken, Content, MatFile, Stored};
 
-use super::StateSpace;
 use super::given::{
     Given, GivenMatrix, GivenNames, LastDigits, MATRICES, MOST, MOST_MISTAKES, NAMES, SAMPLE_TIMES, discrete, more,
     sampled,
 };
+use super::system::StateSpace;
 use crate::diagnostics::{Diagnostic, quoted};
 use crate::num::{Matrix, Rational, Scalar, rational_from_f64};
 

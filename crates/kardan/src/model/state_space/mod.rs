@@ -3,42 +3,16 @@
 mod given;
 mod json;
 mod mat;
+mod system;
 
 use json::read_json;
 use mat::read_mat;
+pub use system::{DataDigits, StateSpace};
 
-use crate::analysis::LinearSystem;
 use crate::diagnostics::Diagnostic;
-use crate::num::Rational;
 
 /// The longest file: beyond it nothing that fits into the largest matrices is written.
 const FILE_LIMIT: usize = 1 << 30;
-
-/// A linear system as a file gives it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StateSpace {
-    /// The matrices, exact.
-    pub system: LinearSystem,
-    /// In discrete time the sample time, s; `Some(None)` if it is not known. In continuous time `None`.
-    pub sample_time: Option<Option<Rational>>,
-    /// How far the numbers may lie from what was meant.
-    pub digits: DataDigits,
-}
-
-/// How far the numbers of a file may lie from what was meant, as Frobenius norms: half a unit of the last digit of decimals
-/// written by hand, 2⁻⁵³ of the size of binary numbers and of decimals with 15 digits or more. Whole numbers and fractions
-/// are meant exactly.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct DataDigits {
-    /// Whether they are those of binary numbers.
-    pub binary: bool,
-    /// Of `[A, B]`.
-    pub inputs: f64,
-    /// Of `[A; C]`.
-    pub outputs: f64,
-    /// Of `E`.
-    pub descriptor: f64,
-}
 
 /// Reads a linear system `E ẋ = A x + B u`, `y = C x + D u` given by its matrices.
 ///

@@ -1,0 +1,30 @@
+//! What a file of matrices says.
+
+use crate::analysis::LinearSystem;
+use crate::num::Rational;
+
+/// A linear system as a file gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateSpace {
+    /// The matrices, exact.
+    pub system: LinearSystem,
+    /// In discrete time the sample time, s; `Some(None)` if it is not known. In continuous time `None`.
+    pub sample_time: Option<Option<Rational>>,
+    /// How far the numbers may lie from what was meant.
+    pub digits: DataDigits,
+}
+
+/// How far the numbers of a file may lie from what was meant, as Frobenius norms: half a unit of the last digit of decimals
+/// written by hand, 2⁻⁵³ of the size of binary numbers and of decimals with 15 digits or more. Whole numbers and fractions
+/// are meant exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DataDigits {
+    /// Whether they are those of binary numbers.
+    pub binary: bool,
+    /// Of `[A, B]`.
+    pub inputs: f64,
+    /// Of `[A; C]`.
+    pub outputs: f64,
+    /// Of `E`.
+    pub descriptor: f64,
+}

@@ -1,0 +1,88 @@
+//! What follows from the structure of a linear system, and the same system in other coordinates.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::Pole;
+use crate::num::{Matrix, Rational};
+
+/// What follows from the structure; `null` where it is not decided (more than 64 states, or no proof of what is not reached).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SystemProperties {
+    /// Whether all motions die away, decided exactly.
+    pub stable: Option<bool>,
+    /// Whether all that no input reaches dies away, decided exactly.
+    pub stabilisable: Option<bool>,
+    /// Whether all that no output shows dies away, decided exactly.
+    pub detectable: Option<bool>,
+    /// Number of states of the minimal realisation.
+    pub minimal_order: Option<usize>,
+    /// Modes that no input reaches.
+    pub input_decoupling_zeros: Option<PolynomialRoots>,
+    /// Modes that no output shows.
+    pub output_decoupling_zeros: Option<PolynomialRoots>,
+    /// Modes that neither is reached nor shown.
+    pub input_output_decoupling_zeros: Option<PolynomialRoots>,
+    /// Zeros of the minimal realisation.
+    pub transmission_zeros: Option<PolynomialRoots>,
+    /// Controllability indices, one for each input: powers of A that bring something new.
+    pub controllability_indices: Option<Vec<usize>>,
+    /// Observability indices, one for each output.
+    pub observability_indices: Option<Vec<usize>>,
+    /// Orders of the zeros at infinity of the transfer matrix, ascending.
+    pub infinite_zeros: Option<Vec<usize>>,
+}
+
+/// A polynomial with its roots.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct PolynomialRoots {
+    /// Monic, exact; `1` if there are no roots.
+    pub polynomial: String,
+    /// Its roots with multiplicity; 1/s, in discrete time without unit.
+    pub values: Vec<Pole>,
+}
+
+/// In discrete time.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct DiscreteTime {
+    /// The sample time, s; `null` if it is not known.
+    #[serde(rename = "sample_time_s")]
+    pub sample_time: Option<f64>,
+}
+
+/// A system in other coordinates, exact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Realisations {
+    /// Kalman's decomposition: `x = T z`.
+    pub kalman: TransformedSystem,
+    /// Its block that is reached and seen; of T only the columns of that block.
+    pub minimal: TransformedSystem,
+    /// The staircase form of the inputs.
+    pub staircase: TransformedSystem,
+}
+
+/// `ż = A z + B u`, `y = C z + D u` with `x = T z`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransformedSystem {
+    /// What the states z are, in order.
+    pub blocks: Vec<Block>,
+    /// T.
+    pub transformation: Matrix<Rational>,
+    /// `T⁻¹ A T`.
+    pub a: Matrix<Rational>,
+    /// `T⁻¹ B`.
+    pub b: Matrix<Rational>,
+    /// `C T`.
+    pub c: Matrix<Rational>,
+    /// D.
+    pub d: Matrix<Rational>,
+}
+
+/// States that belong together.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct Block {
+    /// `reached and seen`
+    pub name: String,
+    /// How many.
+    pub states: usize,
+}
