@@ -237,6 +237,25 @@ fn names_of_80_characters_are_shortened_and_told_whole() {
     assert!(picture.drawing.contains('…'));
 }
 
+/// A source has its positive pole at its second end: it is turned around where the first one is at ground.
+#[test]
+fn poles_of_a_source_are_at_their_ends() {
+    let source = |ends: [(JoinKind, &str); 2]| {
+        let terminals = ends.map(|(kind, name)| end("from", kind, name)).to_vec();
+        let part = MechanismPart {
+            kind: "voltage_source".into(),
+            name: "u".into(),
+            symbol: Symbol::Source,
+            terminals,
+            ..Default::default()
+        };
+        picture(&Mechanism { parts: vec![part] }).expect("a picture").drawing
+    };
+    let (node, ground) = ((JoinKind::Node, "n"), (JoinKind::Ground, "ground"));
+    assert!(!source([node, ground]).contains("rotate(180)"));
+    assert!(source([ground, node]).contains("rotate(180)"));
+}
+
 #[test]
 fn a_drawing_does_not_change() {
     let mechanism = random(&mut Dice(5));
