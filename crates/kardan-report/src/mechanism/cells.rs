@@ -248,7 +248,8 @@ fn node(name: &str, block: &Block<'_>, [left, right]: [bool; 2]) -> Cell {
     let hanging: Vec<&MechanismPart> = block.attached.iter().filter(electric).copied().collect();
     let mut groups = Vec::new();
     for part in &hanging {
-        let drawn = symbols::between(part);
+        let at_ground = part.terminals.first().is_some_and(|end| end.kind == JoinKind::Ground);
+        let drawn = directed(part, symbols::between(part), at_ground);
         let text = shorten(&part.name, 80.0);
         let wide = width(&text);
         let at = (x + drawn.up + 5.0, 38.0);
@@ -340,15 +341,21 @@ fn weight(part: &MechanismPart, ends: &[End]) -> &'static str {
     if wire { "thin" } else { "heavy" }
 }
 
+/// A source turned so that its poles are where its ends are.
+fn directed(part: &MechanismPart, drawn: Drawn, backwards: bool) -> Drawn {
+    match part.symbol == Symbol::Source && backwards {
+        true => Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn },
+        false => drawn,
+    }
+}
+
 /// A symbol on a line; where both ends come from one side, the second line goes around below.
 fn inline(part: &MechanismPart, block: &Block<'_>, ends: &[End]) -> Cell {
     let mut cell = Cell::default();
     let drawn = symbols::between(part);
     let (half, up, down) = (drawn.half, drawn.up, drawn.down);
-    let turned =
-        ends.first().is_some_and(|one| part.symbol == Symbol::Source && (one.end == 0) == (one.side == Side::Right));
-    let drawn =
-        if turned { Drawn { svg: format!("<g transform=\"rotate(180)\">{}</g>", drawn.svg), ..drawn } } else { drawn };
+    let backwards = ends.first().is_some_and(|one| (one.end == 0) == (one.side == Side::Right));
+    let drawn = directed(part, drawn, backwards);
     let mut marks = heading(part, up);
     marks.push(symbol((0.0, 0.0), drawn));
     cell.groups.push(group(part, marks));
