@@ -4,7 +4,7 @@ use crate::frequency_pictures as pictures;
 use crate::model::{Body, row};
 use crate::text::{number, unit};
 use crate::words::list;
-use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues};
+use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues, WrongTorque};
 
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
@@ -45,6 +45,18 @@ fn sentences(found: &LoopResponses) -> Vec<String> {
         out.push(format!(
             "No loop goes through {}: nothing comes back, so that no error there can make it unstable, and there is no curve.",
             list(&open, NAMES)
+        ));
+    }
+    if let Some(all) = &found.readings_together {
+        let wrong =
+            |one: &WrongTorque| format!("{} × {} ∠ {}°", one.motor, number(one.factor), number(one.turn.to_degrees()));
+        let worst: Vec<String> = all.worst.iter().map(wrong).collect();
+        out.push(format!(
+            "With errors of all readings at once the disk margin is between {} (proven) and {}: {} make the loop unstable, at {} rad/s.",
+            number(all.disk[0]),
+            number(all.disk[1]),
+            worst.join(", "),
+            number(all.frequency)
         ));
     }
     if found.sensitivities.is_empty() {

@@ -147,7 +147,7 @@ pub struct ChannelMargin {
     pub sampled: bool,
 }
 
-/// How wrong the torques of all motors may be at once.
+/// How wrong the torques of all motors, or all readings, may be at once.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct TogetherMargin {
     /// Disk margins between which the true one lies: the first is proven, with the second a set of errors is known.
@@ -159,10 +159,10 @@ pub struct TogetherMargin {
     pub worst: Vec<WrongTorque>,
 }
 
-/// How wrong the torque of a motor is.
+/// How wrong the torque of a motor, or a reading, is.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct WrongTorque {
-    /// The motor.
+    /// The motor, or the reading.
     pub motor: String,
     /// Factor of its size.
     pub factor: f64,

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::ChannelMargin;
+use super::{ChannelMargin, TogetherMargin};
 
 /// Frequency responses of the linear loop of a controller, as it runs: with lags, sampling and delay. Of a sampled loop what is seen
 /// at its sample instants.
@@ -19,6 +19,8 @@ pub struct LoopResponses {
     pub loops: Vec<LoopGain>,
     /// S, T and KS with all motors, or all readings, at once; empty for a loop that is not stable.
     pub sensitivities: Vec<SingularValues>,
+    /// How wrong all readings may be at once; `None` of a loop that is not stable, of one reading, or of many.
+    pub readings_together: Option<TogetherMargin>,
     /// From each reference to each output.
     pub references: Vec<ReferenceResponse>,
     /// What follows a step of each reference; empty for a loop that is not stable.

@@ -180,16 +180,20 @@ fn tried(
     progress: &dyn Progress,
 ) -> Design {
     let mut design = designed(&prepared.description, variant, number, settings, progress);
-    match responses(variant, number, &design) {
-        Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
-        Err(why) => design.notes.push(format!("no frequency responses are shown: {why}")),
+    let rest = ["frequency and step responses", "the scenario"];
+    keep(progress, &design, if settings.simulate { &rest } else { &rest[..1] });
+    if progress.stop().is_none() {
+        match responses(variant, number, &design) {
+            Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
+            Err(why) => design.notes.push(format!("no frequency responses are shown: {why}")),
+        }
     }
     if settings.simulate {
         keep(progress, &design, &["the scenario"]);
         scenario_strains(prepared, &mut design, progress);
     }
     if progress.stop().is_some() {
-        design.unfinished = Some("what was not simulated by then is missing".into());
+        design.unfinished = Some("what was not computed or simulated by then is missing".into());
     }
     progress.release();
     design

@@ -23,9 +23,7 @@ def matrices(system):
 
 def loop(origin, system):
     """All gain and phase margins, and the smallest distance of the loop gain from -1."""
-    gains, phases, distances, at_gain, at_phase, at_distance = control.stability_margins(
-        system, returnall=True, method="poly"
-    )
+    gains, phases, distances, at_gain, at_phase, at_distance = control.stability_margins(system, returnall=True)
     at = np.atleast_1d(at_distance)
     distances = np.atleast_1d(distances)
     least = int(np.argmin(distances)) if len(distances) else None
@@ -42,7 +40,7 @@ def loops():
     plain = {
         "docstring of control.margin": 1 / (s**3 + 2 * s**2 + s),
         "docstring of control.disk_margins, one loop at a time": 25 / (s**3 + 10 * s**2 + 10 * s + 10),
-        "control/tests/margin_test.py, tsys": (8.75 * (4 * s**2 + 0.4 * s + 1))
+        "control/tests/margin_test.py, tsys, stability_margins with three crossovers": (8.75 * (4 * s**2 + 0.4 * s + 1))
         / ((100 * s + 1) * (s**2 + 0.22 * s + 1))
         / (s**2 / 10.0**2 + 2 * 0.04 * s / 10.0 + 1),
         "control/tests/margin_test.py, tsys, with a zero on the right": 0.01 * (10 - s) / (2 + s) / (1 + s),
@@ -50,7 +48,9 @@ def loops():
     }
     for origin, system in plain.items():
         yield loop(origin, system)
-        if origin != "control/tests/margin_test.py, tsys, with a zero on the right":
+        # Of the long one python-control says that its sampled polynomials are not accurate, and falls back to a table of few digits;
+        # the one with a zero on the right has no phase margin.
+        if "stability_margins" not in origin and "zero on the right" not in origin:
             held = control.c2d(control.ss(system), 0.05, "zoh")
             yield loop(origin + ", sampled at 0.05 s with a hold", held)
 

@@ -7,7 +7,7 @@ use kardan::model::builtin;
 use kardan::num::{Matrix, Random, discretise, eigenvalues};
 use kardan::results::{LoopFunction, LoopResponses};
 use kardan::study::{DesignSettings, Silent, design};
-use kardan::synthesis::margins::{FrequencyError, Response};
+use kardan::synthesis::margins::{FrequencyError, Response, channel_margins};
 
 fn drawn(random: &mut Random, rows: usize, columns: usize) -> Matrix<f64> {
     Matrix::from_fn(rows, columns, |_, _| 2.0 * random.unit() - 1.0)
@@ -56,7 +56,7 @@ fn the_nyquist_plot_goes_around_minus_one_as_often_as_stability_asks() {
     let mut random = Random::new(3);
     let (mut stable, mut growing) = (0, 0);
     for trial in 0..50 {
-        let gain = loop_gain(&mut random, 4, 1, -0.4);
+        let gain = loop_gain(&mut random, 4, 1, if trial % 2 == 0 { -0.4 } else { -1.8 });
         let (Some(closed), Some(before)) = (gain.turned_inside_out(), gain.unstable_poles()) else { continue };
         let after = closed.unstable_poles().expect("converges");
         // 1 + L over the whole axis, as an angle so that no frequency is left out.
@@ -140,6 +140,19 @@ fn frequencies_that_are_none_are_refused() {
     let integrator = Response::continuous(&one(0.0), &one(1.0), &one(1.0)).expect("finite");
     assert!(matches!(integrator.checked(0.0), Err(FrequencyError::Pole(_))));
     assert_eq!(integrator.largest_gain(), None);
+}
+
+#[test]
+fn a_loop_that_is_open_has_no_limits() {
+    let one = |x: f64| Matrix::from_fn(1, 1, |_, _| x);
+    let open = Response::continuous(&one(-1.0), &one(1.0), &one(0.0)).expect("finite");
+    let found = channel_margins(&open).expect("nothing to iterate on");
+    assert_eq!((found.gain, found.phase, found.delay), ([0.0, f64::INFINITY], f64::INFINITY, Some(f64::INFINITY)));
+    assert!((found.disk - 2.0).abs() < 1e-9);
+    let [s, t] = [open.sensitivity(), open.complementary()].map(|one| one.largest_gain().expect("stable").value);
+    assert!((s - 1.0).abs() < 1e-12 && t == 0.0, "{s} {t}");
+    let again = open.turned_inside_out().expect("proper");
+    assert_eq!(again.checked(1.0).expect("no pole")[(0, 0)].norm_sqr(), 0.0);
 }
 
 /// Steps of what a sampled loop holds end where the response to slow sines begins.

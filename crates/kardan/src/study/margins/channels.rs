@@ -107,16 +107,21 @@ pub(super) fn errors(
         let found = names.iter().enumerate().map(|(k, name)| (name, channel_margins(&loops.channel(k))));
         out.extend(found.filter_map(|(name, found)| Some(named(name, true, &found?))));
     }
-    let together = motors.filter(|motors| motors.channels() > 1).and_then(|motors| {
-        let found = all_at_once(&motors)?;
-        let worst = law.inputs().iter().zip(&found.worst);
-        Some(TogetherMargin {
-            disk: found.disk,
-            frequency: found.frequency,
-            worst: worst
-                .map(|(name, (re, im))| WrongTorque { motor: name.clone(), factor: re.hypot(*im), turn: im.atan2(*re) })
-                .collect(),
-        })
-    });
+    let together = motors.and_then(|motors| named_together(&motors, law.inputs()));
     (out, together)
+}
+
+/// How wrong all channels of a response may be at once, with their names; `None` of one channel alone, or if an iteration fails.
+pub(super) fn named_together(response: &Response, names: &[String]) -> Option<TogetherMargin> {
+    if response.channels() < 2 {
+        return None;
+    }
+    let found = all_at_once(response)?;
+    let wrong = |(name, (re, im)): (&String, &(f64, f64))| WrongTorque {
+        motor: name.clone(),
+        factor: re.hypot(*im),
+        turn: im.atan2(*re),
+    };
+    let worst = names.iter().zip(&found.worst).map(wrong).collect();
+    Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst })
 }

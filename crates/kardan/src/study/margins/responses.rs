@@ -2,7 +2,7 @@
 
 use faer::{Mat, c64};
 
-use super::channels::{row_of, sensor_rows};
+use super::channels::{named_together, row_of, sensor_rows};
 use crate::names::SignalName;
 use crate::num::multiply;
 use crate::results::{
@@ -15,6 +15,8 @@ use crate::synthesis::{ControlLoop, Law, Plant, Readings, SampledLoop, SampledPa
 
 /// Loop gains below this are none.
 const NOTHING: f64 = 1e-12;
+/// Readings whose errors at once are looked at; more take long.
+const MOST_TOGETHER: usize = 4;
 /// Times of a step that are shown.
 const TIMES: usize = 400;
 /// Time constants of the slowest motion that a step is followed for, at first.
@@ -79,7 +81,10 @@ pub(in crate::study) fn responses(
     let stable = design.margins.as_ref().and_then(|margins| margins.stable) == Some(true);
     let seen = views.seen();
     let steps = if stable { steps(&view, law, &outputs, variant.scenario.duration) } else { Vec::new() };
+    let few = |found: &&Readings| stable && found.names.len() <= MOST_TOGETHER;
+    let readings = views.readings.as_ref().filter(few);
     Ok(LoopResponses {
+        readings_together: readings.and_then(|found| named_together(&found.loops, &found.names)),
         frequencies: seen.iter().map(|(frequency, _)| *frequency).collect(),
         nyquist: views.motors.nyquist(),
         loops: views.loops(law, &seen),

@@ -333,6 +333,10 @@ impl Response {
                 return None;
             }
         }
+        if best.0 == 0.0 {
+            // Nothing goes through.
+            return Some(best);
+        }
         for _ in 0..ROUNDS {
             let before = best.0;
             let places = self.level(before * (1.0 + LEVEL))?;
