@@ -126,8 +126,15 @@ fn references<'a>(
         }
         drawn += 1;
         let accuracy = accuracy([&own.values[..]], 0.0);
-        match kinds.iter_mut().find(|(other, _)| coincide(other, &own, accuracy)) {
-            Some((_, variants)) => variants.push(variant_label(study, run)),
+        // Of runs that ended early it is the same as far as they went.
+        let same = |other: &Curve| coincide(&as_far_as(other, &own), &as_far_as(&own, other), accuracy);
+        match kinds.iter_mut().find(|(other, _)| same(other)) {
+            Some((known, variants)) => {
+                variants.push(variant_label(study, run));
+                if own.time.len() > known.time.len() && own.time.last() > known.time.last() {
+                    *known = own;
+                }
+            }
             None => kinds.push((own, vec![variant_label(study, run)])),
         }
     }
@@ -143,6 +150,13 @@ fn references<'a>(
         curve
     };
     kinds.into_iter().map(named).collect()
+}
+
+/// The part of a curve up to the sample that lies where another one ends, or just behind.
+fn as_far_as<'a>(curve: &Curve<'a>, other: &Curve) -> Curve<'a> {
+    let end = other.time.last().copied().unwrap_or(f64::NEG_INFINITY);
+    let count = (curve.time.partition_point(|&time| time < end) + 1).min(curve.time.len());
+    Curve { time: &curve.time[..count], values: curve.values[..count].to_vec().into(), ..curve.clone() }
 }
 
 /// The dash pattern of a signal in a colour; where the palette starts over, the next pattern.

@@ -57,7 +57,7 @@ fn draw(study: &Study, plot: &Plot) -> String {
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     // What is nothing but rounding gets an axis on which it looks so.
-    let wider = (high - low < least_span).then(|| [0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
+    let wider = (high - low < least_span).then_some([0.5 * (low + high - least_span), 0.5 * (low + high + least_span)]);
     let value = ticks::axis(values().chain(wider.into_iter().flatten()), 0.04, 7);
 
     // The legend is handed over as a list: a curve with gaps is several polylines but one entry.

@@ -18,7 +18,7 @@ const TOGETHER: usize = 4;
 const LIMIT: Duration = Duration::from_secs(90);
 
 /// The reports, as arguments of the command, and where each is written; the long runs of the control units are those of other tests.
-const REPORTS: [(&str, &[&str], &str); 12] = [
+const REPORTS: [(&str, &[&str], &str); 13] = [
     ("run-steering", &["run", "sia-steering", "--out", "."], "report.html"),
     ("run-joint", &["run", "sia-joint-angle", "--out", "."], "report.html"),
     ("run-drive", &["run", "harmonic-drive", "--out", "."], "report.html"),
@@ -30,6 +30,7 @@ const REPORTS: [(&str, &[&str], &str); 12] = [
     ("design-steering", &["design", "sia-steering", "--report", "report.html"], "report.html"),
     ("design-drive", &["design", "harmonic-drive", "--report", "report.html"], "report.html"),
     ("design-ecu", &["design", "harmonic-drive-ecu", "--report", "report.html"], "report.html"),
+    ("run-many", &["run", "many.toml", "--out", "."], "report.html"),
     ("bench", &["bench", "harmonic-drive-bench", "--study", "--out", "."], "report.html"),
 ];
 
@@ -66,10 +67,33 @@ impl Drop for Folder {
     }
 }
 
+/// A chain of many shafts with names of eighty letters.
+fn many() -> String {
+    let name = |k: usize| format!("shaft_{k:02}_{}", "x".repeat(71));
+    let mut model = String::from("[model]\nname = \"many\"\n");
+    for k in 0..24 {
+        let _ = writeln!(model, "[shaft.{}]\ninertia = \"0.01 kg m^2\"\ndamping = \"0.1 N m s/rad\"", name(k));
+        if k > 0 {
+            let (one, other) = (name(k - 1), name(k));
+            let _ = writeln!(
+                model,
+                "[spring_damper.s{k}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{other}\"\nstiffness = \"10 N m/rad\"\ndamping = \"0.1 N m s/rad\""
+            );
+        }
+    }
+    let _ = writeln!(
+        model,
+        "[motor.drive]\nshaft = \"{}\"\n[scenario]\nduration = \"0.5 s\"\noutput_step = \"10 ms\"",
+        name(0)
+    );
+    model + "[[scenario.event]]\nsignal = \"drive.tau\"\nat = \"0.1 s\"\nto = \"1 N m\"\n"
+}
+
 /// Makes a report and puts the script that checks it into its copy.
 fn report(folder: &Path, (name, arguments, file): (&str, &[&str], &str)) -> PathBuf {
     let own = folder.join(name);
     std::fs::create_dir_all(&own).expect("a folder");
+    std::fs::write(own.join("many.toml"), many()).expect("a model");
     let done = Command::new(env!("CARGO_BIN_EXE_kardan")).current_dir(&own).args(arguments).output();
     let done = done.expect("kardan starts");
     assert!(done.status.code().is_some_and(|code| code < 2), "{name}: {}", String::from_utf8_lossy(&done.stderr));

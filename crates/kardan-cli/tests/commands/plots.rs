@@ -87,7 +87,7 @@ fn units_windows_and_senses_are_those_asked_for() {
     assert!(said.contains("arm.phi [deg]"), "{said}");
     assert!(said.contains("44.5 < final arm.phi < 89.5 deg goal = 45 deg 45 deg passed"), "{said}");
     let shown = picture(&at, "part.svg");
-    for label in ["angle arm.phi [deg]", "−wish, goal = 90 deg", "0.55", "−80"] {
+    for label in ["angle arm.phi [deg]", "−wish, goal = 90 deg", "0.55", "−50"] {
         assert!(shown.contains(label), "{label}: {shown}");
     }
     assert!(!shown.contains(">0.4"), "before the window nothing is drawn");
@@ -102,7 +102,7 @@ fn plots_that_make_no_sense_are_explained() {
     let cases = [
         ("signals = [\"arm.phi\"]\ndisplay = \"furlong\"", "`furlong` is no unit"),
         ("signals = [\"arm.phi\"]\ndisplay = \"rpm\"", "no such signal is drawn"),
-        ("signals = [\"arm.phi\"]\ndisplay = \"\"", "is no unit"),
+        ("signals = [\"arm.phi\"]\ndisplay = \"\"", "found an empty text"),
         ("signals = [\"arm.phi\"]\nfrom = \"0.7 s\"\nuntil = \"0.6 s\"", "no time is left to draw"),
         ("signals = [\"arm.phi\"]\nfrom = \"2 s\"", "no time is left to draw"),
         ("signals = [\"arm.phi\"]\nreferences = [\"-wich\"]", "did you mean `wish`?"),
@@ -111,7 +111,9 @@ fn plots_that_make_no_sense_are_explained() {
     for (keys, expected) in cases {
         let done = run(&at, &format!("[[plot]]\nname = \"p\"\ntitle = \"P\"\n{keys}\n"));
         let said = words(&done.stderr);
-        assert_eq!(done.status.code(), Some(2), "{keys}: {said}");
+        // A run that ends before is no mistake of the plot alone.
+        let code = if keys.contains("2 s") { 0 } else { 2 };
+        assert_eq!(done.status.code(), Some(code), "{keys}: {said}");
         assert!(said.contains(expected) && !said.contains("panicked"), "{keys}: {said}");
     }
 }

@@ -268,15 +268,22 @@ fn window(table: &Table, known: &Known<'_>, what: &str, out: &mut Vec<Diagnostic
     let reader = &TableReader::new(known.document, &[]);
     let [from, until] = ["from", "until"].map(|key| quantity(reader, table, key, TIME, what, out).map(|x| x.to_f64()));
     let duration = quantity(reader, &known.document.scenario, "duration", TIME, "", &mut Vec::new());
-    let end = duration.map_or(f64::INFINITY, |x| x.to_f64()).min(until.unwrap_or(f64::INFINITY));
+    let end = duration.map_or(f64::INFINITY, |x| x.to_f64());
     let begin = from.unwrap_or_default();
-    if begin >= end {
-        let key = if from.is_some() { "from" } else { "until" };
-        let message = format!("{what}: no time is left to draw: it begins at {begin} s and ends at {end} s");
+    let last = until.unwrap_or(f64::INFINITY);
+    if begin >= last {
+        let message = format!("{what}: no time is left to draw: it begins at {begin} s and ends at {last} s");
         out.push(
             Diagnostic::error("plot::window", message)
-                .at(TableReader::place(table, key), "no time is left")
-                .help("let `from` come before `until`, and both before the end of the run (`duration`)"),
+                .at(TableReader::place(table, "from"), "no time is left")
+                .help("let `from` come before `until`"),
+        );
+    } else if begin >= end {
+        let message = format!("{what}: no time is left to draw: it begins at {begin} s and the run ends at {end} s");
+        out.push(
+            Diagnostic::warning("plot::window", message)
+                .at(TableReader::place(table, "from"), "after the end")
+                .help("lengthen `duration` or let `from` come before its end"),
         );
     }
     (from.is_some() || until.is_some()).then_some(Span { from: begin, until: until.unwrap_or(f64::INFINITY) })
