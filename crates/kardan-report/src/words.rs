@@ -331,7 +331,7 @@ pub fn half_plane(zeros: &Zeros) -> Option<&'static str> {
 
 /// What the distances of matrices are.
 pub const MATRIX_DISTANCE: &str = "Frobenius norm of the change of A and B (of A and C) that loses a mode; it depends on the \
-units of the states. The smaller number is proven for all changes, the larger one belongs to a change that is known exactly.";
+units of the states. The smaller number is proven for all changes (0 where rounding hides them), the larger one belongs to a change that is known exactly.";
 
 /// A warning where the data do not tell the system from one that has lost a mode.
 pub fn within_last_digit(distances: Option<&MatrixDistances>) -> Option<String> {

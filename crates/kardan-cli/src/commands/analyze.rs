@@ -51,7 +51,7 @@ fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> R
 fn save_forms(path: &Path, analysis: &Analysis) -> Result<(), Failure> {
     let Some(forms) = &analysis.realisations else {
         let message = "there is nothing to export: no exact forms were found";
-        let help = "they exist for at most 64 states, with a proof of what is not reached or shown";
+        let help = "they are found for few states: 64 of short numbers, 12 of floating point; the analysis itself has no such limit";
         return Err(Diagnostic::error("analysis::forms", message).help(help).into());
     };
     let bytes = match is_mat(path) {

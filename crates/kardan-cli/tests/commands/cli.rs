@@ -10,8 +10,19 @@ use serde_json::Value;
 use super::schemas::printed;
 
 const BUILTIN: &str = "sia-steering";
-const COMMANDS: [&str; 10] =
-    ["run", "analyze", "design", "bench", "equations", "check", "models", "elements", "schema", "completions"];
+const COMMANDS: [&str; 11] = [
+    "run",
+    "analyze",
+    "design",
+    "bench",
+    "equations",
+    "linearise",
+    "check",
+    "models",
+    "elements",
+    "schema",
+    "completions",
+];
 
 fn kardan(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kardan"));

@@ -441,7 +441,7 @@ mod faults {
     use super::*;
 
     /// Each command that there is, with all that it can write.
-    const COMMANDS: [(&str, &[&str], bool); 19] = [
+    const COMMANDS: [(&str, &[&str], bool); 20] = [
         ("run-csv", &["run", "axle.toml", "--format", "csv", "--no-report"], true),
         ("run-parquet", &["run", "axle.toml", "--format", "parquet", "--no-report"], true),
         ("run-mat", &["run", "axle.toml", "--format", "mat", "--no-report"], true),
@@ -472,6 +472,7 @@ mod faults {
         ("models", &["models"], true),
         ("check", &["check", "axle.toml"], true),
         ("equations", &["equations", "axle.toml"], true),
+        ("linearise", &["linearise", "axle.toml", "--format", "mat", "--out", "abcd.mat"], true),
         ("elements", &["elements", "shaft"], true),
         ("completions", &["completions", "bash"], true),
         ("schema", &["schema", "run"], true),
@@ -523,7 +524,7 @@ mod faults {
 
     #[test]
     fn of_what_only_prints_and_copies() {
-        for command in ["models", "check", "equations", "elements", "completions", "schema"] {
+        for command in ["models", "check", "equations", "linearise", "elements", "completions", "schema"] {
             all_of(command);
         }
     }

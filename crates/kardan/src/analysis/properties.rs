@@ -2,6 +2,7 @@
 
 use super::LinearSystem;
 use super::images::{Image, Images};
+use super::realisation::MOST_TRANSFORMED;
 use super::structure::structure;
 use crate::num::{Matrix, ModularMatrix, Polynomial, Rational};
 use crate::results::{
@@ -25,8 +26,15 @@ pub fn properties(
     realisations: Option<&Realisations>,
     discrete: bool,
 ) -> SystemProperties {
-    let blocks: Option<Vec<Polynomial>> =
-        realisations.and_then(|found| (0..4).map(|block| characteristic(&found.kalman.diagonal(block))).collect());
+    let one = || Polynomial::constant(Rational::ONE);
+    let whole = || Some(vec![one(), characteristic(&system.explicit()?.a)?, one(), one()]);
+    // Of a minimal system the one block is known without its coordinates.
+    let alone = structure.minimality() == Some(true) && system.states.len() <= MOST_TRANSFORMED;
+    let blocks: Option<Vec<Polynomial>> = match realisations {
+        Some(found) => (0..4).map(|block| characteristic(&found.kalman.diagonal(block))).collect(),
+        None => alone.then(whole).flatten(),
+    };
+    let order = realisations.map(|found| found.minimal.a.rows()).or(alone.then_some(system.states.len()));
     let roots_of = |chosen: &[usize]| {
         let blocks = blocks.as_ref()?;
         Some(chosen.iter().fold(Polynomial::constant(Rational::ONE), |all, &k| all.times(&blocks[k])))
@@ -39,11 +47,14 @@ pub fn properties(
         stable: stable(&[0, 1, 2, 3]),
         stabilisable: stable(&[2, 3]),
         detectable: stable(&[0, 2]),
-        minimal_order: realisations.map(|found| found.minimal.a.rows()),
+        minimal_order: order,
         input_decoupling_zeros: zeros(&[2, 3]),
         output_decoupling_zeros: zeros(&[0, 2]),
         input_output_decoupling_zeros: zeros(&[2]),
-        transmission_zeros: realisations.and_then(|found| transmission_zeros(structure, &found.minimal)),
+        transmission_zeros: match realisations {
+            Some(found) => transmission_zeros(structure, &found.minimal),
+            None => alone.then(|| of_zeros(&structure.zeros)),
+        },
         controllability_indices: indices(&certificate.reached, structure.inputs.len()),
         observability_indices: indices(&certificate.seen, structure.outputs.len()),
         infinite_zeros: infinite_zeros(system),
@@ -95,11 +106,14 @@ fn described(polynomial: &Polynomial) -> PolynomialRoots {
     PolynomialRoots { polynomial: polynomial.to_string(), values: Complex::list(values) }
 }
 
+fn of_zeros(zeros: &Zeros) -> PolynomialRoots {
+    PolynomialRoots { polynomial: zeros.polynomial.clone(), values: zeros.values.clone() }
+}
+
 /// Those of the minimal realisation.
 fn transmission_zeros(whole: &Structure, minimal: &TransformedSystem) -> Option<PolynomialRoots> {
-    let of = |zeros: &Zeros| PolynomialRoots { polynomial: zeros.polynomial.clone(), values: zeros.values.clone() };
     if minimal.a.rows() == whole.states.len() {
-        return Some(of(&whole.zeros));
+        return Some(of_zeros(&whole.zeros));
     }
     if minimal.a.rows() == 0 {
         return Some(PolynomialRoots { polynomial: "1".into(), values: Vec::new() });
@@ -108,7 +122,7 @@ fn transmission_zeros(whole: &Structure, minimal: &TransformedSystem) -> Option<
         d: minimal.d.clone(),
         ..LinearSystem::state_space(minimal.a.clone(), minimal.b.clone(), minimal.c.clone())
     };
-    structure(&system).ok().map(|found| of(&found.zeros))
+    structure(&system).ok().map(|found| of_zeros(&found.zeros))
 }
 
 /// How many columns `Aᵏ b` of each input are independent of those before, power by power.

@@ -1,11 +1,15 @@
 //! Kalman's decomposition, the minimal realisation and the staircase form, exact.
 
+use dashu_int::ops::BitTest;
+
 use super::LinearSystem;
 use crate::num::{Matrix, Rational, echelon};
 use crate::results::{Block, Certificate, Invariant, Realisations, TransformedSystem};
 
 /// More states are not transformed.
 pub const MOST_TRANSFORMED: usize = 64;
+/// Bits of the longest number times states⁵: fractions grow with the square of the order, and there are n³ of them to take.
+const MOST_WORK: usize = 30_000_000;
 
 /// Kalman's decomposition, the minimal realisation and the staircase form of a system whose certificate is that of
 /// [`structure`](super::structure()).
@@ -13,7 +17,7 @@ pub const MOST_TRANSFORMED: usize = 64;
 /// What no input reaches and no output shows is known from the exact rows Y of the certificate: with `Y A = M Y E`,
 /// `Y B = 0` the reachable subspace is the kernel of `Y E`; the rows for the transposed pencil span what outputs do not show.
 /// The columns of the staircase are those of its minor, power by power. `None` for more than [`MOST_TRANSFORMED`] states, or
-/// where such rows are not known.
+/// where such rows are not known, or the fractions would grow too long (numbers of floating point: from 13 states).
 ///
 /// ```
 /// use kardan::analysis::{LinearSystem, realisations, structure};
@@ -25,7 +29,7 @@ pub const MOST_TRANSFORMED: usize = 64;
 /// ```
 pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<Realisations> {
     let n = system.states.len();
-    if n > MOST_TRANSFORMED {
+    if n > MOST_TRANSFORMED || n.pow(5) * longest(system) > MOST_WORK {
         return None;
     }
     let explicit = system.explicit()?;
@@ -41,6 +45,13 @@ pub fn realisations(system: &LinearSystem, certificate: &Certificate) -> Option<
     let minimal = minimal(&kalman, first, parts[1].columns());
     let staircase = staircase(&explicit, reached.columns.iter().map(|column| (column.input, column.power)))?;
     Some(Realisations { kalman, minimal, staircase })
+}
+
+/// Bits of the longest fraction.
+fn longest(system: &LinearSystem) -> usize {
+    let all = [&system.e, &system.a, &system.b, &system.c].into_iter().flat_map(Matrix::as_slice);
+    let bits = |x: &Rational| x.numerator().bit_len() + x.denominator().bit_len();
+    all.map(bits).max().unwrap_or(0)
 }
 
 /// Y from a certificate; without one there are none.

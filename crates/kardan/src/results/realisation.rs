@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::Pole;
 use crate::num::{Matrix, Rational};
 
-/// What follows from the structure; `null` where it is not decided (more than 64 states, or no proof of what is not reached).
+/// What follows from the structure; `null` where it is not decided (many states with long fractions, or no proof of what is not reached).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct SystemProperties {
     /// Whether all motions die away, decided exactly.

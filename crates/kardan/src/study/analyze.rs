@@ -223,7 +223,9 @@ fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
         mode.damping_ratio = if speed == 0.0 || size == 0.0 { 1.0 } else { 0.0 - size.ln() / speed };
     }
     // Which half-plane zeros lie in says nothing here.
-    analysis.structure.zeros.growing = None;
+    if !analysis.structure.zeros.values.is_empty() {
+        analysis.structure.zeros.growing = None;
+    }
     let unit = match discrete.sample_time {
         Some(time) => format!("the sample time is {time} s"),
         None => "the sample time is not known, frequencies are per sample".into(),

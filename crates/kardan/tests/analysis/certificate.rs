@@ -346,3 +346,68 @@ fn damaged_certificates_are_refused() {
     }
     assert!(tried[1] > 5000 && tried[0] < tried[1] / 4, "{tried:?}");
 }
+
+/// Runs `docs/check_certificate.py`: what it says and whether it agrees; `None` without Python.
+fn python(text: &str) -> Option<(bool, String)> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/check_certificate.py");
+    let mut command = std::process::Command::new("python3");
+    let piped = std::process::Stdio::piped;
+    let mut child = command.arg(script).stdin(piped()).stdout(piped()).stderr(piped()).spawn().ok()?;
+    std::io::Write::write_all(&mut child.stdin.take()?, text.as_bytes()).unwrap();
+    let out = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr);
+    Some((out.status.success(), said))
+}
+
+/// The program that stands in the documentation confirms certificates, and refuses broken ones.
+#[test]
+fn the_documented_checker_confirms_and_refuses() {
+    let square = state_space(json!({
+        "A": [[-1, 0, 0], [0, -2, 0], [0, 0, -2]], "B": [[1, 0], [1, 0], [0, 1]], "C": [[1, 1, 0], [0, 0, 1]],
+    }));
+    for text in [hidden(), square, analysis("two-bodies", &[], &[]), analysis("sia-steering", &["driver"], &["cs.phi"])]
+    {
+        let Some((agrees, said)) = python(&text) else {
+            println!("python3 is not installed: docs/check_certificate.py is not run");
+            return;
+        };
+        assert!(
+            agrees && said.contains("ranks, least numbers, relative degrees, multiplicities, normal rank"),
+            "{said}"
+        );
+        let whole: Value = serde_json::from_str(&text).unwrap();
+        let square = whole["zeros"]["normal_rank"] == whole["inputs"].as_array().unwrap().len()
+            && whole["inputs"].as_array().unwrap().len() == whole["outputs"].as_array().unwrap().len();
+        assert_eq!(said.contains(", zeros"), square, "{said}");
+        let mut broken = vec![
+            "/controllable_rank".to_string(),
+            "/observable_rank".into(),
+            "/min_inputs".into(),
+            "/min_outputs".into(),
+            "/zeros/normal_rank".into(),
+            "/certificate/reached/value".into(),
+            "/certificate/pencil/A/0/2".into(),
+            "/certificate/inputs/number".into(),
+            "/factors/0/algebraic".into(),
+            "/factors/0/geometric".into(),
+            "/factors/0/input_defect".into(),
+            "/factors/0/output_defect".into(),
+            "/factors/0/polynomial".into(),
+            "/relative_degrees/table/0/0".into(),
+        ];
+        if square {
+            broken.push("/zeros/polynomial".into());
+        }
+        for path in broken {
+            let mut other = whole.clone();
+            let place = other.pointer_mut(&path).unwrap_or_else(|| panic!("{path}"));
+            *place = match &*place {
+                Value::String(text) if path.ends_with("polynomial") => json!(format!("{text} + 1")),
+                Value::Null => json!(1),
+                given => changed(given),
+            };
+            let (agrees, said) = python(&other.to_string()).unwrap();
+            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+        }
+    }
+}

@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""Checks the certificate of `kardan analyze --json` (standard input or a file); see certificate.md. Standard library only."""
+import json, re, sys
+from fractions import Fraction as F
+
+
+def need(holds, what):
+    if not holds:
+        raise ValueError(what)
+
+
+def times(a, b):
+    return [[sum((x * b[k][j] for k, x in enumerate(row) if x), F(0)) for j in range(len(b[0]) if b else 0)] for row in a]
+
+
+def echelon(rows, p=None):
+    """Rank and, of a square matrix, the determinant; over the rationals, or modulo a prime."""
+    rows, rank, det = [list(row) for row in rows], 0, F(1) if p is None else 1
+    for column in range(len(rows[0]) if rows else 0):
+        pivot = next((i for i in range(rank, len(rows)) if rows[i][column]), None)
+        if pivot is None:
+            continue
+        det = -det if pivot != rank else det
+        rows[rank], rows[pivot] = rows[pivot], rows[rank]
+        det *= rows[rank][column]
+        inverse = 1 / rows[rank][column] if p is None else pow(rows[rank][column], -1, p)
+        for i in range(rank + 1, len(rows)):
+            factor = rows[i][column] * inverse
+            if factor:
+                rows[i] = [x - factor * y if p is None else (x - factor * y) % p for x, y in zip(rows[i], rows[rank])]
+        rank += 1
+    return rank, 0 if rank < len(rows) else det if p is None else det % p
+
+
+def solve(e, right):
+    """E⁻¹ · right, exact."""
+    n, rows = len(e), [list(a) + list(b) for a, b in zip(e, right)]
+    for k in range(n):
+        pivot = next(i for i in range(k, n) if rows[i][k])
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        rows = [row if i == k or not row[k] else [x - row[k] * y for x, y in zip(row, rows[k])] for i, row in enumerate(rows)]
+    return [row[n:] for row in rows]
+
+
+def polynomial(text):
+    """Coefficients of 1, s, s², … of `s^2 - 3/2 s + 2`; None where it is not written out."""
+    if text.startswith("("):
+        return None
+    found = {}
+    for sign, number, s, power in re.findall(r"([+-]?)\s*(\d+(?:/\d+)?)?\s*(s?)(?:\^(\d+))?", text):
+        if number or s:
+            degree = int(power or 1) if s else 0
+            found[degree] = found.get(degree, 0) + F(number or 1) * (-1 if sign == "-" else 1)
+    return [F(found.get(k, 0)) for k in range(max(found) + 1)]
+
+
+def value(p, s):
+    return sum(c * s**k for k, c in enumerate(p))
+
+
+def minor(g, b, stated):
+    """The order of a minor of [b, Gb, G²b, …] that does not vanish modulo its prime."""
+    p = stated["prime"]
+    need(2 <= p < 1 << 64 and all(pow(x, p - 1, p) == 1 for x in (2, 3, 5, 7, 11) if x % p), "no prime")
+    reduce = lambda m: [[x.numerator * pow(x.denominator, -1, p) % p for x in row] for row in m]
+    g, b, columns = reduce(g), reduce(b), []
+    for place, power in stated["columns"]:
+        v = [row[place] for row in b]
+        for _ in range(power):
+            v = [sum(x * y for x, y in zip(row, v)) % p for row in g]
+        columns.append([v[i] for i in stated["rows"]])
+    rank, det = echelon(columns, p)
+    need(len(stated["rows"]) == len(columns) == rank and det == stated["value"] % p, "a minor")
+    return rank
+
+
+def side(found, e, a, b, keys):
+    good, rank, least, count, reached, missed = keys
+    n, g, proof, at_b = len(a), solve(e, a), found["certificate"], solve(e, b)
+    fractions = lambda rows: [[F(x) for x in row] for row in rows]
+    need(found[good] == (found[rank] == n) and minor(g, at_b, proof[reached]) == found[rank], rank)
+    if found[rank] < n:
+        y, m = fractions(proof[missed]["rows"]), fractions(proof[missed]["action"])
+        need(len(y) == n - found[rank] == echelon(y)[0] and times(y, a) == times(times(m, y), e), missed)
+        need(not any(x for row in times(y, b) for x in row), missed)
+    number, witness = proof[count]["number"], fractions(proof[count]["witness"])
+    need(number == found[least] and all_len(witness, number) and minor(g, solve(e, witness), proof[count]["minor"]) == n, count)
+    if number > 1:
+        q, y = [F(x) for x in proof[count]["common_factor"]], fractions(proof[count]["rows"])
+        d = len(q) - 1
+        need(d > 0 and q[d] == 1 and len(y) == number * d == echelon(y)[0], count)
+        last = lambda i: (i + 1) % d == 0
+        entry = lambda i, j: -q[j % d] if last(i) and i // d == j // d else F(j == i + 1 and not last(i))
+        m = [[entry(i, j) for j in range(len(y))] for i in range(len(y))]
+        need(times(y, a) == times(times(m, y), e), count)
+    return g, at_b
+
+
+def all_len(rows, width):
+    return all(len(row) == width for row in rows)
+
+
+def check(found):
+    n, m, p = len(found["state_names"]), len(found["inputs"]), len(found["outputs"])
+
+    def read(name, rows, columns):
+        out = [[F(0)] * columns for _ in range(rows)]
+        for i, j, x in found["certificate"]["pencil"][name]:
+            out[i][j] = F(x)
+        return out
+
+    e, a, b, c, d = (read(*x) for x in [("E", n, n), ("A", n, n), ("B", n, m), ("C", p, n), ("D", p, m)])
+    turn = lambda x, width: [[row[j] for row in x] for j in range(width)]
+    g, at_b = side(found, e, a, b, ["controllable", "controllable_rank", "min_inputs", "inputs", "reached", "unreached"])
+    h, at_c = side(found, turn(e, n), turn(a, n), turn(c, n), ["observable", "observable_rank", "min_outputs", "outputs", "seen", "unseen"])
+    told = ["ranks", "least numbers"]
+    # Relative degrees: D, CB, CGB, … vanish before, and not then.
+    table, v, open = found["relative_degrees"]["table"], at_b, d
+    for power in range(n + 1):
+        for i in range(p):
+            for j in range(m):
+                late = table[i][j] is None or table[i][j] > power
+                need(late <= (open[i][j] == 0) and (table[i][j] != power or open[i][j] != 0), "relative degree")
+        open, v = times(c, v) if n else open, times(g, v)
+    told.append("relative degrees")
+    # Multiplicities: det(sE − A) at n + 1 points; nullity of f(G), and of it what inputs miss and outputs do not show.
+    factors = [(polynomial(f["polynomial"]), f) for f in found["factors"]]
+    if all(f for f, _ in factors):
+        need(sum((len(f) - 1) * x["algebraic"] for f, x in factors) == n, "multiplicities")
+        ratio = lambda s: echelon([[s * x - y for x, y in zip(*rows)] for rows in zip(e, a)])[1]
+        for s in range(-1, n + 1):
+            product = echelon(e)[1]
+            for f, x in factors:
+                product *= value(f, F(s)) ** x["algebraic"]
+            need(ratio(F(s)) == product, "multiplicities")
+        for f, x in factors:
+            for matrix, extra, key in [(g, [], "geometric"), (turn(g, n), turn(at_b, m), "input_defect"), (g, c, "output_defect")]:
+                need(nullity(f, matrix, extra) == (len(f) - 1) * x[key], key)
+        told.append("multiplicities")
+    # Zeros of a square regular system matrix: its determinant is their polynomial times a constant.
+    z, below = polynomial(found["zeros"]["polynomial"]), [c[i] + d[i] for i in range(p)]
+    above = lambda s: [[s * x - y for x, y in zip(e[i], a[i])] + [-x for x in b[i]] for i in range(n)]
+    rosenbrock = lambda s: above(s) + below
+    rank = max(echelon(rosenbrock(F(k, 7)))[0] for k in range(2, n + 5)) - n
+    need(rank == found["zeros"]["normal_rank"], "normal rank")
+    told.append("normal rank")
+    if z and m == p == rank:
+        there = [(echelon(rosenbrock(F(s)))[1], value(z, F(s))) for s in range(-1, n + 1)]
+        need(z[-1] == 1 and all_equal(there), "zeros")
+        told.append("zeros")
+    return told
+
+
+def all_equal(pairs):
+    """x = k y with one k ≠ 0 for all pairs."""
+    k = next((x / y for x, y in pairs if x and y), None)
+    return k is not None and all(x == k * y for x, y in pairs)
+
+
+def nullity(f, g, extra):
+    """Vectors that f(G) annihilates and, with all their images, `extra` too."""
+    n, rows, power = len(g), [[F(0)] * len(g) for _ in g], [[F(i == j) for j in range(len(g))] for i in range(len(g))]
+    tests, hidden = [list(row) for row in extra], []
+    for k in range(max(len(f), n) if extra else len(f)):
+        if k < len(f):
+            rows = [[x + f[k] * y for x, y in zip(*both)] for both in zip(rows, power)]
+        hidden, tests, power = hidden + tests, times(tests, g) if tests else [], times(power, g)
+    return n - echelon(rows + hidden)[0]
+
+
+if __name__ == "__main__":
+    text = open(sys.argv[1]).read() if len(sys.argv) > 1 else sys.stdin.read()
+    try:
+        print("confirmed: " + ", ".join(check(json.loads(text))))
+    except (ValueError, KeyError, IndexError, TypeError, StopIteration, ZeroDivisionError) as wrong:
+        sys.exit(f"refused: {wrong}")
