@@ -32,7 +32,7 @@ mod thin;
 mod ticks;
 mod words;
 
-use kardan::results::Study;
+use kardan::results::{Mechanism, Study};
 
 pub use model::Page;
 pub use present::analysis::page as analysis;
@@ -78,6 +78,18 @@ impl Page {
     pub fn markdown(&self) -> String {
         markdown::markdown(self)
     }
+}
+
+/// The drawing of a mechanism as an SVG document; none of one without parts.
+///
+/// ```
+/// let project = kardan::project::Project::open("[shaft.axle]\ninertia = \"2 kg cm^2\"\n");
+/// let study = project.run(&Default::default(), &kardan::study::Silent).unwrap();
+/// let drawn = kardan_report::mechanism(&study.model.mechanism).unwrap();
+/// assert!(drawn.starts_with("<svg") && drawn.contains("axle"));
+/// ```
+pub fn mechanism(mechanism: &Mechanism) -> Option<String> {
+    mechanism::document(mechanism)
 }
 
 /// A drawn plot.

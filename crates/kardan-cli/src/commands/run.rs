@@ -82,7 +82,8 @@ fn write(study: &Study, page: &report::Page, folder: &mut Folder, args: &RunArgs
         files.runs.push(written.map_err(|problem| problems.push(problem)).into_iter().collect());
     }
     if !args.no_report {
-        for (name, svg) in page.plots() {
+        let drawing = report::mechanism(&study.model.mechanism);
+        for (name, svg) in drawing.iter().map(|svg| ("mechanism", svg.as_str())).chain(page.plots()) {
             match folder.write(name, "svg", svg.as_bytes()) {
                 Ok(path) => files.plots.push(path),
                 Err(problem) => problems.push(problem),

@@ -111,18 +111,18 @@ fn files_of_an_earlier_run_do_not_stand_beside_new_ones() {
         String::from_utf8_lossy(&got.stderr).into_owned()
     };
     assert_eq!(run(&[]), "");
-    assert_eq!(names("kardan-out"), ["model.csv", "report.html", "speed.svg"]);
+    assert_eq!(names("kardan-out"), ["mechanism.svg", "model.csv", "report.html", "speed.svg"]);
     assert_eq!(run(&[]), "", "the same files");
     fs::write(at.join("kardan-out/mine.csv"), "mine").unwrap();
     let said = run(&["--set", "model.name=axle", "--set", "plot[0].name=turning"]);
     assert!(said.contains("model.csv") && said.contains("speed.svg") && said.contains("earlier"), "{said}");
-    assert_eq!(names("kardan-out"), ["axle.csv", "earlier", "mine.csv", "report.html", "turning.svg"]);
+    assert_eq!(names("kardan-out"), ["axle.csv", "earlier", "mechanism.svg", "mine.csv", "report.html", "turning.svg"]);
     assert_eq!(names("kardan-out/earlier"), ["model.csv", "speed.svg"]);
     // What somebody has changed since is his.
     fs::write(at.join("kardan-out/axle.csv"), "changed").unwrap();
     run(&["--no-report"]);
     assert_eq!(names("kardan-out"), ["axle.csv", "earlier", "mine.csv", "model.csv"]);
-    assert_eq!(names("kardan-out/earlier"), ["model.csv", "report.html", "speed.svg", "turning.svg"]);
+    assert_eq!(names("kardan-out/earlier"), ["mechanism.svg", "model.csv", "report.html", "speed.svg", "turning.svg"]);
 }
 
 /// The object that `check --json` prints comes again when the file is written, and a signal ends it.

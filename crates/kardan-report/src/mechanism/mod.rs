@@ -30,6 +30,39 @@ pub(super) fn picture(mechanism: &Mechanism) -> Option<Picture> {
     Some(figure_of("", &drawn, &caption(mechanism, &scene)))
 }
 
+/// The same as an SVG document of its own, in the colours of the page on paper.
+pub(super) fn document(mechanism: &Mechanism) -> Option<String> {
+    let scene = layout::scene(&graph::Graph::of(mechanism));
+    if scene.groups.is_empty() {
+        return None;
+    }
+    let (width, height) = (scene.width + 2.0 * MARGIN, scene.height + 2.0 * MARGIN);
+    Some(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"drawing mechanism\" viewBox=\"0 0 {width:.1} {height:.1}\" \
+         width=\"{width:.1}\" height=\"{height:.1}\" \
+         font-family=\"Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu Sans, sans-serif\">\n\
+         <title>{}</title>\n<style>\n{}</style>\n<rect x=\"0\" y=\"0\" width=\"100%\" height=\"100%\" class=\"ground\"/>\n{}</svg>\n",
+        escape(&in_words(mechanism)),
+        style(),
+        svg(&scene)
+    ))
+}
+
+/// The rules of the page for drawings, with the colours that it has on white: other programs than browsers know no variables.
+fn style() -> String {
+    let page = include_str!("../page.css");
+    let light = page.split('}').next().unwrap_or_default();
+    let named = light.lines().filter_map(|line| line.trim().strip_prefix("--")?.strip_suffix(';')?.split_once(": "));
+    let curves = crate::curves::ON_WHITE.iter().enumerate().map(|(k, colour)| (format!("curve-{k}"), *colour));
+    let values: Vec<(String, &str)> = named.map(|(name, value)| (name.to_string(), value)).chain(curves).collect();
+    let ours = |line: &&str| line.starts_with(".mechanism ") || line.starts_with(".drawing ");
+    let mut rules: String = page.lines().filter(ours).flat_map(|line| [line, "\n"]).collect();
+    for (name, value) in values {
+        rules = rules.replace(&format!("var(--{name})"), value);
+    }
+    rules + ".mechanism rect.ground { fill: #ffffff; stroke: none; }\n"
+}
+
 fn svg(scene: &Scene) -> String {
     let wires: String = scene.wires.iter().map(mark).collect();
     let groups: String = scene.groups.iter().map(group).collect();
