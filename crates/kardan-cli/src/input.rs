@@ -40,7 +40,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         // Which of two is meant is said only where there are two.
         let beside = [name.clone(), format!("{name}.toml")].into_iter().find(|file| Path::new(file).exists());
         if let (false, Some(file)) = (quiet, beside) {
-            render::note(&format!("taking the built-in model {name}; the file beside it is ./{file}"));
+            render::note(&format!("taking the built-in model {name}; the file of that name is ./{file}"));
         }
         return Ok(Source::new(name, builtin.source.to_owned(), Origin::Builtin));
     }

@@ -733,6 +733,11 @@ pub(super) fn steps(found: &LoopResponses) -> Vec<Picture> {
     found.steps.iter().filter_map(step).collect()
 }
 
+/// A value as it is drawn: what is nothing but rounding is zero.
+fn seen(value: f64) -> f64 {
+    if value.abs() < 1e-12 { 0.0 } else { value }
+}
+
 fn step(found: &StepResponse) -> Option<Picture> {
     let end = found.time.last().copied().filter(|end| *end > 0.0)?;
     let clock = super::text::Clock::until(end);
@@ -753,21 +758,24 @@ fn step(found: &StepResponse) -> Option<Picture> {
             .enumerate()
             .filter(|(_, one)| (one.unit.as_str(), one.motor) == (*shown, *motor))
             .collect();
-        let values = own.iter().flat_map(|(_, one)| one.values.iter().copied()).chain([0.0]);
+        let values = own.iter().flat_map(|(_, one)| one.values.iter().map(|value| seen(*value))).chain([0.0]);
         let height = 0.8 * HEIGHT;
         let panel = Panel { x: LEFT, y, width: WIDTH, height, across, up: Axis::fitting(values, 0.06, 5) };
         let what = if *motor { "torques told" } else { "outputs" };
         let below = if k == last { format!("time [{}]", clock.unit) } else { String::new() };
         body += &panel.frame(&below, &format!("{what} [{}]", unit(shown)));
         for (colour, one) in own {
-            let points = found.time.iter().map(|time| time * clock.per_second).zip(one.values.iter().copied());
+            let points =
+                found.time.iter().map(|time| time * clock.per_second).zip(one.values.iter().map(|value| seen(*value)));
             body += &panel.curve(points, &solid(colour));
             entries.push((colour, one.name.clone()));
         }
         y += height + BETWEEN;
     }
+    let rounded = found.signals.iter().flat_map(|one| &one.values).any(|value| *value != 0.0 && seen(*value) == 0.0);
+    let rounding = if rounded { " What is below 1e-12 is rounding, and drawn as zero." } else { "" };
     let caption = format!(
-        "The linear loop from rest, without limits and friction, after a step of {} by {} {}.<br>{}",
+        "The linear loop from rest, without limits and friction, after a step of {} by {} {}.{rounding}<br>{}",
         escape(&found.reference),
         figure(found.size, 3),
         escape(&unit(&found.unit)),

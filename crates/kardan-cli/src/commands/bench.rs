@@ -86,7 +86,9 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     }
     print(&printed(&bench, &logs, found.as_ref(), &output.files, args.json))?;
     let Output { folder, mut problems, .. } = output;
-    let gone = folder.finish("bench").map_err(|problem| problems.push(problem)).unwrap_or_default();
+    // Where something could not be written, what an earlier run has left may be all there is.
+    let finished = if problems.is_empty() { folder.finish("bench") } else { Ok(Vec::new()) };
+    let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     tell_gone(&gone, quiet);
     render::show(None, &problems);
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);

@@ -55,7 +55,9 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
         true => report::study_in_words(study),
     };
     let (files, mut problems) = write(study, &page, &mut folder, args);
-    let gone = folder.finish("run").map_err(|problem| problems.push(problem)).unwrap_or_default();
+    // Where something could not be written, what an earlier run has left may be all there is.
+    let finished = if problems.is_empty() { folder.finish("run") } else { Ok(Vec::new()) };
+    let gone = finished.map_err(|problem| problems.push(problem)).unwrap_or_default();
     render::show(None, &problems);
     if args.json {
         print(&(export::json(study, &files) + "\n"))?;

@@ -13,7 +13,7 @@ pub fn linear_json(model: &Linearised) -> String {
     all.insert("name".into(), json!(model.name));
     all.insert("description".into(), json!(title(model)));
     for (name, matrix) in model.matrices() {
-        all.insert(name.into(), rows(matrix, |x| exact(x)));
+        all.insert(name.into(), rows(matrix, exact));
     }
     for (key, signals) in kinds(model) {
         all.insert(key.into(), signals.iter().map(|one| json!(one.name)).collect());

@@ -92,7 +92,15 @@ mod tests {
                 }
             }
             let parts: Vec<(String, &Value)> = match value {
-                Value::Object(map) => map.iter().map(|(key, part)| (format!("{at}/{key}"), part)).collect(),
+                // The names of keys are no schemas; what they name are.
+                Value::Object(map) => map
+                    .iter()
+                    .flat_map(|(key, part)| match (key.as_str(), part) {
+                        ("properties" | "$defs", Value::Object(inner)) => inner.iter().collect::<Vec<_>>(),
+                        _ => vec![(key, part)],
+                    })
+                    .map(|(key, part)| (format!("{at}/{key}"), part))
+                    .collect(),
                 Value::Array(list) => list.iter().map(|part| (at.to_string(), part)).collect(),
                 _ => Vec::new(),
             };

@@ -6,7 +6,7 @@ use kardan::results::{Analysis, Pole};
 use kardan::study::{AnalyzeSettings, Silent, analyze};
 use serde_json::{Value, json};
 
-const KEYS: &str = "schema name description class coordinates elimination modes controllable observable minimal \
+const KEYS: &str = "schema name description mechanism class coordinates elimination modes controllable observable minimal \
                     uncontrollable unobservable controllable_rank observable_rank states state_names inputs outputs \
                     relative_degrees zeros kind min_inputs min_outputs factors invariant_factors construction placements \
                     placement_search sensitivity bases constraint_forces certificate notes complete unfinished";

@@ -655,7 +655,8 @@ fn written_and_read_again() {
     let lines = |text: &str| text.lines().filter(|line| line.trim_start().starts_with('#')).count();
     assert_eq!(lines(&text), lines(drive()), "comments stay");
     let (document, mistakes) = read(&text);
-    assert!(mistakes.is_empty(), "{}", plain(&text, &mistakes));
+    // The variants differ in parameters that values found have taken the place of: that is told.
+    assert!(mistakes.iter().all(|one| one.code == "parameter::unused"), "{}", plain(&text, &mistakes));
     let settings = document.variant_settings();
     let variant = settings.iter().find(|one| one.name == "position-friction").expect("a variant");
     let tolerances = document.tolerances(&variant.settings);
