@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use kardan::diagnostics::{Diagnostic, quoted};
 
 use crate::fault;
-use crate::output::{Part, reason, save, sweep};
+use crate::output::{prepare_folder, reason, save};
 use crate::render::note;
 
 /// A folder known to take files.
@@ -22,23 +22,7 @@ pub struct Folder {
 impl Folder {
     /// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
     pub fn prepare(path: &Path) -> Result<Self, Diagnostic> {
-        let shown = path.display();
-        let wrong = |message: String| {
-            Diagnostic::error("output::folder", message)
-                .help("nothing was computed yet; name another folder with --out DIR")
-        };
-        match fs::metadata(path) {
-            Ok(metadata) if !metadata.is_dir() => {
-                return Err(wrong(format!("the output folder `{shown}` exists already and is a file")));
-            }
-            Ok(_) => {}
-            Err(_) => fs::create_dir_all(path)
-                .map_err(|error| wrong(format!("cannot create the output folder `{shown}`: {}", reason(&error))))?,
-        }
-        sweep(path);
-        Part::create(path, None)
-            .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
-            .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
+        prepare_folder(path)?;
         Ok(Self { path: path.to_owned(), taken: HashSet::new(), written: Vec::new() })
     }
 

@@ -17,7 +17,6 @@ use kardan::diagnostics::Diagnostic;
 use kardan_report::Page;
 
 use crate::fault;
-use crate::folder::Folder;
 use crate::render::{note, stderr};
 
 /// Symbolic links that lead to one another.
@@ -95,6 +94,28 @@ fn is_read(path: &Path) -> bool {
     identity(path).is_some_and(|own| read.iter().any(|(identity, _)| *identity == own))
 }
 
+/// Makes the folder if it is not there, and tries to write in it; what killed runs left there goes.
+pub fn prepare_folder(path: &Path) -> Result<(), Diagnostic> {
+    let shown = path.display();
+    let wrong = |message: String| {
+        Diagnostic::error("output::folder", message)
+            .help("nothing was computed yet; name another folder with --out DIR")
+    };
+    match fs::metadata(path) {
+        Ok(metadata) if !metadata.is_dir() => {
+            return Err(wrong(format!("the output folder `{shown}` exists already and is a file")));
+        }
+        Ok(_) => {}
+        Err(_) => fs::create_dir_all(path)
+            .map_err(|error| wrong(format!("cannot create the output folder `{shown}`: {}", reason(&error))))?,
+    }
+    sweep(path);
+    Part::create(path, None)
+        .and_then(|mut part| fault::write(&mut part.file, b"kardan"))
+        .map_err(|error| wrong(format!("cannot write in the output folder `{shown}`: {}", reason(&error))))?;
+    Ok(())
+}
+
 /// Says whether a file can be written there, before anything is computed; makes its folder if that is not there.
 pub fn prepare_file(path: &Path) -> Result<(), Diagnostic> {
     prepare_files(&[path], None)
@@ -118,7 +139,7 @@ pub fn prepare_files(paths: &[&Path], own: Option<&Path>) -> Result<(), Diagnost
             problem.help(format!("nothing was computed yet{help}"))
         };
         let Place::File(target) = place(path, own).map_err(early)? else { continue };
-        Folder::prepare(folder_of(&target))
+        prepare_folder(folder_of(&target))
             .map_err(|problem| problem.help("nothing was computed yet; name a file in another folder"))?;
         let place =
             fs::canonicalize(folder_of(&target)).unwrap_or_default().join(target.file_name().unwrap_or_default());
@@ -323,8 +344,8 @@ fn sync_folder(_: &Path) -> io::Result<()> {
 
 /// A hidden file beside where the real one will be; it goes with this value, unless it was renamed. While it is written it is
 /// locked, so that what a killed run left can be told from what a living one writes.
-pub(super) struct Part {
-    pub(super) file: File,
+struct Part {
+    file: File,
     path: PathBuf,
     renamed: bool,
 }
@@ -338,7 +359,7 @@ impl Drop for Part {
 }
 
 impl Part {
-    pub(super) fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
+    fn create(folder: &Path, old: Option<&fs::Metadata>) -> io::Result<Self> {
         // No name is used twice, so that nobody who takes away a leftover can mistake one file for another.
         static NUMBER: AtomicUsize = AtomicUsize::new(0);
         let process = std::process::id();
@@ -418,7 +439,7 @@ pub fn sweep_beside(path: &Path) {
 }
 
 /// Removes what killed runs left in a folder: files of our name that nobody has locked.
-pub(super) fn sweep(folder: &Path) {
+fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let is_ours =

@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use super::json::{Place, places};
 use super::printed::printed;
-use super::schema::SCHEMAS;
 use crate::diagnostics::Diagnostic;
 use crate::results::{BuiltinModel, ManualTable, MotionEquations};
 
@@ -45,23 +44,6 @@ pub(super) struct ElementsView<'a> {
     tables: &'a [ManualTable],
 }
 
-/// The schemas that there are.
-#[derive(Serialize, JsonSchema)]
-#[schemars(rename = "Schemas")]
-pub(super) struct SchemasView {
-    /// All of them.
-    schemas: Vec<SchemaName>,
-}
-
-/// A schema.
-#[derive(Serialize, JsonSchema)]
-struct SchemaName {
-    /// Its name.
-    name: &'static str,
-    /// What it describes.
-    summary: &'static str,
-}
-
 /// A completion script.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Completions")]
@@ -90,11 +72,6 @@ pub fn models_json(models: &[BuiltinModel]) -> String {
 /// Gives tables of the manual as one JSON object on one line.
 pub fn elements_json(tables: &[ManualTable]) -> String {
     printed(ElementsView { tables })
-}
-
-/// Gives the list of schemas as one JSON object on one line.
-pub fn schemas_json() -> String {
-    printed(SchemasView { schemas: SCHEMAS.iter().map(|(name, summary)| SchemaName { name, summary }).collect() })
 }
 
 /// Gives a completion script as one JSON object on one line.

@@ -3,9 +3,10 @@
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
+use serde::Serialize;
 use serde_json::json;
 
-use super::printed::Printed;
+use super::printed::{Printed, printed};
 use super::{analysis, bench, identification, json as study, reference};
 use crate::results::Design;
 
@@ -46,13 +47,35 @@ pub fn schema(name: &str) -> Option<String> {
         "check" => of::<reference::CheckView>(),
         "models" => of::<reference::ModelsView>(),
         "elements" => of::<reference::ElementsView>(),
-        "schemas" => of::<reference::SchemasView>(),
+        "schemas" => of::<SchemasView>(),
         "completions" => of::<reference::CompletionsView>(),
         _ => of::<study::ErrorView>(),
     };
     schema.insert("$id".into(), format!("kardan/1/{name}").into());
     schema.insert("title".into(), format!("kardan/1, {what}").into());
     serde_json::to_string_pretty(&schema).ok()
+}
+
+/// The schemas that there are.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Schemas")]
+struct SchemasView {
+    /// All of them.
+    schemas: Vec<SchemaName>,
+}
+
+/// A schema.
+#[derive(Serialize, JsonSchema)]
+struct SchemaName {
+    /// Its name.
+    name: &'static str,
+    /// What it describes.
+    summary: &'static str,
+}
+
+/// Gives the list of schemas as one JSON object on one line.
+pub fn schemas_json() -> String {
+    printed(SchemasView { schemas: SCHEMAS.iter().map(|(name, summary)| SchemaName { name, summary }).collect() })
 }
 
 fn of<T: JsonSchema>() -> schemars::Schema {

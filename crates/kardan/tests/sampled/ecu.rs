@@ -244,7 +244,8 @@ fn varied(source: &str, factor: &mut dyn FnMut(&str) -> f64) -> String {
 }
 
 /// With sensors, friction and the bent joint, in nonlinear runs: the corner of ± 20 % of every inertia, damping and stiffness that
-/// is worst for the driver, corners drawn at random, and plants between. All that is promised of the nominal plant holds.
+/// is worst for the driver, corners drawn at random, and plants between. All that is promised of the nominal plant holds. One of each;
+/// `KARDAN_PLANTS=6` tries six, in as many times half a minute.
 #[test]
 fn drawn_plants_with_encoders_and_friction() {
     let same = varied(source(), &mut |_| 1.0);
@@ -260,13 +261,14 @@ fn drawn_plants_with_encoders_and_friction() {
         felt.size.at[number]
     };
     let mut dice = common::Dice(5);
-    for case in 0..6 {
+    let asked = std::env::var("KARDAN_PLANTS").ok().and_then(|count| count.parse().ok());
+    for case in 0..asked.unwrap_or(3) {
         let text = varied(source(), &mut |name| {
             let unit = dice.next() as f64 / u64::MAX as f64;
             match case {
                 0 => worst(name),
-                1..4 if unit < 0.5 => 0.8,
-                1..4 => 1.2,
+                odd if odd % 2 == 1 && unit < 0.5 => 0.8,
+                odd if odd % 2 == 1 => 1.2,
                 _ => 0.8 + 0.4 * unit,
             }
         });
