@@ -8,7 +8,7 @@ use super::stepped_loop::Subject;
 use crate::results::{BoxMargin, ChannelMargin, MarginsAlong, PositionMargins};
 
 /// Plants of a box whose margins are looked at, besides its worst corners.
-const PLANTS: usize = 60;
+const PLANTS: usize = 12;
 
 /// The margins of a controller's motors along all motions of the joints; `None` without joints.
 pub(super) fn margins_along(variant: &PreparedVariant, number: usize) -> Option<MarginsAlong> {
