@@ -398,12 +398,14 @@ proptest! {
         let whole = discretise(&a, &b, t).unwrap();
         let half = discretise(&a, &b, t / 2.0).unwrap();
         let twice = half.a.multiply(&half.b).plus(&half.b);
-        prop_assert!(norm(&minus(&twice, &whole.b)) < 1e-12 * norm(&whole.b) * norm(&half.a).max(1.0));
+        // The two halves may cancel: an oscillation sampled once a turn has B_d = 0.
+        let difference = norm(&minus(&twice, &whole.b));
+        prop_assert!(difference <= 1e-12 * (norm(&half.a) + 1.0) * norm(&half.b), "{difference:e}");
         prop_assert!(norm(&minus(&half.a.multiply(&half.a), &whole.a)) < 1e-13 * norm(&half.a) * norm(&half.a));
         // A B_d = (A_d − I) B
         let left = a.multiply(&whole.b);
         let right = minus(&whole.a, &Matrix::identity(n)).multiply(&b);
-        prop_assert!(norm(&minus(&left, &right)) < 1e-12 * (norm(&a) * norm(&whole.b) + norm(&right)));
+        prop_assert!(norm(&minus(&left, &right)) <= 1e-12 * norm(&a) * (norm(&half.a) + 1.0) * norm(&half.b));
     }
 }
 
