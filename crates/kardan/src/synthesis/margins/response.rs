@@ -1,7 +1,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
-use crate::num::{Matrix, at_zero, balance, eigenvalues};
+use crate::num::{Matrix, Transfer, at_zero, balance, eigenvalues};
 
 /// Roundings within which a level is exceeded.
 const LEVEL: f64 = 1e-9;
@@ -234,25 +234,13 @@ impl Response {
 
     /// M at a place on the imaginary axis; infinite: D.
     pub(super) fn at(&self, place: f64) -> Mat<c64> {
-        self.with_slope(place).0
-    }
-
-    /// M and its derivative by the place.
-    pub(super) fn with_slope(&self, place: f64) -> (Mat<c64>, Mat<c64>) {
         let real = |m: &Matrix<f64>| Mat::from_fn(m.rows(), m.columns(), |i, j| c64::new(m[(i, j)], 0.0));
-        let d = real(&self.d);
-        if place.is_infinite() || self.a.rows() == 0 {
-            let zero = Mat::zeros(d.nrows(), d.ncols());
-            return (d, zero);
-        }
         let n = self.a.rows();
+        if place.is_infinite() || n == 0 {
+            return real(&self.d);
+        }
         let shifted = Mat::from_fn(n, n, |i, j| c64::new(-self.a[(i, j)], if i == j { place } else { 0.0 }));
-        let factor = shifted.partial_piv_lu();
-        let x = factor.solve(real(&self.b));
-        let c = real(&self.c);
-        let slope = &c * factor.solve(&x);
-        let turned = Mat::from_fn(slope.nrows(), slope.ncols(), |i, j| slope[(i, j)] * c64::new(0.0, -1.0));
-        (&c * &x + d, turned)
+        real(&self.c) * shifted.partial_piv_lu().solve(real(&self.b)) + real(&self.d)
     }
 
     /// Half the difference of sensitivity and complementary sensitivity, M + ½: errors as disks around one.
@@ -400,9 +388,15 @@ impl Response {
             }
         }
         starts.extend(self.poles.iter().map(|(_, im)| im.abs()).filter(|im| *im > 0.0));
-        let value = |place: f64| {
-            let (m, slope) = self.with_slope(place);
-            if real { (m[(0, 0)].im, slope[(0, 0)].im) } else { (m[(0, 0)].re + 0.5, slope[(0, 0)].re) }
+        // What two shifts agree upon is one start.
+        starts.sort_by(f64::total_cmp);
+        starts.dedup_by(|next, kept| *next - *kept <= 1e-10 * *kept);
+        let column: Vec<f64> = (0..n).map(|i| self.b[(i, 0)]).collect();
+        let mut transfer = Transfer::new(&self.a, &column, self.c.row(0));
+        let mut value = |place: f64| {
+            let (m, by_s) = transfer.at(c64::new(0.0, place));
+            let (m, slope) = (m + self.d[(0, 0)], by_s * c64::new(0.0, 1.0));
+            if real { (m.im, slope.im) } else { (m.re + 0.5, slope.re) }
         };
         for start in starts {
             let mut place = start;
