@@ -5,6 +5,7 @@
 
 mod at_zero;
 mod balance;
+mod bracket;
 mod dense;
 mod eigen;
 mod elimination;
@@ -30,6 +31,7 @@ mod wide;
 
 pub use at_zero::{AtZero, at_zero, split_off};
 pub use balance::balance;
+pub use bracket::bracket;
 pub use dense::{Cholesky, Lu, dot, multiply};
 pub use eigen::eigenvalues;
 pub use elimination::{Definiteness, Echelon, definiteness, echelon};

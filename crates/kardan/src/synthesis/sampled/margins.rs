@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{ControlLoop, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
-use crate::num::{Matrix, at_zero};
+use crate::num::{Matrix, at_zero, bracket};
 use crate::synthesis::margins::Response;
 use crate::synthesis::{Clock, Law};
 
@@ -141,23 +141,21 @@ impl Survey<'_> {
         left_out: usize,
         change: impl Fn(f64) -> Change,
     ) -> Option<Limit> {
-        let slowest = |value: f64| self.slowest_without(change(value), left_out);
-        let stable = |value: f64| slowest(value).is_some_and(|found| found.stable);
-        let mut before: Option<f64> = None;
+        // Negative where the loop is stable; the size is how fast the motion grows or decays.
+        let grows = |value: f64| match self.slowest_without(change(value), left_out) {
+            Some(found) if found.stable => -found.growth.ln().abs().max(f64::MIN_POSITIVE),
+            Some(found) => found.growth.ln().abs().max(f64::MIN_POSITIVE),
+            None => f64::INFINITY,
+        };
+        let mut before: Option<(f64, f64)> = None;
         for value in values {
-            if stable(value) {
-                before = Some(value);
+            let found = (value, grows(value));
+            if found.1 < 0.0 {
+                before = Some(found);
                 continue;
             }
-            let (mut low, mut high) = (before?, value);
-            for _ in 0..100 {
-                let middle = 0.5 * (low + high);
-                if middle == low || middle == high || (high - low).abs() < 1e-13 * high.abs() {
-                    break;
-                }
-                if stable(middle) { low = middle } else { high = middle }
-            }
-            let frequency = slowest(high).map_or(0.0, |found| found.frequency);
+            let [low, high] = bracket([before?, found], 1e-13 * value.abs(), grows);
+            let frequency = self.slowest_without(change(high), left_out).map_or(0.0, |found| found.frequency);
             return Some(Limit { value: low, frequency });
         }
         before.map(|_| Limit { value: f64::INFINITY, frequency: 0.0 })
