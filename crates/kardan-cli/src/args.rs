@@ -92,6 +92,9 @@ pub struct RunArgs {
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,
+    /// Only the runs: neither the structure of the model nor the designs of its controllers beside them. Faster.
+    #[arg(long)]
+    pub runs_only: bool,
     #[command(flatten)]
     pub limits: Limits,
     #[command(flatten)]

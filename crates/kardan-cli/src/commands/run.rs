@@ -38,7 +38,8 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let study = project.run(&Settings { variants: args.variants.clone(), force: args.force }, &bars);
+    let settings = Settings { variants: args.variants.clone(), force: args.force, runs_only: args.runs_only };
+    let study = project.run(&settings, &bars);
     bars.finish();
     let study = study.map_err(|mut diagnostics| {
         diagnostics.retain(|d| d.severity == Severity::Error || !known.contains(d));

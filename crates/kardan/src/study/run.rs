@@ -18,6 +18,9 @@ use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
 use crate::simulate::{Setup, Tolerance, signal_names};
 
+/// Told of a study that ends with its runs.
+const MISSING: &str = "structure and designs of the report are missing";
+
 /// How a study is run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settings {
@@ -25,6 +28,9 @@ pub struct Settings {
     pub variants: Vec<String>,
     /// Whether controllers run that are unstable at their sample time.
     pub force: bool,
+    /// Whether only the runs are asked for, without the structure of the model and the designs of its controllers beside them.
+    /// For many runs in a row: margins and bounds of a design take longer than a run.
+    pub runs_only: bool,
 }
 
 /// Runs the study of a model file: every variant through the scenario, in parallel.
@@ -67,6 +73,9 @@ impl Project {
         let mut warnings: Vec<String> = diagnostics.iter().map(ToString::to_string).collect();
         let ran = || run_all(prepared, &chosen, settings, &warnings, progress);
         let beside = || {
+            if settings.runs_only {
+                return (Ok(None), Vec::new());
+            }
             rayon::join(
                 || chosen.first().map(|variant| structure_of(prepared, variant)).transpose(),
                 || designs_of(prepared, &chosen, progress),
@@ -111,7 +120,7 @@ fn run_all(
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
         runs: runs.collect(),
         plots: chosen_plots(prepared, &settings.variants),
-        warnings: [warnings, &["structure and designs of the report are missing".into()]].concat(),
+        warnings: if settings.runs_only { warnings.to_vec() } else { [warnings, &[MISSING.into()]].concat() },
         ..Study::default()
     });
     progress.keep(&|| Part::Study(Arc::clone(&study)));

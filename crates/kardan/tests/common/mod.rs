@@ -15,7 +15,7 @@ use kardan::model;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, Prepared, PreparedVariant};
+use kardan::study::{self, Prepared, PreparedVariant, Settings};
 use kardan::units::parse_number;
 
 /// Reads and checks a model; panics with the mistakes if there are any.
@@ -77,9 +77,14 @@ impl Dice {
     }
 }
 
+/// No designs beside the runs: their margins take longer than a run.
+pub fn runs_only() -> Settings {
+    Settings { runs_only: true, ..Settings::default() }
+}
+
 /// Runs the first variant to its end.
 pub fn run(source: &str) -> Run {
-    let mut study = study::run(source, &study::Settings::default(), &study::Silent)
+    let mut study = study::run(source, &runs_only(), &study::Silent)
         .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
     let run = study.runs.remove(0);
     assert_eq!(run.outcome, Outcome::Completed, "{source}");

@@ -1,7 +1,7 @@
 //! A bent joint between law and load: the observer on the full model, what is said of the loop before any run, and the built-in study
 //! of both laws over the joint angle.
 
-use crate::common::{prepared, run, signal};
+use crate::common::{prepared, run, runs_only, signal};
 use kardan::model::builtin;
 use kardan::results::{DataMatrix, Design, Outcome, Run, Verdict};
 use kardan::study::{self, DesignSettings, Settings, Silent};
@@ -297,7 +297,7 @@ fn force_feedback_over_the_joint_angle() {
     let source = builtin("sia-joint-angle").expect("built in").source;
     assert!(study::check(source).is_empty());
     let names = ["linear-30deg", "nonlinear-30deg", "taken-for-20deg"];
-    let settings = Settings { variants: names.map(String::from).to_vec(), ..Settings::default() };
+    let settings = Settings { variants: names.map(String::from).to_vec(), ..runs_only() };
     let found = study::run(source, &settings, &Silent).expect("a model without mistakes");
     let cos = |degrees: f64| degrees.to_radians().cos();
     let bounds = [(cos(30.0), 1e-3), (1.0, 1e-5), (cos(30.0) / cos(20.0), 1e-3)];

@@ -103,7 +103,7 @@ proptest! {
 }
 
 fn run(source: &str) -> Run {
-    let study = study::run(source, &study::Settings::default(), &study::Silent);
+    let study = study::run(source, &crate::common::runs_only(), &study::Silent);
     study.unwrap_or_else(|found| panic!("{found:?}")).runs.remove(0)
 }
 
@@ -466,7 +466,7 @@ fn a_direction_that_cancels_does_not_stop_the_drive() {
         [shaft.c]\nfriction = \"0.05 N m\"\n[universal_joint.j]\nshaft_1 = \"b\"\nshaft_2 = \"a\"\nangle = \"60 deg\"\n\
         [planetary.p]\ncoefficients = { b = 1, a = -1, c = -1 }\n\
         [scenario]\nduration = \"3 s\"\ninitial = { \"a.w\" = \"10 rad/s\" }\n";
-    let run = study::run(model, &Default::default(), &study::Silent).expect("a right model").runs.remove(0);
+    let run = study::run(model, &crate::common::runs_only(), &study::Silent).expect("a right model").runs.remove(0);
     let last = |name: &str| *run.series.signal(name).expect(name).values.last().expect("rows");
     assert!(run.series.signal("a.w").expect("a.w").values.iter().all(|w| *w > 5.0), "the drive moves on");
     let c = 0.5_f64;

@@ -1,6 +1,6 @@
 //! Noise of sensors: what it is on average, where it comes from, and who reads it.
 
-use crate::common::{run, signal};
+use crate::common::{run, runs_only, signal};
 use kardan::model::builtin;
 use kardan::results::Run;
 use kardan::study::{self, Settings, Silent};
@@ -80,7 +80,7 @@ fn sampled_controllers_read_it() {
         let source = source
             .replace(gauge, &format!("resolution = \"1e-6 rad\"\nsample_time = \"1 ms\"\n{noise}"))
             .replace("duration = \"1 s\"", &format!("duration = \"0.2 s\"\nseed = {seed}"));
-        let settings = Settings { variants: vec!["position".into(), "torque".into()], ..Settings::default() };
+        let settings = Settings { variants: vec!["position".into(), "torque".into()], ..runs_only() };
         study::run(&source, &settings, &Silent).expect("no mistakes").runs.remove(0)
     };
     let noise = "noise = \"0.05 N m\"";

@@ -89,6 +89,9 @@ fn a_snapshot_is_where_the_loop_stands() {
     for (name, number) in MODELS {
         let variant = variant(name, number);
         let end = 0.4 * variant.scenario.duration;
+        let mut unbroken = start(&variant);
+        unbroken.advance(end).expect("it runs");
+        let expected = bits(&all(&mut unbroken));
         let mut first = start(&variant);
         for (k, at) in times(11, 3, 0.8 * end).into_iter().enumerate() {
             first.advance(at).expect("it runs");
@@ -101,7 +104,7 @@ fn a_snapshot_is_where_the_loop_stands() {
             }
             second.restore(&kept).expect("the same model");
             assert_eq!(second.time(), at);
-            for later in times(13 + k as u64, 3, end - at) {
+            for later in times(13 + k as u64, 2, 0.5 * (end - at)) {
                 let (mut one, mut other) = (start(&variant), start(&variant));
                 one.restore(&kept).expect("the same model");
                 other.restore(&second.snapshot()).expect("the same model");
@@ -113,12 +116,10 @@ fn a_snapshot_is_where_the_loop_stands() {
                 assert_eq!(bits(&all(&mut second)), expected, "{name} from {at} to {}", at + later);
             }
             // Taking it has changed nothing, and the first goes on as the second.
-            let mut unbroken = start(&variant);
-            unbroken.advance(end).expect("it runs");
             let mut resumed = start(&variant);
             resumed.restore(&kept).expect("the same model");
             resumed.advance(end).expect("it runs");
-            assert_eq!(bits(&all(&mut unbroken)), bits(&all(&mut resumed)), "{name} from {at}");
+            assert_eq!(expected, bits(&all(&mut resumed)), "{name} from {at}");
         }
     }
 }

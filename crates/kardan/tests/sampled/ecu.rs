@@ -1,7 +1,7 @@
 //! The steering on a control unit: `sia-steering-ecu` holds what is asked of it, at 1 kHz with delay, lag, limits, encoders and
 //! friction. The bounds are those of the task, not what the code gave before.
 
-use crate::common::{self, at, run, signal};
+use crate::common::{self, at, run, runs_only, signal};
 use kardan::model::builtin;
 use kardan::results::{Design, Run};
 use kardan::study::{self, DesignSettings, Settings, Silent, ToleranceBox};
@@ -16,7 +16,7 @@ fn variant(source: &str, name: &str) -> Run {
 
 /// One preparation for several runs.
 fn variants(source: &str, names: &[&str]) -> Vec<Run> {
-    let settings = Settings { variants: names.iter().map(|name| (*name).into()).collect(), ..Settings::default() };
+    let settings = Settings { variants: names.iter().map(|name| (*name).into()).collect(), ..runs_only() };
     study::run(&only(source, names), &settings, &Silent).expect("a model without mistakes").runs
 }
 
@@ -179,7 +179,7 @@ fn while_the_column_turns() {
 /// Every requirement of the file holds, and they say what is asked: error and torque of the rack at rest.
 #[test]
 fn requirements_of_the_file() {
-    let study = study::run(source(), &Settings::default(), &Silent).expect("no mistakes");
+    let study = study::run(source(), &runs_only(), &Silent).expect("no mistakes");
     for run in &study.runs {
         for requirement in &run.requirements {
             assert!(requirement.passed, "{}: {} {}", run.name, requirement.text, requirement.measured.unwrap());
@@ -444,7 +444,7 @@ fn hands_off_the_wheel() {
 fn the_other_drives() {
     for name in ["harmonic-drive-ecu", "harmonic-drive-spring-ecu"] {
         let study =
-            study::run(builtin(name).expect("built in").source, &Settings::default(), &Silent).expect("no mistakes");
+            study::run(builtin(name).expect("built in").source, &runs_only(), &Silent).expect("no mistakes");
         assert_eq!(study.runs.len(), 4);
         for run in &study.runs {
             assert!(!run.requirements.is_empty(), "{name}: {}", run.name);
@@ -469,7 +469,7 @@ fn a_reference_that_can_never_be_reached() {
     let mistakes = study::check(&text);
     let found = mistakes.iter().find(|mistake| mistake.code == "control::limit").expect("told");
     assert!(found.message.contains("rk_motor") && found.message.contains("60 N m"), "{}", found.message);
-    let settings = Settings { variants: vec!["force".into()], force: true };
+    let settings = Settings { variants: vec!["force".into()], force: true, ..runs_only() };
     let run = study::run(&text, &settings, &Silent).expect("forced").runs.remove(0);
     assert!(largest(&run, "wg_motor.command") <= 1.3 + 1e-12 && largest(&run, "rk_motor.command") <= 60.0 + 1e-12);
 }

@@ -278,7 +278,7 @@ fn unstable_loops_are_refused() {
     let margins = design.margins.expect("told");
     assert!(margins.stable == Some(false) && margins.verdict.contains("UNSTABLE"), "{}", margins.verdict);
     assert!(design.warnings.iter().any(|warning| warning.contains("not a design")));
-    let settings = study::Settings { variants: vec!["beta-0deg".into()], force: true };
+    let settings = study::Settings { variants: vec!["beta-0deg".into()], force: true, ..common::runs_only() };
     let run = study::run(&text, &settings, &study::Silent).expect("forced").runs.remove(0);
     assert_ne!(run.outcome, kardan::results::Outcome::Completed);
 }

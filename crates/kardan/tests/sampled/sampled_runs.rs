@@ -1,6 +1,6 @@
 //! What happens to sampled controllers in runs: sensors that fail, limits, sensors and controllers with clocks of their own.
 
-use crate::common::{self, at, signal};
+use crate::common::{self, at, runs_only, signal};
 use kardan::model::builtin;
 use kardan::results::{Outcome, Run};
 use kardan::study::{self, Settings, Silent};
@@ -11,7 +11,7 @@ fn ecu() -> &'static str {
 }
 
 fn variant(source: &str, name: &str) -> Run {
-    let settings = Settings { variants: vec![name.into()], ..Settings::default() };
+    let settings = Settings { variants: vec![name.into()], ..runs_only() };
     study::run(source, &settings, &Silent).expect("a model without mistakes").runs.remove(0)
 }
 
@@ -183,7 +183,7 @@ to = \"0.01 rad\"
 #[test]
 fn integrators_do_not_wind_up() {
     for clock in ["", "sample_time = \"1 ms\"", "sample_time = \"1 ms\"\nprecision = \"single\""] {
-        let settings = Settings { force: true, ..Settings::default() };
+        let settings = Settings { force: true, ..runs_only() };
         let run = study::run(&INTEGRATORS.replace("CLOCK", clock), &settings, &Silent).expect("forced").runs.remove(0);
         assert_eq!(run.outcome, Outcome::Completed, "{clock}");
         assert!(at(&run, "on_b.command", 1.9) > 1.0 && at(&run, "on_b.tau", 1.9) == 0.2, "{clock}: at the limit");
@@ -477,7 +477,7 @@ to = \"1 rad\"
     // The motion of the spring, √(k (1/J_a + 1/J_b)) = 300 rad/s, decays least; the map of 14 ms alone cannot tell it from 149 rad/s.
     let slowest = found.slowest().expect("eigenvalues");
     assert!((slowest.frequency / 300.0 - 1.0).abs() < 0.02 && slowest.stable, "{slowest:?}");
-    let settings = Settings { force: true, ..Settings::default() };
+    let settings = Settings { force: true, ..runs_only() };
     let run = study::run(source, &settings, &Silent).expect("forced").runs.remove(0);
     assert_eq!(run.outcome, Outcome::Completed);
     let mut z = vec![0.0; found.map.rows()];
