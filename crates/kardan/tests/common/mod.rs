@@ -15,7 +15,7 @@ use kardan::model;
 use kardan::num::{Matrix, Rational};
 use kardan::reduce::{Dynamics, Reduced, Work};
 use kardan::results::{Outcome, Run};
-use kardan::study::{self, Prepared, PreparedVariant, Settings};
+use kardan::study::{self, Prepared, PreparedVariant, Project, Settings};
 use kardan::units::parse_number;
 
 /// Reads and checks a model; panics with the mistakes if there are any.
@@ -84,7 +84,11 @@ pub fn runs_only() -> Settings {
 
 /// Runs the first variant to its end.
 pub fn run(source: &str) -> Run {
-    let mut study = study::run(source, &runs_only(), &study::Silent)
+    let project = Project::open(source);
+    let first = project.prepared().variants.first().map(|variant| variant.name.clone());
+    let settings = Settings { variants: first.into_iter().collect(), ..runs_only() };
+    let mut study = project
+        .run(&settings, &study::Silent)
         .unwrap_or_else(|mistakes| panic!("{}\n---\n{source}", plain(source, &mistakes)));
     let run = study.runs.remove(0);
     assert_eq!(run.outcome, Outcome::Completed, "{source}");
