@@ -69,7 +69,7 @@ fn is_mat(path: &Path) -> bool {
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     args.export.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.

@@ -34,7 +34,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             formats.push(*format);
         }
     }
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let known = project.mistakes().to_vec();
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });

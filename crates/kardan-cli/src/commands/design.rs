@@ -21,7 +21,7 @@ const LAW: &str = "decoupling";
 
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = settings(args)?;
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.

@@ -20,7 +20,7 @@ use crate::render::{self, Failure};
 use crate::stop;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let mut known = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut known);
