@@ -37,7 +37,7 @@ type Show = Arc<dyn Fn(Part) -> u8 + Send + Sync>;
 impl Bars {
     /// Bars, or nothing if the user wants it quiet; drawn once it takes long enough to be read.
     pub fn new(quiet: bool) -> Self {
-        let seen = !quiet && std::io::stderr().is_terminal();
+        let seen = !quiet && std::io::stderr().is_terminal() && crate::render::obeys();
         stop::computing(true);
         let all = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
         let over = Arc::new(AtomicBool::new(false));

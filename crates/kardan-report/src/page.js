@@ -78,9 +78,14 @@
       scales: {
         x: { time: false },
         // What is nothing but rounding gets an axis on which it looks so.
-        y: { range: (u, low, high) => high - low >= plot.least_span
-          ? uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true)
-          : [(low + high - plot.least_span) / 2, (low + high + plot.least_span) / 2] },
+        y: { range: (u, low, high) => {
+          if (low === null || high === null) return [0, 1];
+          const least = Math.max(plot.least_span, 1e-6 * Math.max(Math.abs(low), Math.abs(high)));
+          if (!(high - low >= least)) return [(low + high - least) / 2, (low + high + least) / 2];
+          const [from, to] = uPlot.rangeNum(low, high, 0.1, true);
+          // Its rounding is too coarse for what hardly moves far from zero.
+          return from <= low && high <= to ? [from, to] : [low - 0.1 * (high - low), high + 0.1 * (high - low)];
+        } },
       },
       axes: [
         { ...axis, label: "time [" + clock.unit + "]", size: 28 },
