@@ -81,7 +81,8 @@
         y: { range: (u, low, high) => {
           if (low === null || high === null) return [0, 1];
           const least = Math.max(plot.least_span, 1e-6 * Math.max(Math.abs(low), Math.abs(high)));
-          if (!(high - low >= least)) return [(low + high - least) / 2, (low + high + least) / 2];
+          const half = Math.max(least, 0.1 * Math.abs(low + high)) / 2;
+          if (!(high - low >= least)) return [(low + high) / 2 - half, (low + high) / 2 + half];
           const [from, to] = uPlot.rangeNum(low, high, 0.1, true);
           // Its rounding is too coarse for what hardly moves far from zero.
           return from <= low && high <= to ? [from, to] : [low - 0.1 * (high - low), high + 0.1 * (high - low)];
