@@ -35,6 +35,7 @@ pub enum Command {
     Linearise(LineariseArgs),
     Check(CheckArgs),
     Models(ModelsArgs),
+    #[command(alias = "element")]
     Elements(ElementsArgs),
     Schema(SchemaArgs),
     Completions(CompletionsArgs),

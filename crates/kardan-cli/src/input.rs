@@ -10,6 +10,7 @@ use kardan::study::Project;
 
 use crate::args::Changes;
 use crate::output::{protect, reason};
+use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
 
@@ -27,6 +28,15 @@ pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Pro
     remarks.iter().filter(|_| !quiet).for_each(|remark| render::note(remark));
     source.changed = Some(project.to_toml());
     Ok((source, project))
+}
+
+/// The same, prepared: a bar tells how far that is where it takes long.
+pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
+    let opened = open(model, changes, quiet)?;
+    let bars = Bars::new(quiet);
+    opened.1.prepare_heard(&bars);
+    bars.clear();
+    Ok(opened)
 }
 
 /// Reads the model that the user named.

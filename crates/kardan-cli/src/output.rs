@@ -27,6 +27,12 @@ pub fn print(text: &str) -> Result<(), Diagnostic> {
     print_bytes(text.as_bytes())
 }
 
+/// A page for standard output: as wide as its terminal, of 100 columns elsewhere.
+pub fn in_words(page: &Page, origin: &str) -> String {
+    let terminal = terminal_size::terminal_size_of(io::stdout());
+    page.text_within(origin, terminal.map_or(100, |(width, _)| usize::from(width.0)))
+}
+
 fn print_bytes(bytes: &[u8]) -> Result<(), Diagnostic> {
     let mut out = io::stdout().lock();
     match fault::write(&mut out, bytes).and_then(|()| out.flush()) {

@@ -2,20 +2,31 @@
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kardan::study::{Part, Progress};
 
 use crate::args::Limits;
 use crate::stop;
 
 const STEPS: u64 = 1000;
+/// What takes less is over before one could read a bar.
+const QUICK: Duration = Duration::from_millis(400);
+/// Time between two drawings of a bar, so that its times go on where a part takes long.
+const TICK: Duration = Duration::from_millis(200);
 
 /// One bar for each variant that is running; drawn only on a terminal.
 pub struct Bars {
     all: MultiProgress,
-    running: Mutex<HashMap<usize, ProgressBar>>,
+    /// Whether there is a terminal to draw on.
+    seen: bool,
+    /// Nothing is drawn any more.
+    over: Arc<AtomicBool>,
+    /// By the number of the variant; none: what is prepared before.
+    running: Mutex<HashMap<Option<usize>, ProgressBar>>,
     most_steps: Option<u64>,
     show: Option<Show>,
 }
@@ -24,12 +35,22 @@ pub struct Bars {
 type Show = Arc<dyn Fn(Part) -> u8 + Send + Sync>;
 
 impl Bars {
-    /// Bars, or nothing if the user wants it quiet.
+    /// Bars, or nothing if the user wants it quiet; drawn once it takes long enough to be read.
     pub fn new(quiet: bool) -> Self {
-        let seen = !quiet && std::io::stderr().is_terminal();
-        let target = if seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let seen = !quiet && std::io::stderr().is_terminal() && crate::render::obeys();
         stop::computing(true);
-        Self { all: MultiProgress::with_draw_target(target), running: Mutex::default(), most_steps: None, show: None }
+        let all = MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
+        let over = Arc::new(AtomicBool::new(false));
+        if seen {
+            let (all, over) = (all.clone(), Arc::clone(&over));
+            std::thread::spawn(move || {
+                std::thread::sleep(QUICK);
+                if !over.load(Ordering::Relaxed) {
+                    all.set_draw_target(ProgressDrawTarget::stderr());
+                }
+            });
+        }
+        Self { all, seen, over, running: Mutex::default(), most_steps: None, show: None }
     }
 
     /// The same for a command that shows what is finished, should it end early.
@@ -43,33 +64,60 @@ impl Bars {
     }
 
     /// Takes the bars off the screen.
-    pub fn finish(&self) {
+    pub fn clear(&self) {
+        self.over.store(true, Ordering::Relaxed);
         for bar in self.running.lock().unwrap_or_else(PoisonError::into_inner).values() {
             bar.finish_and_clear();
         }
         let _ = self.all.clear();
+    }
+
+    /// Takes the bars off the screen: what follows is written.
+    pub fn finish(&self) {
+        self.clear();
         stop::computing(false);
     }
+
+    /// Moves a bar, which is there from its first part to its last.
+    fn draw(&self, key: Option<usize>, name: &str, fraction: f64) {
+        if !self.seen {
+            return;
+        }
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        if fraction >= 1.0 {
+            if let Some(bar) = running.remove(&key) {
+                bar.finish_and_clear();
+                self.all.remove(&bar);
+            }
+            return;
+        }
+        let bar = running.entry(key).or_insert_with(|| {
+            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %  {left}")
+                .unwrap_or_else(|_| ProgressStyle::default_bar());
+            let style = style.progress_chars("=> ").with_key("left", left);
+            let bar = self.all.add(ProgressBar::new(STEPS).with_style(style));
+            bar.enable_steady_tick(TICK);
+            bar.with_message(crate::render::visible(name))
+        });
+        bar.set_position((fraction.max(0.0) * STEPS as f64) as u64);
+    }
+}
+
+/// The time left, once there is something to tell it from.
+fn left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    let _ = match state.pos() {
+        0 => write!(out, "{} so far", HumanDuration(state.elapsed())),
+        _ => write!(out, "{:#} left", HumanDuration(state.eta())),
+    };
 }
 
 impl Progress for Bars {
     fn advance(&self, variant: usize, name: &str, fraction: f64) {
-        if self.all.is_hidden() {
-            return;
-        }
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        let bar = running.entry(variant).or_insert_with(|| {
-            let style = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} %  {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar());
-            let bar = ProgressBar::new(STEPS).with_style(style.progress_chars("=> "));
-            self.all.add(bar).with_message(crate::render::visible(name))
-        });
-        if fraction >= 1.0 {
-            bar.finish_and_clear();
-            self.all.remove(bar);
-        } else {
-            bar.set_position((fraction.max(0.0) * STEPS as f64) as u64);
-        }
+        self.draw(Some(variant), name, fraction);
+    }
+
+    fn preparing(&self, fraction: f64) {
+        self.draw(None, "preparing", fraction);
     }
 
     fn stop(&self) -> Option<String> {

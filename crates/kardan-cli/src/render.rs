@@ -91,8 +91,14 @@ pub fn visible(text: &str) -> String {
     out
 }
 
+/// Whether a terminal understands more than text.
+pub fn obeys() -> bool {
+    std::env::var_os("TERM").is_none_or(|kind| kind != "dumb")
+}
+
 fn handler() -> GraphicalReportHandler {
-    let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let colours =
+        std::io::stderr().is_terminal() && obeys() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     let theme = if colours { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let width = terminal_size::terminal_size_of(std::io::stderr()).map_or(100, |(width, _)| usize::from(width.0));
     GraphicalReportHandler::new_themed(theme)

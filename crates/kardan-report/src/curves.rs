@@ -94,7 +94,9 @@ pub(super) fn curves<'a>(study: &'a Study, plot: &'a Plot) -> Curves<'a> {
              says which.",
         );
     }
+    let moves = all.iter().any(|curve| span(&curve.values).is_some_and(|(low, high)| high > low));
     if least_span > 0.0
+        && moves
         && all.iter().all(|curve| span(&curve.values).is_some_and(|(low, high)| high - low < least_span))
     {
         note.push("What moves here is less than a billionth of what these signals do in other runs: rounding.");

@@ -66,7 +66,12 @@ impl Page {
 
     /// Text in 100 columns for a terminal, without pictures and details; `origin` tells where it comes from, if it is known.
     pub fn text(&self, origin: &str) -> String {
-        terminal::text(self, origin)
+        self.text_within(origin, terminal::WIDTH)
+    }
+
+    /// The same in so many columns, at most 100: tables that do not fit are written row by row.
+    pub fn text_within(&self, origin: &str, columns: usize) -> String {
+        terminal::text(self, origin, columns)
     }
 
     /// Markdown with tables, without pictures. Every text is escaped.

@@ -78,9 +78,15 @@
       scales: {
         x: { time: false },
         // What is nothing but rounding gets an axis on which it looks so.
-        y: { range: (u, low, high) => high - low >= plot.least_span
-          ? uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true)
-          : [(low + high - plot.least_span) / 2, (low + high + plot.least_span) / 2] },
+        y: { range: (u, low, high) => {
+          if (low === null || high === null) return [0, 1];
+          const least = Math.max(plot.least_span, 1e-6 * Math.max(Math.abs(low), Math.abs(high)));
+          const half = Math.max(least, 0.1 * Math.abs(low + high)) / 2;
+          if (!(high - low >= least)) return [(low + high) / 2 - half, (low + high) / 2 + half];
+          const [from, to] = uPlot.rangeNum(low, high, 0.1, true);
+          // Its rounding is too coarse for what hardly moves far from zero.
+          return from <= low && high <= to ? [from, to] : [low - 0.1 * (high - low), high + 0.1 * (high - low)];
+        } },
       },
       axes: [
         { ...axis, label: "time [" + clock.unit + "]", size: 28 },
@@ -88,6 +94,10 @@
       ],
       series: [{ label: "time", value: (u, value) => (value == null ? "" : figure(value) + " " + clock.unit) }, ...series],
       legend: { markers: { dash: (u, index) => lineStyle(plot.curves[index - 1]), width: 2 } },
+      // What is shown, for who reads the page with a program.
+      hooks: { setScale: [(u, key) => {
+        if (key === "x") [element.dataset.from, element.dataset.until] = [u.scales.x.min, u.scales.x.max];
+      }] },
       cursor: { sync: { key: sync.key }, dataIdx: nearest, drag: { x: true, y: false, dist: 4 }, points: { size: 6 } },
     };
     const chart = new uPlot(options, joined, element);
@@ -95,10 +105,16 @@
     return chart;
   }
 
-  const zoom = (from, to) => charts.forEach((chart) => chart.setScale("x", { min: from, max: to }));
+  // A plot of a part of the time has nothing beyond it: it shows what it has of the zoom, and stays as it is where that is nothing.
+  const ends = (chart) => [chart.data[0][0], chart.data[0][chart.data[0].length - 1]];
+  const zoom = (from, to) => charts.forEach((chart) => {
+    const [first, last] = ends(chart);
+    const [min, max] = [Math.max(from, first), Math.min(to, last)];
+    if (min < max) chart.setScale("x", { min, max });
+  });
   const reset = () => charts.forEach((chart) => {
-    const time = chart.data[0];
-    chart.setScale("x", { min: time[0], max: time[time.length - 1] });
+    const [min, max] = ends(chart);
+    chart.setScale("x", { min, max });
   });
 
   function button(text, title, action) {
@@ -112,10 +128,13 @@
 
   function tools(element) {
     element.append(button("reset zoom", "show the whole time of all charts", reset));
-    if (data.marks.length) element.append("zoom to");
     const marks = data.marks.map(shown);
+    const own = charts.find((chart) => chart.root.parentElement.dataset.plot === element.dataset.plot);
+    const [first, last] = own ? ends(own) : [0, Infinity];
+    const end = Math.max(...charts.map((chart) => ends(chart)[1]));
+    if (marks.some((mark) => mark >= first && mark < last)) element.append("zoom to");
     marks.forEach((mark, index) => {
-      const end = Math.max(...charts.map((chart) => chart.data[0][chart.data[0].length - 1]));
+      if (mark < first || mark >= last) return;
       const span = (marks[index + 1] ?? Math.max(end, mark + 1e-3)) - mark;
       const [from, to] = [Math.max(0, mark - 0.05 * span), mark + 0.3 * span];
       const unit = " " + clock.unit;

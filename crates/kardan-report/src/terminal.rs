@@ -1,9 +1,12 @@
-//! A page as text in 100 columns.
+//! A page as text in so many columns.
 
 use super::model::{Block, Body, Cell, Entry, Matrix, Page, Section, Table, Tone};
 use super::prose::rounded;
 
-const WIDTH: usize = 100;
+/// Columns where nobody tells how many there are, and the most.
+pub(super) const WIDTH: usize = 100;
+/// Fewer columns are not kept to.
+const NARROWEST: usize = 30;
 /// A matrix with more rows or columns is not shown.
 const LARGE: usize = 24;
 /// Longer names of rows and columns of a matrix are cut.
@@ -17,22 +20,23 @@ const LEAST: usize = 8;
 /// Digits of rounded entries of a matrix: somebody may type them in.
 const DIGITS: usize = 9;
 
-/// See [`Page::text`].
-pub(super) fn text(page: &Page, origin: &str) -> String {
+/// See [`Page::text_within`].
+pub(super) fn text(page: &Page, origin: &str, columns: usize) -> String {
+    let width = columns.clamp(NARROWEST, WIDTH);
     let mut out = page.name.clone() + &if origin.is_empty() { String::new() } else { format!(" ({origin})") } + "\n";
     if let Some(first) = page.description.split("\n\n").map(str::trim).find(|text| !text.is_empty()) {
-        sentence(&mut out, first);
+        sentence(&mut out, first, width);
     }
     let verdict = page.verdict.iter().cloned().map(Block::Verdict);
     let alerts = page.alerts.iter().cloned().map(Block::Alert);
     let first = Body(verdict.chain(alerts).collect());
     out += if first.0.is_empty() { "" } else { "\n" };
-    blocks(&mut out, &first);
+    blocks(&mut out, &first, width);
     for Section { title, body, .. } in &page.sections {
         let mut said = String::new();
-        blocks(&mut said, body);
+        blocks(&mut said, body, width);
         if !said.is_empty() {
-            out += &format!("\n{title}\n{said}");
+            out += &format!("\n{}\n{said}", textwrap::fill(title, width));
         }
     }
     // A terminal obeys control characters.
@@ -44,30 +48,30 @@ pub(super) fn text(page: &Page, origin: &str) -> String {
     out.chars().map(plain).collect()
 }
 
-fn blocks(out: &mut String, body: &Body) {
+fn blocks(out: &mut String, body: &Body, width: usize) {
     for block in &body.0 {
         match block {
-            Block::Text(Tone::Bad, text) => sentence(out, &format!("WARNING: {text}")),
-            Block::Text(_, text) => sentence(out, text),
-            Block::Verdict(verdict) => sentence(out, &verdict.text),
-            Block::Alert(alert) => sentence(out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text)),
+            Block::Text(Tone::Bad, text) => sentence(out, &format!("WARNING: {text}"), width),
+            Block::Text(_, text) => sentence(out, text, width),
+            Block::Verdict(verdict) => sentence(out, &verdict.text, width),
+            Block::Alert(alert) => sentence(out, &format!("{}: {}", alert.kind.to_uppercase(), alert.text), width),
             Block::List(texts) => {
-                texts.iter().take(ITEMS).for_each(|text| sentence(out, text));
+                texts.iter().take(ITEMS).for_each(|text| sentence(out, text, width));
                 more(out, texts.len(), ITEMS);
             }
             Block::Names(what, names) => {
                 let shown = if names.is_empty() { "none".into() } else { super::words::list(names, NAMES) };
-                sentence(out, &format!("{what} ({}): {shown}", names.len()));
+                sentence(out, &format!("{what} ({}): {shown}", names.len()), width);
             }
-            Block::Table(found) => table(out, found),
+            Block::Table(found) => table(out, found, width),
             // Of a whole page within this one the verdict is enough.
             Block::Part(part) if !part.anchor.is_empty() => {}
-            Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one)),
+            Block::Matrices(all) => all.iter().for_each(|one| matrix(out, one, width)),
             Block::Part(Section { title, body, .. }) | Block::Fold(title, body) => {
                 let mut said = String::new();
-                blocks(&mut said, body);
+                blocks(&mut said, body, width);
                 if !said.is_empty() {
-                    sentence(out, &format!("{title}:"));
+                    sentence(out, &format!("{title}:"), width);
                     *out += &said;
                 }
             }
@@ -77,9 +81,9 @@ fn blocks(out: &mut String, body: &Body) {
 }
 
 /// A paragraph, wrapped and indented.
-fn sentence(out: &mut String, text: &str) {
+fn sentence(out: &mut String, text: &str, width: usize) {
     let text = rounded(&text.split_whitespace().collect::<Vec<_>>().join(" "));
-    let options = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("    ");
+    let options = textwrap::Options::new(width).initial_indent("  ").subsequent_indent("    ");
     *out += &textwrap::fill(&text, options);
     out.push('\n');
 }
@@ -102,9 +106,9 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-/// A table as wide as its contents, at most [`WIDTH`]: first the titles above numbers give way, then texts between
-/// their words, the widest first, and in the end words.
-fn table(out: &mut String, table: &Table) {
+/// A table as wide as its contents, at most `width`: first the titles above numbers give way, then texts between
+/// their words, the widest first, and in the end words. On a narrow screen that does not hold it, row by row.
+fn table(out: &mut String, table: &Table, width: usize) {
     let number = |k: usize| table.columns[k].starts_with('#');
     let count = |text: &str| text.chars().count();
     let titles: Vec<String> =
@@ -116,12 +120,17 @@ fn table(out: &mut String, table: &Table) {
     let word = |text: &str| text.split(' ').map(count).max().unwrap_or(0);
     let words = |k: usize| shown.iter().filter_map(|row| row.get(k)).map(|cell| word(cell)).max().unwrap_or(0);
     let least = |k: usize| if number(k) { word(&titles[k]).max(widest(k)) } else { LEAST };
-    while 2 * widths.len() + widths.iter().sum::<usize>() > WIDTH {
+    while 2 * widths.len() + widths.iter().sum::<usize>() > width {
         let narrower = (0..widths.len()).filter(|&k| widths[k] > least(k));
         match narrower.max_by_key(|&k| (number(k), widths[k] > words(k), widths[k], std::cmp::Reverse(k))) {
             Some(k) => widths[k] -= 1,
             None => break,
         }
+    }
+    if width < WIDTH && 2 * widths.len() + widths.iter().sum::<usize>() > width {
+        shown.iter().for_each(|row| record(out, &titles, row, width));
+        more(out, table.rows.len(), table.brief);
+        return;
     }
     let titled = titles.iter().any(|title| !title.is_empty());
     for row in titled.then_some(&titles).into_iter().chain(&shown) {
@@ -138,13 +147,24 @@ fn table(out: &mut String, table: &Table) {
     more(out, table.rows.len(), table.brief);
 }
 
+/// A row of a table that is too wide: its first cell, and the others below it with their titles.
+fn record(out: &mut String, titles: &[String], row: &[String], width: usize) {
+    for (k, (title, cell)) in titles.iter().zip(row).enumerate().filter(|(_, (_, cell))| !cell.is_empty()) {
+        let text = if k == 0 || title.is_empty() { cell.clone() } else { format!("{title}: {cell}") };
+        let [first, rest] = if k == 0 { ["  ", "    "] } else { ["    ", "      "] };
+        let options = textwrap::Options::new(width).initial_indent(first).subsequent_indent(rest);
+        *out += &textwrap::fill(&text.replace('\u{a0}', " "), options);
+        out.push('\n');
+    }
+}
+
 /// The lines of a cell; hard spaces do not break, and become plain ones.
 fn lines(cell: &str, width: usize) -> Vec<String> {
     textwrap::wrap(cell, width.max(1)).iter().map(|line| line.replace('\u{a0}', " ")).collect()
 }
 
 /// A matrix with its names, in as many pieces as its columns need.
-fn matrix(out: &mut String, matrix: &Matrix) {
+fn matrix(out: &mut String, matrix: &Matrix, available: usize) {
     let (height, width) = (matrix.entries.len(), matrix.columns.len());
     let fits = height.max(width) <= LARGE;
     let rounded = fits && matrix.entries.iter().flatten().any(|entry| entry.written(DIGITS).1);
@@ -153,7 +173,7 @@ fn matrix(out: &mut String, matrix: &Matrix) {
         (true, true) => ", long fractions rounded",
         (false, _) => "",
     };
-    sentence(out, &format!("{}{exact}", matrix.title));
+    sentence(out, &format!("{}{exact}", matrix.title), available);
     if !fits {
         *out += &format!("  {height} × {width}; --json gives all\n");
         return;
@@ -169,7 +189,7 @@ fn matrix(out: &mut String, matrix: &Matrix) {
     };
     let mut from = 0;
     while from < width {
-        let mut room = WIDTH.saturating_sub(left + 2);
+        let mut room = available.saturating_sub(left + 2);
         let mut until = from;
         while until < width && (until == from || wide(until) <= room) {
             room = room.saturating_sub(wide(until));
@@ -182,7 +202,7 @@ fn matrix(out: &mut String, matrix: &Matrix) {
         };
         let rows = names.iter().zip(&matrix.entries).map(row).collect();
         let columns = std::iter::once(String::new()).chain(titles).collect();
-        table(out, &Table { columns, rows, brief: LARGE });
+        table(out, &Table { columns, rows, brief: LARGE }, available);
         from = until;
     }
 }

@@ -11,7 +11,7 @@ use kardan_report as report;
 use crate::args::AnalyzeArgs;
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{prepare_file, print, save, save_page, say_written};
+use crate::output::{in_words, prepare_file, print, save, save_page, say_written};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -40,7 +40,7 @@ fn tell(analysis: &Analysis, args: &AnalyzeArgs, origin: &str, quiet: bool) -> R
     if let Some(path) = &args.export {
         save_forms(path, analysis)?;
     }
-    print(&if args.json { export::analysis_json(analysis) + "\n" } else { page.text(origin) })?;
+    print(&if args.json { export::analysis_json(analysis) + "\n" } else { in_words(&page, origin) })?;
     for path in args.report.iter().chain(&args.export).filter(|_| !quiet) {
         say_written(path);
     }
@@ -69,7 +69,7 @@ fn is_mat(path: &Path) -> bool {
 }
 
 fn of_model(args: &AnalyzeArgs, settings: &AnalyzeSettings, quiet: bool) -> Result<(Analysis, String), Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     args.report.as_deref().map_or(Ok(()), prepare_file)?;
     args.export.as_deref().map_or(Ok(()), prepare_file)?;
     // Only the analysis knows which mistakes stop it; of the others the warnings are said.

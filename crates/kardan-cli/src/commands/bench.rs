@@ -16,7 +16,7 @@ use crate::args::{BenchArgs, Format, Limits};
 use crate::exit::{DONE, ERROR};
 use crate::folder::{Folder, tell_gone};
 use crate::input;
-use crate::output::{print, shown, where_to_look};
+use crate::output::{in_words, print, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::source::{Origin, Source};
@@ -34,7 +34,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
             formats.push(*format);
         }
     }
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let known = project.mistakes().to_vec();
     if known.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics: known });
@@ -128,7 +128,7 @@ fn printed(
         Some(found) => report::bench(found),
         None => report::plan(bench.name(), bench.plan(), bench.notes()),
     };
-    let mut out = page.text("");
+    let mut out = in_words(&page, "");
     let _ = writeln!(out, "\nThe plant differs from its model in {} values.\nWritten:", bench.truth().len());
     files.iter().take(SHOWN).for_each(|file| out += &format!("  {file}\n"));
     if files.len() > SHOWN {

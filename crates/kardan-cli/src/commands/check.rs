@@ -10,7 +10,7 @@ use crate::output::print;
 use crate::render::{self, Failure, visible};
 
 pub fn check(args: &CheckArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let diagnostics = project.mistakes().to_vec();
     if diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return Err(Failure { source: Some(source), diagnostics });

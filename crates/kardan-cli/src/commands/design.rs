@@ -11,7 +11,7 @@ use kardan_report as report;
 use crate::args::{DesignArgs, word};
 use crate::exit::{DONE, ERROR, exit_code};
 use crate::input;
-use crate::output::{prepare_files, print, save, save_page, say_written};
+use crate::output::{in_words, prepare_files, print, save, save_page, say_written};
 use crate::progress::{Bars, because};
 use crate::render::{self, Failure};
 use crate::stop;
@@ -21,7 +21,7 @@ const LAW: &str = "decoupling";
 
 pub fn design(args: &DesignArgs, quiet: bool) -> Result<u8, Failure> {
     let settings = settings(args)?;
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let outputs: Vec<&Path> = args.report.iter().chain(&args.controller).map(PathBuf::as_path).collect();
     prepare_files(&outputs, None)?;
     // Only the design knows which mistakes stop it; of the others the warnings are said.
@@ -60,7 +60,7 @@ fn tell(design: &Design, args: &DesignArgs, origin: &str, quiet: bool) -> Result
     if let Some(path) = &args.controller {
         save(path, export::controller_json(design).as_bytes())?;
     }
-    print(&if args.json { export::design_json(design) + "\n" } else { page.text(origin) })?;
+    print(&if args.json { export::design_json(design) + "\n" } else { in_words(&page, origin) })?;
     for path in args.report.iter().chain(&args.controller).filter(|_| !quiet) {
         say_written(path);
     }

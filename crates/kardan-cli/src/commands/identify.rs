@@ -15,7 +15,7 @@ use kardan_report as report;
 use crate::args::{IdentifyArgs, word};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::input;
-use crate::output::{prepare_files, print, protect, reason, save_over, save_page, say_written};
+use crate::output::{in_words, prepare_files, print, protect, reason, save_over, save_page, say_written};
 use crate::progress::{Bars, because};
 use crate::render::{Failure, note};
 use crate::source::Source;
@@ -76,7 +76,7 @@ fn tell(found: &Identification, args: &IdentifyArgs, source: &Source, quiet: boo
     let left = write_to.map(|path| write(path, &args.model, source, found)).transpose();
     // What was found is printed also where it cannot be written; of JSON there is one object, then that of the mistake.
     let left = if args.json { Ok(left?) } else { left };
-    print(&if args.json { export::identification_json(found) + "\n" } else { page.text(&source.to_string()) })?;
+    print(&if args.json { export::identification_json(found) + "\n" } else { in_words(&page, &source.to_string()) })?;
     let left = left?.unwrap_or_default();
     for path in args.report.iter().map(PathBuf::as_path).chain(write_to).filter(|_| !quiet) {
         say_written(path);

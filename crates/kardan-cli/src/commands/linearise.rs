@@ -11,7 +11,7 @@ use crate::output::{prepare_file, print, save};
 use crate::render::{self, Failure, note};
 
 pub fn linearise(args: &LineariseArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     args.out.as_deref().map_or(Ok(()), prepare_file)?;
     let settings = AnalyzeSettings {
         variant: args.variant.clone(),

@@ -14,13 +14,13 @@ use crate::args::{Format, RunArgs};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::folder::{Folder, tell_gone};
 use crate::input;
-use crate::output::{print, shown, where_to_look};
+use crate::output::{in_words, print, shown, where_to_look};
 use crate::progress::Bars;
 use crate::render::{self, Failure};
 use crate::stop;
 
 pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
-    let (source, project) = input::open(&args.model, &args.changes, quiet)?;
+    let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
     let mut known = project.mistakes().to_vec();
     if args.force {
         study::overrule(&mut known);
@@ -66,7 +66,7 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
         let written = files.runs.iter().flatten().chain(&files.report).chain(&files.plots);
         let mut written: String = written.map(|path| format!("wrote {path}\n")).collect();
         files.report.iter().for_each(|report| written += &where_to_look(report));
-        print(&(page.text(origin) + "\n" + &render::visible(&written)))?;
+        print(&(in_words(&page, origin) + "\n" + &render::visible(&written)))?;
     }
     tell_gone(&gone, quiet);
     if let Some(why) = stop::reason() {

@@ -85,13 +85,39 @@
     }
   }
 
-  addEventListener("load", () => {
+  // Whatever is zoomed to, every chart shows something of its own time, and all of it again after a reset.
+  async function zoomed() {
+    const element = document.getElementById("data");
+    if (!element) return;
+    const data = JSON.parse(element.textContent);
+    const charts = [...document.querySelectorAll(".chart")].map((chart) => {
+      const times = data.plots[chart.dataset.plot].curves.flatMap((curve) => curve.t).map((t) => t * data.clock.per_second);
+      return [chart, Math.min(...times), Math.max(...times)];
+    }).filter(([, first, last]) => first < last);
+    const press = async (button, right) => {
+      button.click();
+      await new Promise((done) => setTimeout(done));
+      for (const [chart, first, last] of charts) {
+        const [from, until] = [Number(chart.dataset.from), Number(chart.dataset.until)];
+        if (!right(from, until, first, last)) say("zoom", `"${button.textContent}" shows ${from} to ${until} of ${first} to ${last}`);
+      }
+    };
+    const slack = 1e-9;
+    const within = (from, until, first, last) => from < until && from >= first - slack && until <= last + slack;
+    const whole = (from, until, first, last) => within(from, until, first, last) && until - from > (1 - slack) * (last - first);
+    const [reset, ...buttons] = document.querySelector(".tools")?.querySelectorAll("button") ?? [];
+    for (const button of buttons) await press(button, within);
+    if (reset) await press(reset, whole);
+  }
+
+  addEventListener("load", async () => {
     for (const sheet of document.styleSheets) gather(sheet.cssRules);
     document.querySelectorAll("details").forEach((details) => { details.open = true; });
     for (const mode of paper ? ["print"] : ["light", "dark"]) {
       show(mode);
       look(mode);
     }
+    if (!paper) await zoomed();
     parent.postMessage([...wrong], "*");
   });
 })();

@@ -13,26 +13,51 @@ const NAMES: [&str; 5] = ["chromium", "chromium-browser", "google-chrome", "goog
 /// Looks at a page and tells its parent what is wrong.
 const CHECK: &str = include_str!("check.js");
 /// Pages in one start of the browser.
-const TOGETHER: usize = 4;
+const TOGETHER: usize = 8;
 /// One start of the browser takes no longer.
 const LIMIT: Duration = Duration::from_secs(90);
 
-/// The reports, as arguments of the command, and where each is written; the long runs of the control units are those of other tests.
-const REPORTS: [(&str, &[&str], &str); 13] = [
-    ("run-steering", &["run", "sia-steering", "--out", "."], "report.html"),
-    ("run-joint", &["run", "sia-joint-angle", "--out", "."], "report.html"),
-    ("run-drive", &["run", "harmonic-drive", "--out", "."], "report.html"),
-    ("run-spring", &["run", "harmonic-drive-spring", "--out", "."], "report.html"),
-    ("run-bodies", &["run", "two-bodies", "--out", "."], "report.html"),
-    ("run-ladder", &["run", "rlc-ladder", "--out", "."], "report.html"),
-    ("analysis-steering", &["analyze", "sia-steering", "--report", "report.html"], "report.html"),
-    ("analysis-ladder", &["analyze", "rlc-ladder", "--report", "report.html"], "report.html"),
-    ("design-steering", &["design", "sia-steering", "--report", "report.html"], "report.html"),
-    ("design-drive", &["design", "harmonic-drive", "--report", "report.html"], "report.html"),
-    ("design-ecu", &["design", "harmonic-drive-ecu", "--report", "report.html"], "report.html"),
-    ("run-many", &["run", "many.toml", "--out", "."], "report.html"),
-    ("bench", &["bench", "harmonic-drive-bench", "--study", "--out", "."], "report.html"),
+/// The reports by their folders, as arguments of the command; each writes `report.html` there. Of the control unit of the steering
+/// system one run and one design stand for all.
+const REPORTS: [(&str, &[&str]); 30] = [
+    ("bench", &["bench", "harmonic-drive-bench", "--study", "--out", "."]),
+    ("run-steering-ecu", &["run", "sia-steering-ecu", "--variant", "rack", "--out", "."]),
+    (
+        "design-steering-ecu",
+        &["design", "sia-steering-ecu", "--no-simulation", "--control", "full_state", "--report", PAGE],
+    ),
+    ("design-spring-ecu", &["design", "harmonic-drive-spring-ecu", "--report", PAGE]),
+    ("run-spring-ecu", &["run", "harmonic-drive-spring-ecu", "--out", "."]),
+    ("design-ecu", &["design", "harmonic-drive-ecu", "--report", PAGE]),
+    ("run-ecu", &["run", "harmonic-drive-ecu", "--set", "scenario.duration=0.1 s", "--out", "."]),
+    ("run-steering", &["run", "sia-steering", "--out", "."]),
+    ("run-joint", &["run", "sia-joint-angle", "--out", "."]),
+    ("run-drive", &["run", "harmonic-drive", "--out", "."]),
+    ("run-spring", &["run", "harmonic-drive-spring", "--out", "."]),
+    ("run-bodies", &["run", "two-bodies", "--out", "."]),
+    ("run-ladder", &["run", "rlc-ladder", "--out", "."]),
+    ("run-pinion", &["run", "rack-and-pinion", "--out", "."]),
+    ("run-motors", &["run", "two-motor-drive", "--out", "."]),
+    ("run-many", &["run", "many.toml", "--out", "."]),
+    ("analysis-steering", &["analyze", "sia-steering", "--report", PAGE]),
+    ("analysis-joint", &["analyze", "sia-joint-angle", "--report", PAGE]),
+    ("analysis-drive", &["analyze", "harmonic-drive", "--report", PAGE]),
+    ("analysis-spring", &["analyze", "harmonic-drive-spring", "--report", PAGE]),
+    ("analysis-bodies", &["analyze", "two-bodies", "--report", PAGE]),
+    ("analysis-ladder", &["analyze", "rlc-ladder", "--report", PAGE]),
+    ("analysis-pinion", &["analyze", "rack-and-pinion", "--report", PAGE]),
+    ("analysis-motors", &["analyze", "two-motor-drive", "--report", PAGE]),
+    ("analysis-many", &["analyze", "many.toml", "--report", PAGE]),
+    ("design-steering", &["design", "sia-steering", "--report", PAGE]),
+    ("design-joint", &["design", "sia-joint-angle", "--report", PAGE]),
+    ("design-drive", &["design", "harmonic-drive", "--report", PAGE]),
+    ("design-spring", &["design", "harmonic-drive-spring", "--report", PAGE]),
+    ("design-bodies", &["design", "two-bodies", "--law", "lqr", "--report", PAGE]),
 ];
+/// What stands on the logs of the bench.
+const IDENTIFIED: (&str, &[&str]) =
+    ("identify", &["identify", "harmonic-drive-bench", "../bench/harmonic-drive-bench-1.csv", "--report", PAGE]);
+const PAGE: &str = "report.html";
 
 /// The browser, or why there is none.
 fn browser() -> Result<PathBuf, String> {
@@ -86,22 +111,42 @@ fn many() -> String {
         "[motor.drive]\nshaft = \"{}\"\n[scenario]\nduration = \"0.5 s\"\noutput_step = \"10 ms\"",
         name(0)
     );
-    model + "[[scenario.event]]\nsignal = \"drive.tau\"\nat = \"0.1 s\"\nto = \"1 N m\"\n"
+    model
+        + "[[scenario.event]]\nsignal = \"drive.tau\"\nat = \"0.1 s\"\nto = \"1 N m\"\n\
+           [[scenario.event]]\nsignal = \"drive.tau\"\nat = \"0.4 s\"\nto = \"0 N m\"\n\
+           [[plot]]\nname = \"all\"\ntitle = \"All the time\"\nsignals = [\"drive.tau\"]\n\
+           [[plot]]\nname = \"part\"\ntitle = \"A part of it\"\nsignals = [\"drive.tau\"]\nfrom = \"0.05 s\"\nuntil = \"0.2 s\"\n"
 }
 
 /// Makes a report and puts the script that checks it into its copy.
-fn report(folder: &Path, (name, arguments, file): (&str, &[&str], &str)) -> PathBuf {
+fn report(folder: &Path, (name, arguments): (&str, &[&str])) -> PathBuf {
     let own = folder.join(name);
     std::fs::create_dir_all(&own).expect("a folder");
     std::fs::write(own.join("many.toml"), many()).expect("a model");
     let done = Command::new(env!("CARGO_BIN_EXE_kardan")).current_dir(&own).args(arguments).output();
     let done = done.expect("kardan starts");
     assert!(done.status.code().is_some_and(|code| code < 2), "{name}: {}", String::from_utf8_lossy(&done.stderr));
-    let page = std::fs::read_to_string(own.join(file)).expect("the report");
+    let page = std::fs::read_to_string(own.join(PAGE)).expect("the report");
     let checked = with_check(&page);
     let place = folder.join(format!("{name}.html"));
     std::fs::write(&place, checked).expect("a copy");
     place
+}
+
+/// All reports, on as many threads as there are cores.
+fn all_reports(folder: &Path) -> Vec<PathBuf> {
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let worker = || -> Vec<PathBuf> {
+        let number = || REPORTS.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+        std::iter::from_fn(number).map(|one| report(folder, *one)).collect()
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(4);
+    let mut pages: Vec<PathBuf> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("the reports")).collect()
+    });
+    pages.push(report(folder, IDENTIFIED));
+    pages
 }
 
 fn with_check(page: &str) -> String {
@@ -184,7 +229,7 @@ fn built_in_reports_are_sound_in_a_browser() {
         }
     };
     let folder = Folder::new("reports");
-    let pages: Vec<PathBuf> = REPORTS.into_iter().map(|one| report(&folder.0, one)).collect();
+    let pages = all_reports(&folder.0);
     let wrong: Vec<String> = pages.chunks(TOGETHER).flat_map(|pages| complaints(&browser, &folder.0, pages)).collect();
     assert!(wrong.is_empty(), "{} complaints:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -7,7 +7,7 @@ use crate::text::number;
 use crate::words::{self, design as said, list, pairs};
 use kardan::results::{
     Canonical, ChannelResult, ControllerData, CrossCoupling, DataMatrix, DataNumber, Decouplability, Design, Feedback,
-    Flatness, HiddenMotion, Integrators, Motion, ObserverResult, Passage, Pole, ZeroDynamics, ZeroMode,
+    Flatness, HiddenMotion, Integrators, Motion, NO_RESPONSES, ObserverResult, Passage, Pole, ZeroDynamics, ZeroMode,
 };
 
 /// More poles are counted where there is little room.
@@ -61,7 +61,11 @@ pub fn page(design: &Design) -> Page {
             ("flatness", "Flatness", new().list(design.flatness.iter().flat_map(flatness))),
             ("canonical", "Canonically decoupled form", canonical(design)),
             ("controller", "Controller", controller(design)),
-            ("remarks", "Notes of the design", new().list(design.notes.iter().cloned())),
+            (
+                "remarks",
+                "Notes of the design",
+                new().list(design.notes.iter().filter(|note| !note.starts_with(NO_RESPONSES)).cloned()),
+            ),
         ]),
         data: None,
     }
@@ -69,7 +73,11 @@ pub fn page(design: &Design) -> Page {
 
 fn frequency(design: &Design) -> Body {
     let margins = design.margins.as_ref().map(|margins| margins.channels.as_slice()).unwrap_or_default();
-    design.responses.as_ref().map(|found| responses::responses(found, margins)).unwrap_or_default()
+    match &design.responses {
+        Some(found) => responses::responses(found, margins),
+        None => Body::default()
+            .list(design.notes.iter().filter(|note| note.starts_with(NO_RESPONSES)).map(|note| sentence(note))),
+    }
 }
 
 fn head(design: &Design) -> Body {

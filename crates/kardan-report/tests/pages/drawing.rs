@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use kardan::element::find;
 use kardan::model::{BUILTIN, read};
 use kardan::results::{Analysis, Mechanism};
+use kardan::schema::Kind;
+use kardan::units::Dimension;
 
 /// Width of a character of a label of 12 px, px.
 const CHARACTER: f64 = 7.0;
@@ -73,4 +76,33 @@ fn the_mechanism_stands_once_at_the_head() {
     assert_eq!(page.html().matches("class=\"drawing mechanism\"").count(), 1);
     assert!(!page.text("").contains("Mechanism") && !page.markdown().contains("data-kind"));
     assert!(!self::page(Mechanism::default()).contains("id=\"mechanism\""));
+}
+
+/// What appears under the pointer has the unit that its key declares, a number without one where the key has none.
+#[test]
+fn values_in_the_drawing_have_their_units() {
+    let mut seen = 0;
+    for model in BUILTIN {
+        let mechanism = read(model.source).0.model(&[]).0.mechanism;
+        let page = page(mechanism.clone());
+        let titles: Vec<&str> = page.split("<title>").filter_map(|text| Some(text.split_once("</title>")?.0)).collect();
+        for part in mechanism.parts.iter().filter(|part| !part.values.is_empty()) {
+            let kind = find(&part.kind).expect("a kind of the registry");
+            let title = format!("{} {}: {}", part.kind.replace('_', " "), part.name, part.values);
+            assert!(titles.contains(&title.as_str()), "{}: {title}", model.name);
+            for (key, value) in part.values.split(", ").filter_map(|one| one.split_once(" = ")) {
+                let field = kind.fields.iter().find(|field| field.name.replace('_', " ") == key).expect("a key");
+                let unit = match field.kind {
+                    Kind::Quantity(dimension, _) if dimension == Dimension::ANGLE => "deg".into(),
+                    Kind::Quantity(dimension, _) => dimension.si(),
+                    Kind::Number(_) => String::new(),
+                    _ => continue,
+                };
+                let (number, found) = value.split_once(' ').unwrap_or((value, ""));
+                assert!(number.parse::<f64>().is_ok() && found == unit, "{}: {key} = {value}", title);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 100, "{seen}");
 }

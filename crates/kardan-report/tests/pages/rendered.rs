@@ -440,6 +440,25 @@ fn lines_of_text_fit_and_have_no_control_characters() {
     }
 }
 
+/// On a narrow terminal nothing is wider than it, but for single long words, and nothing is left out.
+#[test]
+fn text_fits_a_narrow_terminal() {
+    for page in pages() {
+        let hostile = page.text("here").contains("alert");
+        let narrow = page.text_within("here", 40);
+        for line in narrow.lines().filter(|_| !hostile) {
+            let long = line.split_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
+            assert!(line.chars().count() <= 40.max(long + 6), "{line}");
+            assert_eq!(line, line.trim_end());
+        }
+        assert!(page.text_within("here", 0).len() >= narrow.len() / 2);
+        assert_eq!(page.text_within("here", 1000), page.text("here"));
+    }
+    let run = kardan_report::study(&hostile());
+    let narrow = run.text_within("here", 40).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(narrow.contains("Key figures") && narrow.contains("minimum: "), "{narrow}");
+}
+
 #[test]
 fn the_text_cuts_long_lists_and_says_what_went_wrong() {
     let together = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");

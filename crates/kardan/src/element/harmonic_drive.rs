@@ -1,3 +1,4 @@
+use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::num::Rational;
@@ -53,15 +54,7 @@ ratio = 50
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let keys = ["wave_generator", "circular_spline", "flexspline"];
-    let again = |k: &usize| {
-        values.word(keys[*k]).is_some() && keys[..*k].iter().any(|key| values.word(key) == values.word(keys[*k]))
-    };
-    let mistake = |k: usize| {
-        let message = format!("two of its shafts are `{}`", values.word_or_default(keys[k]));
-        Mistake::new(keys[k], message, "name three different shafts")
-    };
-    let mut out: Vec<Mistake> = (1..keys.len()).filter(again).map(mistake).collect();
+    let mut out = check_different(values, &["wave_generator", "circular_spline", "flexspline"]);
     if values.has("damping") && !values.has("stiffness") {
         let message = "without `stiffness` nothing can twist, so this damping does nothing";
         out.push(Mistake::new(

@@ -1,45 +1,75 @@
+use super::shared::shafts::check_different;
 use super::{Element, Mistake, Values};
 use crate::equations::{Direction, Term};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
-use crate::units::Dimension;
+use crate::units::{Dimension, Exact};
 
 keys! {
-    /// A three-shaft epicyclic gear in its general form.
+    /// A three-shaft epicyclic gear.
     element Planetary("planetary") {
         required {
-            coefficients: Coefficients,
-                "The three coefficients by shaft, such as tooth numbers { sun = 30, ring = 70, carrier = -100 }.";
         }
         optional {
-            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Value of r1 q1 + r2 q2 + r3 q3.";
+            sun: Shaft, "The shaft of the sun; needed, as the next four keys, unless `coefficients` stand in their place.";
+            ring: Shaft, "The shaft of the ring.";
+            carrier: Shaft, "The shaft of the carrier.";
+            sun_teeth: Number(Sign::Positive), "Teeth of the sun, z_s. Only the ratio to those of the ring counts.";
+            ring_teeth: Number(Sign::Positive), "Teeth of the ring, z_r, more than those of the sun.";
+            coefficients: Coefficients,
+                "In place of the five keys above, for other gears with three shafts (differentials, stepped planets): three \
+                 numbers by shaft, such as { left = 1, right = 1, cage = -2 }.";
+            offset: Quantity(Dimension::ANGLE, Sign::Any) = "0 deg", "Value of the sum of coefficient times angle.";
         }
     }
 }
 
-/// A three-shaft epicyclic gear in its general form.
+const SHAFTS: [&str; 3] = ["sun", "ring", "carrier"];
+const TEETH: [&str; 2] = ["sun_teeth", "ring_teeth"];
+
+/// A three-shaft epicyclic gear.
 pub const PLANETARY: Element = Element {
     keyword: Planetary::KEYWORD,
-    summary: "A planetary gear in general form: r1 w1 + r2 w2 + r3 w3 = 0 over three shafts.",
+    summary: "A planetary gear of sun, ring and carrier, none of them fixed: z_s w_s + z_r w_r - (z_s + z_r) w_c = 0.",
     sketch: r"
     ring  r ======[     ]
     carrier c ====[  o  ]      z_s w_s + z_r w_r - (z_s + z_r) w_c = 0
     sun   s ======[     ]",
-    signs: "`<name>.tau` is the multiplier of the row as written: the torque on shaft k is r_k times it. With numbers of \
-            teeth z of sun and ring the coefficients are z_s, z_r and -(z_s + z_r) for sun, ring and carrier; with the carrier \
-            held sun and ring then turn opposite ways, the sun z_r/z_s times as fast.",
+    signs: "With the ring held, the carrier turns z_s/(z_s + z_r) times as fast as the sun, the same way; with the carrier held, \
+            the ring turns z_s/z_r times as fast, backwards. To hold one, give it a shaft and add `[constraint.NAME]` with \
+            `coefficients = { SHAFT = 1 }`. `<name>.tau` is the multiplier of the row as written: the torque on a shaft is its \
+            coefficient (z_s, z_r, -(z_s + z_r)) times it.",
     symbol: Symbol::PlanetaryGear,
     fields: Planetary::FIELDS,
     example: "\
 [planetary.split]
-coefficients = { sun = 30, ring = 70, carrier = -100 }
+sun = \"motor\"
+ring = \"housing_ring\"
+carrier = \"wheel\"
+sun_teeth = 30
+ring_teeth = 70
 ",
     check,
     terms,
 };
 
 fn check(values: &Values) -> Vec<Mistake> {
-    let coefficients = values.map("coefficients").unwrap_or_default();
+    let named: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(|key| values.has(key)).collect();
+    match (values.map("coefficients"), named.first()) {
+        (Some(coefficients), None) => check_coefficients(coefficients),
+        (Some(_), Some(key)) => {
+            let message = format!("`{key}` and `coefficients` both say how the gear turns");
+            vec![Mistake::new(
+                key,
+                message,
+                "keep `coefficients` alone, or the shafts and teeth of sun, ring and carrier",
+            )]
+        }
+        (None, _) => check_named(values),
+    }
+}
+
+fn check_coefficients(coefficients: &[(String, Exact)]) -> Vec<Mistake> {
     let zeros = coefficients.iter().filter(|(_, x)| x.is_zero()).map(|(shaft, _)| {
         let message = format!("the coefficient of `{shaft}` is zero, so the gear does not act on it");
         Mistake::new("coefficients", message, "give three coefficients other than zero, or use `gear` for two shafts")
@@ -55,7 +85,67 @@ fn check(values: &Values) -> Vec<Mistake> {
     )]
 }
 
+fn check_named(values: &Values) -> Vec<Mistake> {
+    let missing = |key: &&'static str| !values.has(key);
+    let missing: Vec<&'static str> = SHAFTS.into_iter().chain(TEETH).filter(missing).collect();
+    if let Some(first) = missing.first() {
+        let keys: Vec<String> = missing.iter().map(|key| format!("`{key}`")).collect();
+        let help = "name the three shafts and the teeth: `sun = \"...\"`, `ring = \"...\"`, `carrier = \"...\"`, `sun_teeth = 30`, \
+                    `ring_teeth = 70`; a part that stands still has a shaft too, held by `[constraint.NAME]` with \
+                    `coefficients = { SHAFT = 1 }`";
+        return vec![Mistake::new(first, format!("it needs {}", keys.join(", ")), help)];
+    }
+    let mut out = check_different(values, &SHAFTS);
+    let [sun, ring] = TEETH.map(|key| values.exact_or_default(key));
+    if ring.to_rational() <= sun.to_rational() {
+        let message = format!("no planet fits between a sun of {} teeth and a ring of {}", sun.to_f64(), ring.to_f64());
+        let help = "the ring has more teeth than the sun: were they swapped? For a differential use `coefficients`";
+        out.push(Mistake::new("ring_teeth", message, help));
+    }
+    out
+}
+
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let along = Direction { entries: values.map("coefficients").unwrap_or_default().to_vec() };
-    vec![Term::Constraint { along, offset: values.exact_or_default("offset") }]
+    let along = match values.map("coefficients") {
+        Some(coefficients) => coefficients.to_vec(),
+        None => {
+            let [sun, ring] = TEETH.map(|key| values.exact_or_default(key));
+            let carrier = Exact { rational: -(sun.to_rational() + ring.to_rational()), pi: 0 };
+            let shafts = SHAFTS.map(|key| values.word_or_default(key).to_string());
+            shafts.into_iter().zip([sun, ring, carrier]).collect()
+        }
+    };
+    vec![Term::Constraint { along: Direction { entries: along }, offset: values.exact_or_default("offset") }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::Resolved;
+
+    /// Willis: (w_s - w_c)/(w_r - w_c) = -z_r/z_s, whatever the speeds of ring and carrier; and the same row by its coefficients.
+    #[test]
+    fn equation_of_willis() {
+        let mut values = Values::default();
+        SHAFTS.iter().for_each(|key| values.insert(key, Resolved::Word((*key).into())));
+        for (key, teeth) in TEETH.into_iter().zip([17, 61]) {
+            values.insert(key, Resolved::Exact(Exact::from_integer(teeth)));
+        }
+        assert_eq!(check(&values), []);
+        let named = terms("p", &values);
+        let [Term::Constraint { along, .. }] = named.as_slice() else { panic!("one constraint expected") };
+        for (ring, carrier) in [(3.0, 0.0), (0.0, 2.0), (-5.0, 7.0)] {
+            let sun = carrier - 61.0 / 17.0 * (ring - carrier);
+            let speed =
+                |shaft: &str| [("sun", sun), ("ring", ring), ("carrier", carrier)].into_iter().find(|x| x.0 == shaft);
+            let sum: f64 =
+                along.entries.iter().map(|(name, x)| x.to_f64() * speed(name).map_or(f64::NAN, |x| x.1)).sum();
+            assert!(sum.abs() < 1e-12, "{sum}");
+        }
+        let mut by_hand = Values::default();
+        by_hand.insert("coefficients", Resolved::Map(along.entries.clone()));
+        let again = terms("p", &by_hand);
+        assert!(check(&by_hand).is_empty());
+        assert!(matches!(&again[..], [Term::Constraint { along: same, .. }] if same == along));
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::examples::example_of;
 use super::reading::CONTROL;
 use super::tables;
 use crate::element;
@@ -118,67 +119,6 @@ stiffness = \"s\"
 damping = \"0.02 N m s/rad ± 50 %\"
 ";
 
-const BENCH_EXAMPLE: &str = "\
-[bench]
-plan = \"constant_speeds\"
-speed_limit = { wg = \"120 rad/s\", cs = \"6 rad/s\" }
-least_speed = { cs = \"0.5 rad/s\" }
-points = 24
-torque_noise = \"0.01 N m\"
-
-[bench.truth]
-\"wg.damping\" = \"0.001 N m s/rad\"
-\"hd.stiffness\" = \"8000 N m/rad\"
-";
-
-const ANALYSIS_EXAMPLE: &str = "\
-[analysis]
-inputs = [\"wg_motor\", \"rk_motor\"]
-outputs = [\"rk.phi\", \"fs.phi\"]
-at = { \"cj.phi\" = \"30 deg\" }
-
-[[analysis.actuator]]
-shaft = \"wg\"
-cost = 120
-
-[[analysis.sensor]]
-shaft = \"rk\"
-measures = \"angle\"
-cost = 40
-";
-
-const LOG_EXAMPLE: &str = "\
-[log.bench]
-time = \"Time\"
-
-[[log.bench.channel]]
-signal = \"wg.phi\"
-column = \"Encoder WG\"
-unit = \"deg\"
-factor = -1
-
-[[log.bench.channel]]
-signal = \"wg_motor.tau\"
-column = \"Load cell\"
-scale = \"20 N m\"
-zero_samples = 100
-";
-
-const IDENTIFICATION_EXAMPLE: &str = "\
-[identification]
-parameters = [\"wg.damping\", \"wg.friction\"]
-window = \"50 ms\"
-loss = \"huber\"
-
-[[identification.extra]]
-kind = \"stribeck\"
-friction = \"wg\"
-
-[[identification.candidate]]
-name = \"viscous\"
-parameters = [\"wg.damping\"]
-";
-
 /// The manual page of one table: an element, a law, or one of [`study_pages`].
 pub fn manual_of(name: &str) -> Option<String> {
     let name = name.trim_start_matches("scenario.");
@@ -252,17 +192,6 @@ fn manual_keys(fields: &[Field]) -> Vec<ManualKey> {
         },
     };
     fields.iter().map(key).collect()
-}
-
-/// The example on the page of a table of the study.
-fn example_of(page: &str) -> &'static str {
-    match page {
-        "analysis" => ANALYSIS_EXAMPLE,
-        "log" => LOG_EXAMPLE,
-        "identification" => IDENTIFICATION_EXAMPLE,
-        "bench" => BENCH_EXAMPLE,
-        _ => "",
-    }
 }
 
 fn keys(fields: &[Field], out: &mut String) {
@@ -382,11 +311,11 @@ mod tests {
 
     #[test]
     fn the_examples_of_the_pages_can_be_read() {
-        for example in [ANALYSIS_EXAMPLE, BENCH_EXAMPLE, PARAMETERS.split("Example\n").nth(1).unwrap_or_default()] {
-            let (document, mistakes) = read(example);
-            assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "{mistakes:?}");
-            let tables = [&document.analysis, &document.bench];
-            assert!(!document.parameters.is_empty() || tables.iter().any(|table| !table.values.is_empty()));
+        let pages = STUDY_TABLES.iter().map(|(page, _)| example_of(page));
+        for example in pages.chain([PARAMETERS.split("Example\n").nth(1).unwrap_or_default()]) {
+            let (_, mistakes) = read(example);
+            assert!(!example.is_empty());
+            assert!(mistakes.iter().all(|d| d.code == "model::no-shaft"), "{example}: {mistakes:?}");
         }
         let forms: Vec<&str> =
             PARAMETERS.lines().filter_map(|line| line.strip_prefix("      \"")?.split('"').next()).collect();

@@ -27,12 +27,15 @@ pub(super) fn part(instance: &Instance, values: &Values, terms: &[Term], describ
     }
 }
 
-/// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor.
+/// The ends that a key declares. A shaft that may be left out is the housing then, but for a sensor, and for a planetary gear that is
+/// given by coefficients.
 fn ends(field: &Field, values: &Values, symbol: Symbol) -> Vec<Terminal> {
     let end = |kind, name: &str| vec![Terminal { key: field.name.into(), kind, name: name.into(), coefficient: None }];
     match (field.kind, values.word(field.name)) {
         (Kind::Shaft, Some(name)) => end(JoinKind::Shaft, name),
-        (Kind::Shaft, None) if !field.required && symbol != Symbol::Sensor => end(JoinKind::Housing, ""),
+        (Kind::Shaft, None) if !field.required && !matches!(symbol, Symbol::Sensor | Symbol::PlanetaryGear) => {
+            end(JoinKind::Housing, "")
+        }
         (Kind::Node, Some(GROUND)) => end(JoinKind::Ground, GROUND),
         (Kind::Node, Some(name)) => end(JoinKind::Node, name),
         (Kind::Element(_), Some(name)) => end(JoinKind::Element, name),

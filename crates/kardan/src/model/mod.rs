@@ -5,6 +5,7 @@
 mod assignment;
 mod builder;
 mod document;
+mod examples;
 mod json_schema;
 mod manual;
 mod mechanism;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use super::document::{Control, Document, Doubts, Instance};
+use super::examples::example_of;
 use super::parameters::{REMOVE_TOLERANCE, implicit_parameters, read_parameters, refuse_tolerances};
 use super::parse::{Node, check_name, table, value};
 use super::tables;
@@ -12,7 +13,7 @@ use crate::diagnostics::{Diagnostic, Severity, shortened};
 use crate::element;
 use crate::entries::{Entries, KeyedEntry, Place, Written};
 use crate::file::syntax;
-use crate::names::nearest_or_alike;
+use crate::names::{SignalName, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::{Field, Keys, Kind, Table};
 use crate::synthesis;
 
@@ -99,6 +100,7 @@ pub fn read_entries(entries: &Entries, mistakes: Vec<Diagnostic>, broken: bool) 
     out.extend(study.drain(broken..));
     if !out.iter().any(is_error) {
         unused_parameters(entries, &document, &mut out);
+        unused_tables(entries, &document, &mut out);
     }
     (document, out)
 }
@@ -113,6 +115,48 @@ fn unused_parameters(entries: &Entries, document: &Document, out: &mut Vec<Diagn
         let message = format!("nothing uses the parameter `{}`{varied}", shortened(&parameter.name));
         let help = format!("write its name as a value, such as `inertia = \"{}\"`, or remove it", parameter.name);
         out.push(Diagnostic::warning("parameter::unused", message).at(parameter.place.clone(), "not used").help(help));
+    }
+}
+
+/// Warns of tables that nothing reads: empty groups, springs without a law, and, in a model that has events and no
+/// bench, motors and disturbances that nothing ever moves.
+fn unused_tables(entries: &Entries, document: &Document, out: &mut Vec<Diagnostic>) {
+    let warning = |message: String, place: &Place, label: &str, help: &str| {
+        Diagnostic::warning("table::unused", message).at(place.clone(), label).help(help)
+    };
+    for found in entries.iter().filter(|found| matches!(&found.entry.value, Written::Table(table) if table.is_empty()))
+    {
+        let named = element::find(&found.key).is_some() || found.key == "control" || found.key == "log";
+        let (name, dot) = (&found.key, if named { ".NAME" } else { "" });
+        let help = format!("write its keys below `[{name}{dot}]`, or remove it");
+        out.push(warning(format!("the table `[{name}]` is empty"), &found.place, "nothing in it", &help));
+    }
+    let laws = ["stiffness", "damping", "friction", "breakaway"];
+    for spring in document.elements.iter().filter(|element| element.kind.keyword == "spring_damper") {
+        if !laws.iter().any(|key| spring.table.values.contains_key(key)) {
+            let message = format!("spring_damper `{}` does nothing", spring.name);
+            let help = "give it `stiffness`, `damping` or `friction`, or remove it";
+            out.push(warning(message, &spring.place, "no law", help));
+        }
+    }
+    let mut named = BTreeSet::new();
+    let inputs = ["motor", "disturbance", "voltage_source", "plot", "requirement"];
+    let others = entries.iter().filter(|found| !inputs.contains(&found.key.as_str()));
+    others.for_each(|found| texts(&found.entry.value, &mut named));
+    let has_events = document.scenario.values.contains_key("event") && document.bench.values.is_empty();
+    let moved = |name: &str| named.iter().any(|text| SignalName::new(text).element == name);
+    for input in document.elements.iter().filter(|element| has_events && inputs[..3].contains(&element.kind.keyword)) {
+        if !moved(&input.name) {
+            let (kind, name) = (input.kind.keyword, &input.name);
+            let message = format!("nothing moves the {kind} `{name}`: it stays at zero in every run");
+            let signal = match kind {
+                "motor" => format!("{name}.tau"),
+                "voltage_source" => format!("{name}.v"),
+                _ => name.clone(),
+            };
+            let help = format!("set it by `[[scenario.event]]` with `signal = \"{signal}\"`, or remove it");
+            out.push(warning(message, &input.place, "not used", &help));
+        }
     }
 }
 
@@ -132,7 +176,8 @@ fn texts<'e>(value: &'e Written, out: &mut BTreeSet<&'e str>) {
 fn single(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Table {
     let what = format!("`[{key}]`");
     let empty = || Table { fields, ..Table::default() };
-    let mut table = root.child(key, out).map_or_else(empty, |node| table(fields, &node, &what, out));
+    let mut table =
+        root.child(key, out).map_or_else(empty, |node| table(fields, &node.like(example_of(key)), &what, out));
     refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
     table
 }
@@ -141,6 +186,7 @@ fn single(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Di
 fn several(root: &Node<'_>, key: &str, fields: &'static [Field], out: &mut Vec<Diagnostic>) -> Vec<Table> {
     let mut tables = Vec::new();
     for node in root.list(key, out) {
+        let node = node.like(example_of(key));
         let named = node.table.iter().find(|found| {
             matches!(found.entry.value, Written::Table(_)) && fields.iter().all(|field| field.name != found.key)
         });
@@ -166,7 +212,7 @@ fn read_elements(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
         for node in named_tables(root, kind.keyword, kind.fields, &mut document.doubts, out) {
             let what = format!("{} `{}`", kind.keyword, shortened(node.name));
             let before = out.len();
-            let mut table = table(kind.fields, &node, &what, out);
+            let mut table = table(kind.fields, &node.clone().like(kind.example), &what, out);
             let implicit = implicit_parameters(node.name, &mut table);
             refuse_tolerances(&mut table, &what, "declare a parameter with it, and write its name here", out);
             if out.len() > before {
@@ -200,7 +246,8 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
             continue;
         };
         let before = out.len();
-        let mut table = table(&CONTROL_FIELDS[number], &node, &what, out);
+        let mut table =
+            table(&CONTROL_FIELDS[number], &node.clone().like(synthesis::REGISTRY[number].example), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         document.doubts.references |= out.len() > before;
         let law = &synthesis::REGISTRY[number];
@@ -211,7 +258,7 @@ fn read_controls(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnos
 fn read_logs(root: &Node<'_>, document: &mut Document, out: &mut Vec<Diagnostic>) {
     for node in named_tables(root, "log", tables::Log::FIELDS, &mut Doubts::default(), out) {
         let what = format!("log `{}`", shortened(node.name));
-        let mut table = table(tables::Log::FIELDS, &node, &what, out);
+        let mut table = table(tables::Log::FIELDS, &node.clone().like(example_of("log")), &what, out);
         refuse_tolerances(&mut table, &what, REMOVE_TOLERANCE, out);
         document.logs.push((node.name.to_string(), table));
     }
@@ -240,6 +287,7 @@ fn check_tables(root: &Node<'_>, doubts: &mut Doubts, out: &mut Vec<Diagnostic>,
             (None, "channel" | "channels") => "write each as `[[log.NAME.channel]]`".to_string(),
             (None, "actuator" | "actuators") => "write each as `[[analysis.actuator]]`".to_string(),
             (None, "tolerance" | "tolerances") => "write a tolerance behind its value: \"1 N m ± 10 %\"".to_string(),
+            (None, word) if stands_still(word) => how_to_hold("SHAFT"),
             (None, "sources" | "source" | "input" | "inputs") => {
                 "torques come from `motor` and `disturbance`".to_string()
             }

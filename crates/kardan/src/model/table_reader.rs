@@ -7,7 +7,7 @@ use super::document::{Document, Parameter, Setting};
 use crate::diagnostics::{Diagnostic, nearest, quoted, shortened};
 use crate::element::{Resolved, Values};
 use crate::entries::Place;
-use crate::names::{Quantity, SignalName, did_you_mean};
+use crate::names::{Quantity, SignalName, did_you_mean, how_to_hold, stands_still};
 use crate::schema::{Field, Kind, Placed, Scalar, Sign, Table, Value};
 use crate::units::{Dimension, Exact};
 
@@ -144,7 +144,9 @@ impl<'a> TableReader<'a> {
             let label = format!("`{}` of {what}", field.name);
             let resolved = match (&field.kind, &spanned.value) {
                 (Kind::Shaft, Value::Word(name)) => {
-                    self.check_shaft(name, &spanned.place, &label, &[], out);
+                    if !self.check_housing(field, name, &spanned.place, &label, out) {
+                        self.check_shaft(name, &spanned.place, &label, &[], out);
+                    }
                     Resolved::Word(name.clone())
                 }
                 (Kind::Element(kinds), Value::Word(name)) => {
@@ -310,6 +312,21 @@ impl<'a> TableReader<'a> {
 
     fn shafts(&self) -> impl Iterator<Item = &str> {
         self.document.elements.iter().filter(|e| e.kind.keyword == "shaft").map(|e| e.name.as_str())
+    }
+
+    /// Tells how a shaft is held where `housing` or the like is named as if it were one; whether that was so.
+    fn check_housing(&self, field: &Field, name: &str, place: &Place, label: &str, out: &mut Vec<Diagnostic>) -> bool {
+        if !stands_still(name) || self.kinds(name).contains(&"shaft") || self.document.doubts.has(name) {
+            return false;
+        }
+        let help = if !field.required && field.doc.contains("housing") {
+            format!("leave `{}` out: it acts against the housing then", field.name)
+        } else {
+            format!("what stands still is a shaft too: declare `[shaft.{name}]`; {}", how_to_hold(name))
+        };
+        let message = format!("{label}: there is no shaft `{name}`");
+        out.push(Diagnostic::error("name::unknown", message).at(place.clone(), "no such shaft").help(help));
+        true
     }
 
     /// `charges` are those that may be named as well.

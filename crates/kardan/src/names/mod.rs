@@ -98,6 +98,28 @@ pub fn unknown_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str> + C
     did_you_mean(nearest(name, known.clone()), || format!("there are {}", quoted(known)))
 }
 
+/// Whether a word says that something stands still: what the author calls the housing, or how a shaft would be fixed.
+///
+/// ```
+/// use kardan::names::{how_to_hold, stands_still};
+/// assert!(stands_still("ground") && stands_still("Fixed") && !stands_still("rk"));
+/// assert_eq!(how_to_hold("rk"), "to hold a shaft still, add `[constraint.hold]` with `coefficients = { rk = 1 }`");
+/// ```
+pub fn stands_still(word: &str) -> bool {
+    const WORDS: [&str; 16] = [
+        "ground", "gnd", "housing", "frame", "earth", "world", "base", "fixed", "fix", "clamp", "clamped", "locked",
+        "lock", "held", "hold", "chassis",
+    ];
+    let word = word.to_lowercase();
+    WORDS.contains(&word.as_str()) || word.strip_suffix('s').is_some_and(|one| WORDS.contains(&one))
+}
+
+/// What to write so that a shaft stands still.
+pub fn how_to_hold(shaft: &str) -> String {
+    let shaft = shortened(shaft);
+    format!("to hold a shaft still, add `[constraint.hold]` with `coefficients = {{ {shaft} = 1 }}`")
+}
+
 /// The same where the one that was meant is looked for elsewhere, or something else is said.
 pub fn did_you_mean(near: Option<&str>, otherwise: impl FnOnce() -> String) -> String {
     near.map_or_else(otherwise, |near| format!("did you mean `{near}`?"))

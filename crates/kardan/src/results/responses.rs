@@ -5,6 +5,9 @@ use serde::Serialize;
 
 use super::{ChannelMargin, TogetherMargin};
 
+/// How a note of a design begins that tells why it has no [`LoopResponses`].
+pub const NO_RESPONSES: &str = "no frequency responses are shown: ";
+
 /// Frequency responses of the linear loop of a controller, as it runs: with lags, sampling and delay. Of a sampled loop what is seen
 /// at its sample instants.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]

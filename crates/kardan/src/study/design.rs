@@ -20,7 +20,7 @@ use crate::model::ControlSpec;
 use crate::names::SignalName;
 use crate::names::unknown_name;
 use crate::num::{Matrix, discretise};
-use crate::results::{ControllerData, DataMatrix, Design, LoopResponses};
+use crate::results::{ControllerData, DataMatrix, Design, LoopResponses, NO_RESPONSES};
 use crate::schema::{Field, Kind};
 use crate::synthesis::{REGISTRY, closed_loop_poles};
 
@@ -185,7 +185,7 @@ fn tried(
     if progress.stop().is_none() {
         match responses(variant, number, &design) {
             Ok(found) => design.responses = Some(LoopResponses { along: margins_along(variant, number), ..found }),
-            Err(why) => design.notes.push(format!("no frequency responses are shown: {why}")),
+            Err(why) => design.notes.push(format!("{NO_RESPONSES}{why}")),
         }
     }
     if settings.simulate {

@@ -263,7 +263,11 @@ pub(super) fn check_passage(variant: &PreparedVariant, out: &mut Vec<Diagnostic>
 
 /// ` where rk and cj stand at 40 deg`.
 fn place(turned: &str, at: f64) -> String {
-    if turned.is_empty() { String::new() } else { format!(" where {turned} stand at {:.1} deg", at.to_degrees()) }
+    if turned.is_empty() {
+        return String::new();
+    }
+    let stand = if turned.contains([' ', ',']) { "stand" } else { "stands" };
+    format!(" where {turned} {stand} at {:.1} deg", at.to_degrees())
 }
 
 /// What of it must not be overlooked in a design.

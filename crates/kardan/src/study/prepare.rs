@@ -10,6 +10,7 @@ use super::effort::check_effort;
 use super::margins::{check_margins, check_sampled};
 use super::passage::check_passage;
 use super::places::places_in_control;
+use super::progress::Progress;
 use super::scenario::scenario;
 use super::{Prepared, PreparedVariant};
 use crate::assemble::assemble;
@@ -24,6 +25,7 @@ use crate::synthesis::{Law, Plant, design_law, running};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What a file is prepared for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,21 +41,28 @@ pub(super) fn is_error(diagnostic: &Diagnostic) -> bool {
 }
 
 /// What a document asks for, ready to run; what is wrong with it is added to what is known.
-pub(super) fn prepare_document(purpose: Purpose, document: &Document, out: &mut Vec<Diagnostic>) -> Prepared {
+pub(super) fn prepare_document(
+    purpose: Purpose,
+    document: &Document,
+    progress: &dyn Progress,
+    out: &mut Vec<Diagnostic>,
+) -> Prepared {
     let mut prepared = Prepared::default();
     let all_settings = document.variant_settings();
     let mut first = None;
+    let heard = Steps::new(all_settings.iter().map(|variant| steps_of(document, variant)).sum(), progress);
     // What one variant is does not depend on the others; what is told of it does.
     let one = |VariantSettings { name: label, settings, controls }: &VariantSettings| {
         let (model, mut mistakes) = document.model_with(settings, controls.as_deref());
         let ready = (!document.doubts.equations && !mistakes.iter().any(is_error)).then(|| {
             let name = if label.is_empty() { file_stem(&model.name) } else { label.clone() };
-            prepare_variant(purpose, document, name, model.clone(), settings, &mut mistakes)
+            prepare_variant((purpose, &heard), document, name, model.clone(), settings, &mut mistakes)
         });
         document.check_tolerances(settings, &mut mistakes);
         (model, ready.flatten(), mistakes)
     };
     let all: Vec<_> = all_settings.par_iter().map(one).collect();
+    progress.preparing(1.0);
     for (k, (model, variant, mistakes)) in all.into_iter().enumerate() {
         prepared.variants.extend(variant.map(Arc::new));
         add_new(out, mistakes, (k > 0).then_some(&all_settings[k].name));
@@ -176,8 +185,32 @@ pub(super) fn file_stem(name: &str) -> String {
     if stem.chars().all(|c| c == '.' || c == '-') { "run".into() } else { stem }
 }
 
+/// Steps in which a variant is prepared: its equations, each law in its loop, the sampled loop, its margins.
+fn steps_of(document: &Document, variant: &VariantSettings) -> usize {
+    variant.controls.as_ref().map_or(document.controls.len(), Vec::len) + 3
+}
+
+/// Counts what is done of all variants, on whatever thread.
+struct Steps<'p> {
+    done: AtomicUsize,
+    all: usize,
+    progress: &'p dyn Progress,
+}
+
+impl<'p> Steps<'p> {
+    fn new(all: usize, progress: &'p dyn Progress) -> Self {
+        progress.preparing(0.0);
+        Self { done: AtomicUsize::new(0), all, progress }
+    }
+
+    fn step(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.progress.preparing((done as f64 / self.all as f64).min(1.0));
+    }
+}
+
 fn prepare_variant(
-    purpose: Purpose,
+    (purpose, heard): (Purpose, &Steps<'_>),
     document: &Document,
     name: String,
     model: Model,
@@ -202,11 +235,13 @@ fn prepare_variant(
     let known = Known { document, signals: signal_names(&reduced, &scenario), doubtful: BTreeSet::new() };
     let point = Point { reduced: &reduced, initial: &scenario.position };
     let analysis = analysis_spec(&known, &reduced.equations, Some(point), settings, out);
+    heard.step();
     let (mut design_models, mut designed, mut running) = (Vec::new(), Vec::new(), Vec::new());
     for (control, plant) in controls.iter().zip(plants) {
         let Some(mut plant) = plant else { continue };
         plant.elements = model.elements.iter().map(|one| (one.kind.clone(), one.name.clone())).collect();
         let Some((law, as_it_runs)) = designed_law(document, &reduced, control, &plant, out) else { continue };
+        heard.step();
         design_models.push(plant);
         designed.push(law);
         running.push(as_it_runs);
@@ -216,10 +251,12 @@ fn prepare_variant(
         PreparedVariant { name, model, reduced, design_models, designed, running, scenario, analysis, massless };
     if complete && purpose == Purpose::Run {
         check_sampled(&variant, out);
+        heard.step();
         if !out.iter().any(is_error) {
             check_margins(&variant, out);
             check_effort(document, &variant, out);
         }
+        heard.step();
         check_passage(&variant, out);
     }
     complete.then_some(variant)

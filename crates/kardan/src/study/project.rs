@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::Prepared;
 use super::prepare::{Purpose, is_error, prepare_document};
+use super::progress::{Progress, Silent};
 use crate::diagnostics::Diagnostic;
 use crate::entries::{Entries, Written};
 use crate::file::to_toml;
@@ -154,6 +155,11 @@ impl Project {
         &self.ready().1
     }
 
+    /// Prepares it now, heard by `progress`; what was prepared before is kept.
+    pub fn prepare_heard(&self, progress: &dyn Progress) {
+        self.ready.get_or_init(|| self.prepare(Purpose::Run, progress));
+    }
+
     /// What is ready to run, as far as the file is right.
     pub fn prepared(&self) -> &Prepared {
         &self.ready().0
@@ -184,20 +190,20 @@ impl Project {
         if !mistakes.iter().any(is_error) {
             return (prepared, mistakes);
         }
-        let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis));
+        let (prepared, mistakes) = self.analysed.get_or_init(|| self.prepare(Purpose::Analysis, &Silent));
         (prepared, mistakes)
     }
 
     fn ready(&self) -> &(Prepared, Vec<Diagnostic>) {
-        self.ready.get_or_init(|| self.prepare(Purpose::Run))
+        self.ready.get_or_init(|| self.prepare(Purpose::Run, &Silent))
     }
 
-    fn prepare(&self, purpose: Purpose) -> (Prepared, Vec<Diagnostic>) {
+    fn prepare(&self, purpose: Purpose, progress: &dyn Progress) -> (Prepared, Vec<Diagnostic>) {
         let mut out = self.reading.clone();
         if out.iter().any(|d| d.code == "file::empty") {
             return (Prepared::default(), out);
         }
-        let prepared = prepare_document(purpose, &self.document, &mut out);
+        let prepared = prepare_document(purpose, &self.document, progress, &mut out);
         (prepared, out)
     }
 
@@ -225,8 +231,20 @@ pub fn prepare(source: &str) -> (Prepared, Vec<Diagnostic>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings, Silent};
+    use crate::study::{AnalyzeSettings, DesignSettings, EquationsForm, Settings};
     use crate::synthesis::designs_of;
+
+    /// The parts done of the preparation.
+    #[derive(Default)]
+    struct Heard(std::sync::Mutex<Vec<f64>>);
+
+    impl Progress for Heard {
+        fn advance(&self, _: usize, _: &str, _: f64) {}
+
+        fn preparing(&self, fraction: f64) {
+            self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(fraction);
+        }
+    }
 
     /// However many commands look at a model, each law is designed once for each variant.
     #[test]
@@ -264,7 +282,15 @@ signal = \"load\"
 to = \"push\"
 ";
         let project = Project::open(text);
+        let heard = Heard::default();
+        project.prepare_heard(&heard);
         assert_eq!(project.mistakes(), []);
+        // The equations, the law, the sampled loop and its margins of three variants, begin and end.
+        let mut heard = heard.0.into_inner().unwrap_or_default();
+        assert_eq!((heard.len(), heard.first(), heard.last()), (14, Some(&0.0), Some(&1.0)));
+        heard.sort_by(f64::total_cmp);
+        heard.dedup();
+        assert_eq!(heard.len(), 13, "{heard:?}");
         let study = project.run(&Settings::default(), &Silent).expect("no mistakes");
         assert_eq!((study.runs.len(), study.designs.len()), (3, 1));
         project.analyze(&AnalyzeSettings::default(), &Silent).expect("no mistakes");

@@ -120,11 +120,17 @@ impl Dimension {
     /// use kardan::units::Dimension;
     /// assert_eq!(Dimension::STIFFNESS.hint("100 N m"), "did you mean \"100 N m/rad\"?");
     /// assert_eq!(Dimension::STIFFNESS.hint("3 kg"), "write it like \"100 N m/rad\"");
+    /// assert_eq!(Dimension::ANGULAR_VELOCITY.hint("0.5 kHz"), "write it as \"500 rev/s\": a turn is 2 pi rad");
     /// ```
     pub fn hint(&self, text: &str) -> String {
         let text = text.trim();
         if *self == Self::NONE {
             return "write the number without a unit".to_string();
+        }
+        if let (true, Ok((value, found))) = (*self == Self::ANGULAR_VELOCITY, parse_quantity(text))
+            && found == Self::mechanical(0, 0, -1, 0)
+        {
+            return format!("write it as \"{} rev/s\": a turn is 2 pi rad", value.to_f64());
         }
         let bare = matches!(parse_quantity(text), Ok((_, Self::NONE)));
         let candidates = if !bare {

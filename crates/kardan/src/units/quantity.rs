@@ -288,7 +288,7 @@ mod tests {
             ("0,05 kg", "unexpected `,` in a number @ `,` (write one decimal point and no separators: \"1234.5\")"),
             (
                 "1 000 s",
-                "unexpected number `000` in a unit @ `000` (write digits without spaces, and powers with `^`: \"1000 kg m^2\")",
+                "unexpected number `000` in a unit @ `000` (write one number (products worked out, digits without spaces), then its unit, powers with `^`: \"1000 kg m^2\")",
             ),
             ("1/0 s", "division by zero @ `/0` (write a fraction with a denominator other than zero)"),
             ("-inf s", "`inf` is not a finite number @ `inf` (write a decimal number)"),

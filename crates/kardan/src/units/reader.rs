@@ -260,7 +260,7 @@ impl<'t> Reader<'t> {
                     start..self.at,
                     format!("unexpected number `{digits}` in a unit"),
                 )
-                .help("write digits without spaces, and powers with `^`: \"1000 kg m^2\""));
+                .help("write one number (products worked out, digits without spaces), then its unit, powers with `^`: \"1000 kg m^2\""));
             }
             (Exact::one(), Dimension::NONE)
         } else {

@@ -462,7 +462,7 @@ fn planetary_with_a_held_ring() {
     let model = body("sun", 0.1, "")
         + &body("carrier", 2.0, "")
         + &body("ring", 3.0, "")
-        + "[planetary.p]\ncoefficients = { sun = 30, ring = 70, carrier = -100 }\n\
+        + "[planetary.p]\nsun = \"sun\"\nring = \"ring\"\ncarrier = \"carrier\"\nsun_teeth = 30\nring_teeth = 70\n\
            [constraint.hold]\ncoefficients = { ring = 1 }\n"
         + &motor("m", "sun", "")
         + &scenario(1.0, 0.01, "")

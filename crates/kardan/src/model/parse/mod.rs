@@ -25,11 +25,14 @@
 //! );
 //! ```
 
+mod missing;
 mod node;
 #[cfg(test)]
 mod tests;
 mod wording;
 
+use missing::{missing, own_shafts};
+use node::Known;
 pub use node::Node;
 pub(super) use wording::example;
 use wording::{expected, unknown_key, what_is_written};
@@ -62,9 +65,9 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             Some(field) => {
                 let before = out.len();
                 let label = format!("`{name}` of {what}");
-                match value(&field.kind, &label, &keyed.entry, out) {
+                match value_near(&field.kind, &label, &keyed.entry, node.known, out) {
                     Some(entry) if field.required && entry.value == Value::Tables(Vec::new()) => {
-                        let reader = Reader { kind: &field.kind, what: &label, place: entry.place };
+                        let reader = Reader { kind: &field.kind, what: &label, place: entry.place, known: node.known };
                         reader.unlike("list::length", "one or more tables", "an empty list", "empty", out);
                         read.unread.push(field.name);
                     }
@@ -85,11 +88,12 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             }
             None => {
                 misspelt.extend(nearest_or_alike(name, known.iter().copied()));
-                out.push(unknown_key(keyed, &known, what));
+                out.push(unknown_key(keyed, &known, what, node.name));
             }
         }
     }
     let broken = out.iter().any(|diagnostic| diagnostic.code == "toml::syntax");
+    let mut proposed = own_shafts(node.table);
     for field in fields.iter().filter(|field| field.required && !broken) {
         // A key that was misspelt is reported once only.
         if node.table.keyed(field.name).is_none() && !misspelt.contains(&field.name) {
@@ -97,7 +101,7 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
             out.push(
                 Diagnostic::error("key::missing", format!("{what} needs the key `{}`", field.name))
                     .at(node.place.clone(), format!("`{}` is missing", field.name))
-                    .help(format!("add `{} = {}`: {}", field.name, example(&field.kind), field.doc)),
+                    .help(missing(field, node.known, &mut proposed)),
             );
         }
     }
@@ -134,8 +138,19 @@ pub fn table(fields: &'static [Field], node: &Node<'_>, what: &str, out: &mut Ve
 /// # Ok::<(), &str>(())
 /// ```
 pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) -> Option<Placed<Value>> {
+    value_near(kind, what, entry, Known::default(), out)
+}
+
+/// The same, with what hints are taken from.
+fn value_near(
+    kind: &Kind,
+    what: &str,
+    entry: &Entry,
+    known: Known<'_>,
+    out: &mut Vec<Diagnostic>,
+) -> Option<Placed<Value>> {
     let place = entry.place.clone();
-    let reader = Reader { kind, what, place: place.clone() };
+    let reader = Reader { kind, what, place: place.clone(), known };
     let read = match (kind, &entry.value) {
         // Reported by the reader of the file.
         (_, Written::Broken) => None,
@@ -164,7 +179,7 @@ pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) 
                 let what = format!("entry {} of {what}", i + 1);
                 match &entry.value {
                     Written::Table(entries) => {
-                        tables.push(table(fields, &Node::unnamed(entries, &entry.place), &what, out))
+                        tables.push(table(fields, &Node::unnamed(entries, &entry.place, known), &what, out))
                     }
                     other => {
                         Reader { what: &what, place: entry.place.clone(), ..reader }.wrong_type("a table", other, out)
@@ -175,7 +190,7 @@ pub fn value(kind: &Kind, what: &str, entry: &Entry, out: &mut Vec<Diagnostic>) 
         }
         (Kind::Poles, Written::List(list)) => reader.poles(list, out),
         (Kind::Tables(fields) | Kind::Table(fields), Written::Table(entries)) => {
-            Some(Value::Tables(vec![table(fields, &Node::unnamed(entries, &place), what, out)]))
+            Some(Value::Tables(vec![table(fields, &Node::unnamed(entries, &place, known), what, out)]))
         }
         (_, other) => {
             reader.wrong_type(&expected(kind), other, out);
@@ -222,6 +237,7 @@ struct Reader<'r> {
     kind: &'r Kind,
     what: &'r str,
     place: Place,
+    known: Known<'r>,
 }
 
 impl Reader<'_> {
@@ -332,7 +348,9 @@ impl Reader<'_> {
         for keyed in table.iter() {
             let what = format!("`{}` in {}", keyed.key, self.what);
             let mut read = |entry: &Entry| {
-                if let Some(Placed { value: Value::Scalar(scalar), place }) = value(kind, &what, entry, out) {
+                if let Some(Placed { value: Value::Scalar(scalar), place }) =
+                    value_near(kind, &what, entry, self.known, out)
+                {
                     let name = Placed { value: keyed.key.clone(), place: keyed.place.clone() };
                     map.push((name, Placed { value: scalar, place }));
                 }

@@ -28,12 +28,27 @@ pub struct Node<'t> {
     pub place: Place,
     /// Its keys and values.
     pub table: &'t Entries,
+    /// What hints are taken from.
+    pub(in crate::model) known: Known<'t>,
+}
+
+/// Where a hint finds what to propose: an example of such a table, and the whole model for names of its own.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::model) struct Known<'t> {
+    pub example: &'static str,
+    pub model: Option<&'t Entries>,
 }
 
 impl<'t> Node<'t> {
     /// The model as a whole.
     pub fn root(entries: &'t Entries) -> Self {
-        Self { name: "", name_place: Place::default(), place: Place::default(), table: entries }
+        Self {
+            name: "",
+            name_place: Place::default(),
+            place: Place::default(),
+            table: entries,
+            known: Known { example: "", model: Some(entries) },
+        }
     }
 
     /// The table under a key, if it is there; `type::wrong` is reported if something else is.
@@ -61,7 +76,7 @@ impl<'t> Node<'t> {
     pub fn expect_keys(&self, known: &[&str], what: &str, out: &mut Vec<Diagnostic>) {
         for entry in self.table.iter() {
             if !known.contains(&entry.key.as_str()) {
-                out.push(unknown_key(entry, known, what));
+                out.push(unknown_key(entry, known, what, ""));
             }
         }
     }
@@ -69,7 +84,13 @@ impl<'t> Node<'t> {
     fn as_table(&self, keyed: &'t KeyedEntry, entry: &'t Entry, out: &mut Vec<Diagnostic>) -> Option<Node<'t>> {
         let name = keyed.key.as_str();
         if let Written::Table(table) = &entry.value {
-            return Some(Node { name, name_place: keyed.place.clone(), place: entry.place.clone(), table });
+            return Some(Node {
+                name,
+                name_place: keyed.place.clone(),
+                place: entry.place.clone(),
+                table,
+                known: self.known,
+            });
         }
         let path = if self.name.is_empty() { name.to_string() } else { format!("{}.{name}", self.name) };
         out.push(
@@ -83,8 +104,14 @@ impl<'t> Node<'t> {
         None
     }
 
+    /// With the example of its kind.
+    pub(in crate::model) fn like(mut self, example: &'static str) -> Self {
+        self.known.example = example;
+        self
+    }
+
     /// A table without a name of its own.
-    pub(super) fn unnamed(table: &'t Entries, place: &Place) -> Self {
-        Self { name: "", name_place: place.clone(), place: place.clone(), table }
+    pub(super) fn unnamed(table: &'t Entries, place: &Place, known: Known<'t>) -> Self {
+        Self { name: "", name_place: place.clone(), place: place.clone(), table, known }
     }
 }

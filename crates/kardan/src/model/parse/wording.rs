@@ -2,13 +2,15 @@
 
 use crate::diagnostics::{Diagnostic, shortened};
 use crate::entries::{KeyedEntry, Written};
-use crate::names::{did_you_mean, nearest_or_alike};
+use crate::names::{did_you_mean, how_to_hold, nearest_or_alike, stands_still};
 use crate::schema::Kind;
 use crate::units::written_quantity;
 
-pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str) -> Diagnostic {
+/// `owner` is the name of the table, if it has one.
+pub(super) fn unknown_key(entry: &KeyedEntry, known: &[&str], what: &str, owner: &str) -> Diagnostic {
     let name = entry.key.as_str();
     let help = did_you_mean(nearest_or_alike(name, known.iter().copied()), || match known {
+        _ if stands_still(name) && what.starts_with("shaft ") => how_to_hold(owner),
         [] => format!("{what} takes no keys; remove it"),
         known => format!("known keys are {}", listed(known, "and")),
     });

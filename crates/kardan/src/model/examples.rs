@@ -1,0 +1,147 @@
+//! Examples of the tables that are neither an element nor a law: for the manual, and for the hints where a key is missing.
+
+const MODEL: &str = "\
+[model]
+name = \"axle\"
+description = \"A motor drives an arm through an elastic axle.\"
+coordinates = [\"motor\", \"arm\"]
+";
+
+const SCENARIO: &str = "\
+[scenario]
+duration = \"2 s\"
+initial = { \"rk.phi\" = \"10 deg\" }
+
+[[scenario.event]]
+at = \"0.1 s\"
+signal = \"wg_motor.tau\"
+to = \"1.3 N m\"
+
+[[scenario.fault]]
+sensor = \"wg_encoder\"
+at = \"0.5 s\"
+";
+
+const EVENT: &str = "\
+[[scenario.event]]
+at = \"0.1 s\"
+signal = \"wg_motor.tau\"
+to = \"1.3 N m\"
+over = \"50 ms\"
+";
+
+const FAULT: &str = "\
+[[scenario.fault]]
+sensor = \"wg_encoder\"
+at = \"0.5 s\"
+until = \"0.6 s\"
+";
+
+const REQUIREMENT: &str = "\
+[[requirement]]
+signal = \"wg_motor.tau\"
+measure = \"max_abs\"
+below = \"1.3 N m\"
+";
+
+const PLOT: &str = "\
+[[plot]]
+name = \"rack-angle\"
+title = \"Angle of the rack\"
+signals = [\"rk.phi\"]
+references = [\"ref_rk\"]
+display = \"deg\"
+";
+
+const VARIANT: &str = "\
+[parameters]
+step = \"1 rad\"
+
+[[variant]]
+name = \"small-step\"
+set = { step = \"0.1 rad\" }
+
+[[scenario.event]]
+at = \"0 s\"
+signal = \"ref_rk\"
+to = \"step\"
+";
+
+const BENCH: &str = "\
+[bench]
+plan = \"constant_speeds\"
+speed_limit = { wg = \"120 rad/s\", cs = \"6 rad/s\" }
+least_speed = { cs = \"0.5 rad/s\" }
+points = 24
+torque_noise = \"0.01 N m\"
+
+[bench.truth]
+\"wg.damping\" = \"0.001 N m s/rad\"
+\"hd.stiffness\" = \"8000 N m/rad\"
+";
+
+const ANALYSIS: &str = "\
+[analysis]
+inputs = [\"wg_motor\", \"rk_motor\"]
+outputs = [\"rk.phi\", \"fs.phi\"]
+at = { \"cj.phi\" = \"30 deg\" }
+
+[[analysis.actuator]]
+shaft = \"wg\"
+cost = 120
+
+[[analysis.sensor]]
+shaft = \"rk\"
+measures = \"angle\"
+cost = 40
+";
+
+const LOG: &str = "\
+[log.bench]
+time = \"Time\"
+
+[[log.bench.channel]]
+signal = \"wg.phi\"
+column = \"Encoder WG\"
+unit = \"deg\"
+factor = -1
+
+[[log.bench.channel]]
+signal = \"wg_motor.tau\"
+column = \"Load cell\"
+scale = \"20 N m\"
+zero_samples = 100
+";
+
+const IDENTIFICATION: &str = "\
+[identification]
+parameters = [\"wg.damping\", \"wg.friction\"]
+window = \"50 ms\"
+loss = \"huber\"
+
+[[identification.extra]]
+kind = \"stribeck\"
+friction = \"wg\"
+
+[[identification.candidate]]
+name = \"viscous\"
+parameters = [\"wg.damping\"]
+";
+
+/// The example on the page of such a table.
+pub(super) fn example_of(page: &str) -> &'static str {
+    match page {
+        "model" => MODEL,
+        "scenario" => SCENARIO,
+        "event" => EVENT,
+        "fault" => FAULT,
+        "requirement" => REQUIREMENT,
+        "plot" => PLOT,
+        "variant" => VARIANT,
+        "analysis" => ANALYSIS,
+        "log" => LOG,
+        "identification" => IDENTIFICATION,
+        "bench" => BENCH,
+        _ => "",
+    }
+}
