@@ -37,6 +37,8 @@ fn kind(object: &Value) -> &'static str {
         ("verdict", "identify"),
         ("equations", "equations"),
         ("checked", "check"),
+        ("operating_point", "linearise"),
+        ("staircase", "realisations"),
         ("models", "models"),
         ("tables", "elements"),
         ("schemas", "schemas"),
@@ -88,4 +90,35 @@ fn schemas_tell_what_is_wrong() {
     let mut open = good.clone();
     open["modes"][0]["damping_ratio"] = Value::Null;
     assert_eq!(wrong("analyze", &open), Vec::<String>::new());
+}
+
+/// The linear model of each built-in model, and the forms that `--export` writes.
+#[test]
+fn linear_models_are_valid() {
+    let kardan = |arguments: &[&str]| {
+        let got = Command::new(env!("CARGO_BIN_EXE_kardan")).args(arguments).output().unwrap();
+        assert!(got.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&got.stderr));
+        got.stdout
+    };
+    for model in ["two-bodies", "sia-steering", "rlc-ladder"] {
+        for arguments in [vec!["linearise", model], vec!["linearise", model, "--descriptor"]] {
+            let found = printed(&kardan(&arguments));
+            assert_eq!(found["states"].as_array().unwrap().len(), found["A"].as_array().unwrap().len());
+            assert_eq!(kind(&found), "linearise");
+        }
+    }
+    let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("forms-of-two-bodies.json");
+    kardan(&["analyze", "two-bodies", "--export", file.to_str().unwrap()]);
+    let found = printed(&std::fs::read(&file).unwrap());
+    assert_eq!(kind(&found), "realisations");
+    let singular = file.with_file_name("singular-e.json");
+    for text in [r#"{"E": [[1, 0], [0, 0]], "A": [[0, 1], [1, 0]], "B": [0, -1], "C": [0, 1]}"#, r#"{"E": 0, "A": 1}"#]
+    {
+        std::fs::write(&singular, text).unwrap();
+        let apart = printed(&kardan(&["analyze", "--state-space", singular.to_str().unwrap(), "--json"]));
+        assert!(apart["descriptor"]["index"].as_u64() > Some(0));
+    }
+    let mut bad = found.clone();
+    bad["minimal"]["A"] = json!("1");
+    assert!(!wrong("realisations", &bad).is_empty());
 }

@@ -1,5 +1,6 @@
 //! An analysis of structure as a page.
 
+use super::descriptor::{descriptor, sentence};
 use crate::analysis_pictures as pictures;
 use crate::model::{Alert, Body, Cell, Page, row};
 use crate::text::number;
@@ -32,6 +33,7 @@ pub fn page(analysis: &Analysis) -> Page {
             super::mechanism(&analysis.mechanism),
             ("class", "Class", analysis.class.as_ref().map(class).unwrap_or_default()),
             ("elimination", "Motions without inertia", Body::default().list(elimination)),
+            ("descriptor", "Singular E", descriptor(analysis)),
             ("modes", "Modes", modes(analysis)),
             ("structure", "Controllability and observability", ranks(structure)),
             ("properties", "Stability and indices", properties(analysis)),
@@ -55,6 +57,17 @@ pub fn page(analysis: &Analysis) -> Page {
 
 /// One sentence on the ranks; `true` if nothing is missing.
 fn verdict(analysis: &Analysis) -> Option<Verdict> {
+    let of_ranks = rank_verdict(analysis);
+    let Some((sound, text)) = analysis.descriptor.as_ref().map(sentence) else { return of_ranks };
+    Some(match of_ranks {
+        None => Verdict { sound, text },
+        Some(ranks) => {
+            Verdict { sound: sound && ranks.sound, text: format!("{text} Its finite modes: {}", ranks.text) }
+        }
+    })
+}
+
+fn rank_verdict(analysis: &Analysis) -> Option<Verdict> {
     let structure = &analysis.structure;
     let states = structure.states.len();
     if states == 0 {

@@ -3,6 +3,7 @@
 mod alternatives;
 pub mod analysis;
 pub mod bench;
+mod descriptor;
 pub mod design;
 pub mod identification;
 mod margins;

@@ -275,6 +275,7 @@ pub fn train() -> Analysis {
         properties: None,
         realisations: None,
         discrete: None,
+        descriptor: None,
         matrix_distance: None,
         sensitivity: Some(Sensitivity {
             parameters: vec![

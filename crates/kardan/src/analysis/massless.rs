@@ -73,6 +73,23 @@ pub fn combination(terms: &[(String, Rational)]) -> String {
     out
 }
 
+/// `a - 2 b` for a text.
+pub fn plain_combination(terms: &[(String, Rational)]) -> String {
+    let mut out = String::new();
+    for (name, factor) in terms {
+        let negative = *factor < Rational::ZERO;
+        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
+        out += match (out.is_empty(), negative) {
+            (true, true) => "-",
+            (true, false) => "",
+            (false, true) => " - ",
+            (false, false) => " + ",
+        };
+        out += &if size == Rational::ONE { name.clone() } else { format!("{size} {name}") };
+    }
+    out
+}
+
 fn named(names: &[String], factors: impl IntoIterator<Item = Rational>) -> Combination {
     let terms: Combination = names.iter().cloned().zip(factors).filter(|(_, factor)| !factor.is_zero()).collect();
     // The first factor becomes one.

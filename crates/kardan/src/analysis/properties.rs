@@ -53,7 +53,7 @@ pub fn properties(
         input_output_decoupling_zeros: zeros(&[2]),
         transmission_zeros: match realisations {
             Some(found) => transmission_zeros(structure, &found.minimal),
-            None => alone.then(|| of_zeros(&structure.zeros)),
+            None => alone.then(|| described_zeros(&structure.zeros)),
         },
         controllability_indices: indices(&certificate.reached, structure.inputs.len()),
         observability_indices: indices(&certificate.seen, structure.outputs.len()),
@@ -106,14 +106,14 @@ fn described(polynomial: &Polynomial) -> PolynomialRoots {
     PolynomialRoots { polynomial: polynomial.to_string(), values: Complex::list(values) }
 }
 
-fn of_zeros(zeros: &Zeros) -> PolynomialRoots {
+pub(super) fn described_zeros(zeros: &Zeros) -> PolynomialRoots {
     PolynomialRoots { polynomial: zeros.polynomial.clone(), values: zeros.values.clone() }
 }
 
 /// Those of the minimal realisation.
 fn transmission_zeros(whole: &Structure, minimal: &TransformedSystem) -> Option<PolynomialRoots> {
     if minimal.a.rows() == whole.states.len() {
-        return Some(of_zeros(&whole.zeros));
+        return Some(described_zeros(&whole.zeros));
     }
     if minimal.a.rows() == 0 {
         return Some(PolynomialRoots { polynomial: "1".into(), values: Vec::new() });
@@ -122,7 +122,7 @@ fn transmission_zeros(whole: &Structure, minimal: &TransformedSystem) -> Option<
         d: minimal.d.clone(),
         ..LinearSystem::state_space(minimal.a.clone(), minimal.b.clone(), minimal.c.clone())
     };
-    structure(&system).ok().map(|found| of_zeros(&found.zeros))
+    structure(&system).ok().map(|found| described_zeros(&found.zeros))
 }
 
 /// How many columns `Aᵏ b` of each input are independent of those before, power by power.
@@ -130,9 +130,16 @@ fn indices(minor: &Minor, inputs: usize) -> Vec<usize> {
     (0..inputs).map(|input| minor.columns.iter().filter(|column| column.input == input).count()).collect()
 }
 
-/// Orders of the zeros at infinity of the transfer matrix: of `ranks(k) − ranks(k − 1)` increments the k-th tells how many are
-/// of order at most k.
+/// Orders of the zeros at infinity of the transfer matrix.
 fn infinite_zeros(system: &LinearSystem) -> Option<Vec<usize>> {
+    let mut orders = orders_at_infinity(system)?;
+    orders.retain(|order| *order > 0);
+    Some(orders)
+}
+
+/// Orders of the Smith form at infinity of the transfer matrix, ascending: of `ranks(k) − ranks(k − 1)` increments the k-th tells how many are
+/// of order at most k.
+pub(super) fn orders_at_infinity(system: &LinearSystem) -> Option<Vec<usize>> {
     let image = Images::unforeseen(system).get(0)?;
     let (n, p, m) = (system.states.len(), system.outputs.len(), system.inputs.len());
     let full = super::zeros::ZeroStructure::of(&image).rank - n;
@@ -155,7 +162,6 @@ fn infinite_zeros(system: &LinearSystem) -> Option<Vec<usize>> {
         orders.extend(std::iter::repeat_n(order, at_most - known));
         (before, known) = (rank, at_most);
     }
-    orders.retain(|order| *order > 0);
     Some(orders)
 }
 

@@ -171,7 +171,8 @@ fn sum(terms: &[Along<Rational>], shafts: usize) -> Matrix<Rational> {
     out
 }
 
-/// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular.
+/// A linear system `E ẋ = A x + B u`, `y = C x + D u` with exact entries; E is regular but for
+/// [`descriptor`](super::descriptor()).
 ///
 /// E stays beside A so that no inverse blows up the fractions.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,8 +6,9 @@ use serde::Serialize;
 use super::printed::printed;
 use crate::results::serial::Ending;
 use crate::results::{
-    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, DiscreteTime, Elimination, Factor,
-    FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity, SystemProperties, Zeros,
+    Analysis, Basis, Certificate, Class, Complex, ConstraintForces, Construction, DescriptorSystem, DiscreteTime,
+    Elimination, Factor, FailingMode, MatrixDistances, Mechanism, Mode, Placement, Sensitivity, SystemProperties,
+    Zeros,
 };
 
 /// The structure of a model: modes, controllability, observability, zeros, least numbers and places of motors and sensors.
@@ -76,6 +77,8 @@ pub(super) struct AnalysisView<'a> {
     properties: Option<&'a SystemProperties>,
     /// `null` in continuous time.
     discrete: Option<&'a DiscreteTime>,
+    /// Of plain matrices with a singular E: what that means; the rest is about the equivalent state space. `null` where E is regular.
+    descriptor: Option<&'a DescriptorSystem>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     matrix_distance: Option<&'a MatrixDistances>,
     /// Reduced matrices for three bases of the constraint kernel.
@@ -235,6 +238,7 @@ impl<'a> AnalysisView<'a> {
             sensitivity: analysis.sensitivity.as_ref(),
             properties: analysis.properties.as_ref(),
             discrete: analysis.discrete.as_ref(),
+            descriptor: analysis.descriptor.as_ref(),
             matrix_distance: analysis.matrix_distance.as_ref(),
             bases: &analysis.bases,
             constraint_forces: analysis.constraint_forces.as_ref(),

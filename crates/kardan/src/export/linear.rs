@@ -1,38 +1,120 @@
 //! A linear model for the tools of control engineers: JSON, MATLAB, Python.
 
 use kardan_tables::write::{Texts, Values, mat_matrices};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use crate::num::{Matrix, Rational};
-use crate::results::{Linearised, NamedUnit, Realisations, TransformedSystem};
+use super::printed::printed;
+use crate::num::{Matrix, Rational, rational_to_f64};
+use crate::results::{Block, Linearised, NamedUnit, Realisations, TransformedSystem};
+
+/// An exact number: a whole one of few digits as it is, another as a text (`"-3/2"`).
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+enum ExactEntry {
+    /// A whole number.
+    Whole(i32),
+    /// A fraction, or a whole number of many digits.
+    Text(String),
+}
+
+/// The linear model of a variant at its operating point: `E x' = A x + B u`, `y = C x + D u`, deviations in SI units.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Linearised")]
+pub(super) struct LinearView<'a> {
+    /// Name of the model.
+    name: &'a str,
+    /// What it is, in words.
+    description: String,
+    #[serde(flatten)]
+    exact: Matrices<ExactEntry>,
+    #[serde(flatten)]
+    names: Signals<'a>,
+    /// Their SI units.
+    units: Signals<'a>,
+    /// Where the coordinates are; springs are relaxed there, and nothing moves.
+    operating_point: Vec<PointView<'a>>,
+    /// The matrices rounded to floating point.
+    decimal: Matrices<f64>,
+    /// What the reader must know.
+    notes: &'a [String],
+}
+
+/// Matrices as lists of rows.
+#[derive(Serialize, JsonSchema)]
+struct Matrices<T> {
+    /// E, only where it is not the identity.
+    #[serde(rename = "E", skip_serializing_if = "Option::is_none")]
+    e: Option<Vec<Vec<T>>>,
+    /// A, states × states.
+    #[serde(rename = "A")]
+    a: Vec<Vec<T>>,
+    /// B, a column for each input.
+    #[serde(rename = "B")]
+    b: Vec<Vec<T>>,
+    /// C, a row for each output.
+    #[serde(rename = "C")]
+    c: Vec<Vec<T>>,
+    /// D, outputs × inputs.
+    #[serde(rename = "D")]
+    d: Vec<Vec<T>>,
+}
+
+/// A text for each state, input and output.
+#[derive(Serialize, JsonSchema)]
+struct Signals<'a> {
+    /// Of the states x.
+    states: Vec<&'a str>,
+    /// Of the inputs u.
+    inputs: Vec<&'a str>,
+    /// Of the outputs y.
+    outputs: Vec<&'a str>,
+}
+
+/// Where a coordinate is.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "PointOfCoordinate")]
+struct PointView<'a> {
+    /// The signal, `rk.phi`.
+    name: &'a str,
+    /// Its SI unit.
+    unit: &'a str,
+    /// Its value.
+    value: f64,
+}
+
+impl<'a> Signals<'a> {
+    fn of(model: &'a Linearised, text: fn(&'a NamedUnit) -> &'a str) -> Self {
+        let [states, inputs, outputs] = kinds(model).map(|(_, all)| all.iter().map(text).collect());
+        Self { states, inputs, outputs }
+    }
+}
+
+impl<T> Matrices<T> {
+    fn of(model: &Linearised, entry: impl Fn(&Rational) -> T) -> Self {
+        let rows = |matrix: &Matrix<Rational>| matrix_rows(matrix, &entry);
+        let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(rows);
+        Self { e: model.e.as_ref().map(rows), a, b, c, d }
+    }
+}
 
 /// As a JSON object that `kardan analyze --state-space` reads: the matrices exact (whole numbers, fractions as texts), in
 /// `decimal` rounded to floating point, names, units and the operating point.
 pub fn linear_json(model: &Linearised) -> String {
-    let mut all = serde_json::Map::new();
-    all.insert("name".into(), json!(model.name));
-    all.insert("description".into(), json!(title(model)));
-    for (name, matrix) in model.matrices() {
-        all.insert(name.into(), rows(matrix, exact));
-    }
-    for (key, signals) in kinds(model) {
-        all.insert(key.into(), signals.iter().map(|one| json!(one.name)).collect());
-    }
-    let units: serde_json::Map<String, Value> = kinds(model)
-        .map(|(key, all)| (key.into(), all.iter().map(|one| json!(one.unit)).collect()))
-        .into_iter()
-        .collect();
-    all.insert("units".into(), units.into());
-    let point = |(signal, value): &(NamedUnit, f64)| json!({"name": signal.name, "unit": signal.unit, "value": value});
-    all.insert("operating_point".into(), model.operating_point.iter().map(point).collect());
-    let decimal: serde_json::Map<String, Value> = model
-        .matrices()
-        .into_iter()
-        .map(|(name, matrix)| (name.into(), rows(matrix, |x| json!(crate::num::rational_to_f64(x)))))
-        .collect();
-    all.insert("decimal".into(), decimal.into());
-    all.insert("notes".into(), json!(model.notes));
-    Value::Object(all).to_string()
+    printed(LinearView {
+        name: &model.name,
+        description: title(model),
+        exact: Matrices::of(model, exact),
+        names: Signals::of(model, |one| &one.name),
+        units: Signals::of(model, |one| &one.unit),
+        operating_point: model
+            .operating_point
+            .iter()
+            .map(|(signal, value)| PointView { name: &signal.name, unit: &signal.unit, value: *value })
+            .collect(),
+        decimal: Matrices::of(model, rational_to_f64),
+        notes: &model.notes,
+    })
 }
 
 /// As a MAT file of version 5: A, B, C, D (and E) in floating point, `states`, `inputs`, `outputs` and their units as texts,
@@ -60,8 +142,7 @@ pub fn linear_python(model: &Linearised) -> String {
     let mut out = format!("\"\"\"{}\"\"\"\n\nimport numpy as np\n\n", quoted(&title(model)));
     for (name, matrix) in model.matrices() {
         let row = |i: usize| {
-            let entries: Vec<String> =
-                matrix.row(i).iter().map(|x| format!("{:?}", crate::num::rational_to_f64(x))).collect();
+            let entries: Vec<String> = matrix.row(i).iter().map(|x| format!("{:?}", rational_to_f64(x))).collect();
             format!("    [{}],\n", entries.join(", "))
         };
         let text: String = (0..matrix.rows()).map(row).collect();
@@ -97,20 +178,66 @@ pub fn linear_python(model: &Linearised) -> String {
     out
 }
 
+/// Kalman's decomposition, the minimal realisation and the staircase form of a system, each with `x = T z`.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Realisations")]
+pub(super) struct RealisationsView<'a> {
+    /// Kalman's decomposition.
+    kalman: FormView<'a>,
+    /// The minimal realisation: what is controllable and observable.
+    minimal: FormView<'a>,
+    /// The staircase form.
+    staircase: FormView<'a>,
+}
+
+/// A form of the system: `T`, and `z' = A z + B u`, `y = C z + D u`, as lists of rows.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Form")]
+struct FormView<'a> {
+    #[serde(flatten)]
+    exact: FormMatrices<ExactEntry>,
+    /// The blocks of z.
+    blocks: &'a [Block],
+    /// The matrices rounded to floating point.
+    decimal: FormMatrices<f64>,
+}
+
+/// Matrices as lists of rows.
+#[derive(Serialize, JsonSchema)]
+struct FormMatrices<T> {
+    /// The states x from those of the form: `x = T z`.
+    #[serde(rename = "T")]
+    transformation: Vec<Vec<T>>,
+    /// A.
+    #[serde(rename = "A")]
+    a: Vec<Vec<T>>,
+    /// B.
+    #[serde(rename = "B")]
+    b: Vec<Vec<T>>,
+    /// C.
+    #[serde(rename = "C")]
+    c: Vec<Vec<T>>,
+    /// D.
+    #[serde(rename = "D")]
+    d: Vec<Vec<T>>,
+}
+
+impl<T> FormMatrices<T> {
+    fn of(system: &TransformedSystem, entry: impl Fn(&Rational) -> T) -> Self {
+        let [transformation, a, b, c, d] = parts(system).map(|(_, matrix)| matrix_rows(matrix, &entry));
+        Self { transformation, a, b, c, d }
+    }
+}
+
 /// Kalman's decomposition, the minimal realisation and the staircase form as one JSON object: for each of them its blocks and
 /// the matrices T, A, B, C, D exact, with `x = T z`, and rounded in `decimal`.
 pub fn realisations_json(found: &Realisations) -> String {
-    let one = |system: &TransformedSystem| {
-        let matrices = |entry: &dyn Fn(&Rational) -> Value| -> serde_json::Map<String, Value> {
-            parts(system).map(|(name, matrix)| (name.to_string(), rows(matrix, entry))).into_iter().collect()
-        };
-        let mut all = matrices(&exact);
-        all.insert("blocks".into(), json!(system.blocks));
-        all.insert("decimal".into(), matrices(&|x| json!(crate::num::rational_to_f64(x))).into());
-        Value::Object(all)
-    };
-    let all = forms(found).map(|(name, system)| (name.to_string(), one(system)));
-    Value::Object(all.into_iter().collect()).to_string()
+    let [kalman, minimal, staircase] = forms(found).map(|(_, system)| FormView {
+        exact: FormMatrices::of(system, exact),
+        blocks: &system.blocks,
+        decimal: FormMatrices::of(system, rational_to_f64),
+    });
+    printed(RealisationsView { kalman, minimal, staircase })
 }
 
 /// The same as a MAT file of version 5, in floating point: `kalman_T`, `kalman_A`, …, `minimal_A`, …, `staircase_A`, …, and
@@ -152,14 +279,14 @@ fn kinds(model: &Linearised) -> [(&'static str, &Vec<NamedUnit>); 3] {
     [("states", &model.states), ("inputs", &model.inputs), ("outputs", &model.outputs)]
 }
 
-fn rows(matrix: &Matrix<Rational>, entry: impl Fn(&Rational) -> Value) -> Value {
-    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(&entry).collect::<Value>()).collect()
+fn matrix_rows<T>(matrix: &Matrix<Rational>, entry: impl Fn(&Rational) -> T) -> Vec<Vec<T>> {
+    (0..matrix.rows()).map(|i| matrix.row(i).iter().map(&entry).collect()).collect()
 }
 
 /// A whole number of few digits as it is, another one as a text.
-fn exact(x: &Rational) -> Value {
+fn exact(x: &Rational) -> ExactEntry {
     let text = x.to_string();
-    text.parse::<i32>().map_or(json!(text), |whole| json!(whole))
+    text.parse::<i32>().map_or(ExactEntry::Text(text), ExactEntry::Whole)
 }
 
 /// Inside double quotes of Python.

@@ -7,11 +7,11 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::printed::{Printed, printed};
-use super::{analysis, bench, identification, json as study, reference};
+use super::{analysis, bench, identification, json as study, linear, reference};
 use crate::results::Design;
 
 /// What there are schemas of, and which command prints it.
-pub const SCHEMAS: [(&str, &str); 13] = [
+pub const SCHEMAS: [(&str, &str); 15] = [
     ("run", "`kardan run --json`: the outcome of a study"),
     ("analyze", "`kardan analyze --json`: the structure of a model"),
     ("design", "`kardan design --json`: a designed controller with its proofs"),
@@ -19,6 +19,11 @@ pub const SCHEMAS: [(&str, &str); 13] = [
     ("bench", "`kardan bench --json`: plan, true values and files of a virtual bench"),
     ("bench-study", "`kardan bench --study --json`: a study on a virtual bench"),
     ("equations", "`kardan equations --json`: the equations of motion of a model"),
+    ("linearise", "`kardan linearise`: the linear model of a model file"),
+    (
+        "realisations",
+        "`kardan analyze --export FILE.json`: minimal realisation, Kalman's decomposition, staircase form",
+    ),
     ("check", "`kardan check --json`: a model file without mistakes, and its warnings"),
     ("models", "`kardan models --json`: the built-in models"),
     ("elements", "`kardan elements --json`: the tables of a model file"),
@@ -44,6 +49,8 @@ pub fn schema(name: &str) -> Option<String> {
         "bench" => of::<bench::BenchView>(),
         "bench-study" => of::<bench::StudyView>(),
         "equations" => of::<reference::EquationsView>(),
+        "linearise" => of::<linear::LinearView>(),
+        "realisations" => of::<linear::RealisationsView>(),
         "check" => of::<reference::CheckView>(),
         "models" => of::<reference::ModelsView>(),
         "elements" => of::<reference::ElementsView>(),

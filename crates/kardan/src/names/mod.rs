@@ -2,7 +2,7 @@
 
 mod signal;
 
-pub use signal::{Quantity, SignalName, parameter};
+pub use signal::{Quantity, SignalName, carrier, parameter};
 
 /// The candidate nearest to a misspelt word, if one is near enough to be meant.
 ///

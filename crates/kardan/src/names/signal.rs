@@ -124,6 +124,17 @@ impl<'a> SignalName<'a> {
     }
 }
 
+/// What moves with a position or a rate of this name: the shaft `rk` of `rk.phi`, the winding `tr.2` of `tr.2.i`; a name without a
+/// dot itself.
+///
+/// ```
+/// use kardan::names::carrier;
+/// assert_eq!((carrier("rk.phi"), carrier("tr.2.i"), carrier("ref")), ("rk", "tr.2", "ref"));
+/// ```
+pub fn carrier(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(carrier, _)| carrier)
+}
+
 /// The element and the key of a parameter, `wheel.inertia`; none if it is no such name.
 pub fn parameter(name: &str) -> Option<(&str, &str)> {
     name.rsplit_once('.')

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::{
-    Complex, Definition, DiscreteTime, Interval, Mechanism, NamedMatrix, Pole, Realisations, SystemProperties,
-    serial::by_name,
+    Complex, Definition, DescriptorSystem, DiscreteTime, Entry, Interval, Mechanism, NamedMatrix, Pole, Realisations,
+    SparseMatrix, SystemProperties,
 };
 
 /// Everything that `kardan analyze` finds. Parts that do not apply (a plain state-space input has no elements) are empty
@@ -45,6 +45,8 @@ pub struct Analysis {
     pub realisations: Option<Realisations>,
     /// In discrete time: how long a sample takes.
     pub discrete: Option<DiscreteTime>,
+    /// Of plain matrices with a singular E: what that means. The rest is about the equivalent state space.
+    pub descriptor: Option<DescriptorSystem>,
     /// Of plain matrices: how far they are from losing controllability or observability.
     pub matrix_distance: Option<MatrixDistances>,
     /// What the reader must know: choices made for him, parts left out.
@@ -435,27 +437,6 @@ pub struct Zeros {
     pub normal_rank: usize,
 }
 
-/// An entry of a sparse matrix.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
-#[serde(into = "(usize, usize, String)")]
-pub struct Entry {
-    /// Its row, from 0.
-    pub row: usize,
-    /// Its column, from 0.
-    pub column: usize,
-    /// Its value, a fraction.
-    pub value: String,
-}
-
-/// A sparse matrix with a name.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SparseMatrix {
-    /// `E`, `A`, `B`, `C` or `D`.
-    pub name: String,
-    /// Its entries that are not zero.
-    pub entries: Vec<Entry>,
-}
-
 /// An input matrix with the least number of columns, built by the procedure of Theorem 5.2 \[diss. (5.7)\] as corrected.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Construction {
@@ -494,7 +475,7 @@ pub struct Certificate {
     /// What is proven and how, one sentence each.
     pub statements: Vec<String>,
     /// The pencil `E x' = A x + B u`, `y = C x + D u`.
-    #[serde(serialize_with = "pencil")]
+    #[serde(serialize_with = "super::pencil::named")]
     #[schemars(with = "BTreeMap<String, Vec<Entry>>")]
     pub pencil: Vec<SparseMatrix>,
     /// Proof of `min_inputs`.
@@ -767,14 +748,4 @@ impl From<MinorColumn> for [usize; 2] {
     fn from(column: MinorColumn) -> Self {
         [column.input, column.power]
     }
-}
-
-impl From<Entry> for (usize, usize, String) {
-    fn from(entry: Entry) -> Self {
-        (entry.row, entry.column, entry.value)
-    }
-}
-
-fn pencil<S: Serializer>(all: &[SparseMatrix], to: S) -> Result<S::Ok, S::Error> {
-    by_name(all.iter().map(|one| (one.name.as_str(), &one.entries)), to)
 }

@@ -2,6 +2,7 @@
 
 mod analysis;
 mod bench;
+mod descriptor;
 mod design;
 mod exploration;
 mod extremes;
@@ -10,6 +11,7 @@ mod linearised;
 mod margins;
 mod mechanism;
 mod passage;
+mod pencil;
 mod realisation;
 mod reference;
 mod responses;
@@ -23,6 +25,7 @@ use serde::Serialize;
 
 pub use analysis::*;
 pub use bench::*;
+pub use descriptor::*;
 pub use design::*;
 pub use exploration::*;
 pub use extremes::*;
@@ -31,6 +34,7 @@ pub use linearised::*;
 pub use margins::*;
 pub use mechanism::*;
 pub use passage::*;
+pub use pencil::*;
 pub use realisation::*;
 pub use reference::*;
 pub use responses::*;

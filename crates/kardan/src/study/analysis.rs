@@ -12,7 +12,7 @@ use crate::entries::Place;
 use crate::equations::{Domain, Measured};
 use crate::model::{Setting, TableReader, tables};
 use crate::names::unknown_name;
-use crate::names::{Quantity, SignalName};
+use crate::names::{Quantity, SignalName, carrier};
 use crate::reduce::Reduced;
 use crate::results::Physical;
 use crate::schema::{Field, Keys, Kind, Sign, Table, Value};
@@ -190,10 +190,11 @@ pub(super) fn output(
     let has_signal = |name: &str| signals.iter().any(|(other, _)| other == name);
     let sensor = equations.sensors.iter().find(|(sensor, _)| sensor == head);
     let coordinate = |name: &str| equations.coordinates.iter().position(|shaft| shaft == name);
-    let measured = signal.alone().and_then(coordinate).and_then(|k| {
+    let moved = carrier(name);
+    let measured = coordinate(moved).filter(|_| moved != name).and_then(|k| {
         let [position, rate] = equations.domain(k).motion();
-        let rates = signal.is(rate).then(|| Measured::Speed(head.into()));
-        if signal.is(position) { Some(Measured::Angle(head.into())) } else { rates }
+        let rates = signal.is(rate).then(|| Measured::Speed(moved.into()));
+        if signal.is(position) { Some(Measured::Angle(moved.into())) } else { rates }
     });
     if let Some(measured) = measured {
         return Ok(OutputSignal { name: name.into(), measured });

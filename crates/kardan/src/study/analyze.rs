@@ -1,5 +1,6 @@
 //! What `kardan analyze` asks for.
 
+use super::descriptor::taken_apart;
 use super::massless::{Mechanical, not_eliminated, state_name};
 use super::placement::Places;
 use super::prepare::is_error;
@@ -7,13 +8,13 @@ use super::sensitivity::sensitivity;
 use super::signals::{WorkingPoint, charges, named};
 use super::{AnalyzeSettings, Part, Prepared, PreparedVariant, Progress, Project};
 use crate::analysis::{
-    BasisError, ConstrainedSystem, LinearSystem, Mechanics, Side, StructureError, bases, certified_structure, class,
-    constraint_forces, construction, distance_of_matrices, exact_modes, exact_modes_of_pencil, failing_modes,
-    linear_system, properties, realisations, reduction, structure,
+    BasisError, ConstrainedSystem, LinearSystem, Mechanics, Side, StructureError, TakenApart, bases,
+    certified_structure, class, constraint_forces, construction, distance_of_matrices, exact_modes,
+    exact_modes_of_pencil, failing_modes, linear_system, properties, realisations, reduction, structure,
 };
 use crate::diagnostics::Diagnostic;
 use crate::model::{DataDigits, StateSpace, read_state_space};
-use crate::num::{Definiteness, Matrix, Rational, definiteness, rational_to_f64};
+use crate::num::{Definiteness, Matrix, Rational, definiteness, exact_rank, rational_to_f64};
 use crate::reduce::Reduced;
 use crate::results::{Analysis, DiscreteTime, MatrixDistance, MatrixDistances, Mode};
 
@@ -188,8 +189,19 @@ pub fn analyze_state_space(
     system.d = Matrix::from_fn(outputs.len(), inputs.len(), |i, j| system.d[(outputs[i], inputs[j])].clone());
     system.inputs = inputs.into_iter().map(|k| system.inputs[k].clone()).collect();
     system.outputs = outputs.into_iter().map(|k| system.outputs[k].clone()).collect();
+    let descriptor = (exact_rank(&system.e) < n).then(|| taken_apart(&system)).transpose()?;
     let discrete = sample_time.map(|time| DiscreteTime { sample_time: time.as_ref().map(rational_to_f64) });
     let mut analysis = Analysis { name: "state space".into(), discrete, ..Analysis::default() };
+    let is_descriptor = descriptor.is_some();
+    if let Some(TakenApart { found, equivalent }) = descriptor {
+        (analysis.descriptor, system) = (Some(found), equivalent);
+    }
+    if system.states.is_empty() {
+        analysis
+            .notes
+            .push("no finite eigenvalue: the inputs determine all variables, there are no motions to analyse".into());
+        return Ok(analysis);
+    }
     let rest = "modes and the construction of inputs";
     decide(&mut analysis, &system, settings.certify, (progress, "state space"), rest)?;
     let modes = exact_modes_of_pencil(&system, &analysis.structure.factors);
@@ -200,7 +212,11 @@ pub fn analyze_state_space(
     failing_modes(&mut analysis.structure, &mut analysis.modes, &system, None);
     refine(&mut analysis, &system);
     keep(progress, &analysis, "the distance to a loss and the construction of inputs");
-    analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
+    if is_descriptor {
+        analysis.notes.push("the distance to a loss is not looked for where `E` is singular".into());
+    } else {
+        analysis.matrix_distance = matrix_distances(&analysis, &system, &digits);
+    }
     keep(progress, &analysis, "the construction of inputs");
     construct(&mut analysis, &system);
     progress.release();

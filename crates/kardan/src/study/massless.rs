@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use super::PreparedVariant;
 use crate::analysis::{
     Eliminated, LinearSystem, MasslessError, Side, combination, eliminate_massless, massless_direction,
+    plain_combination,
 };
 use crate::diagnostics::Diagnostic;
-use crate::names::{Quantity, SignalName};
+use crate::names::{Quantity, SignalName, carrier};
 use crate::num::{Definiteness, Matrix, Rational, Scalar, definiteness, echelon};
 use crate::results::{Definition, Elimination};
 
@@ -91,14 +92,14 @@ impl<'a> Mechanical<'a> {
         let term = |(name, factor): &(String, Rational)| (named(name), factor.clone());
         Elimination {
             motions: r - echelon(&inertia, &(0..r).collect::<Vec<_>>()).rank(),
-            direction: plain(&direction),
+            direction: plain_combination(&direction),
             removed: eliminated.removed.iter().map(named).collect(),
             definitions: eliminated
                 .definitions
                 .iter()
                 .map(|(name, terms)| Definition {
                     state: name.clone(),
-                    is: plain(&terms.iter().map(term).collect::<Vec<_>>()),
+                    is: plain_combination(&terms.iter().map(term).collect::<Vec<_>>()),
                 })
                 .collect(),
         }
@@ -151,27 +152,10 @@ pub(super) fn not_eliminated(
 
 /// `a.w` as it is, `L1.i` in place of `L1.w` for a charge.
 pub(super) fn state_name(name: &str, charges: &BTreeSet<String>) -> String {
-    let signal = SignalName::new(name);
-    match signal.quantity().filter(|_| charges.contains(signal.element)) {
-        Some(Quantity::Angle) => Quantity::Charge.of(signal.element),
-        Some(Quantity::Speed) => Quantity::Current.of(signal.element),
+    let branch = carrier(name);
+    match SignalName::new(name).quantity().filter(|_| charges.contains(branch)) {
+        Some(Quantity::Angle) => Quantity::Charge.of(branch),
+        Some(Quantity::Speed) => Quantity::Current.of(branch),
         _ => name.to_string(),
     }
-}
-
-/// `a - 2 b`.
-fn plain(terms: &[(String, Rational)]) -> String {
-    let mut out = String::new();
-    for (name, factor) in terms {
-        let negative = *factor < Rational::ZERO;
-        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        out += match (out.is_empty(), negative) {
-            (true, true) => "-",
-            (true, false) => "",
-            (false, true) => " - ",
-            (false, false) => " + ",
-        };
-        out += &if size == Rational::ONE { name.clone() } else { format!("{size} {name}") };
-    }
-    out
 }

@@ -7,6 +7,7 @@ mod bench;
 mod checks;
 mod circuit;
 mod coupling;
+mod descriptor;
 mod design;
 mod effort;
 mod equations;

@@ -7,8 +7,7 @@ use crate::assemble::Equations;
 use crate::diagnostics::{Diagnostic, quoted, shortened};
 use crate::equations::Domain;
 use crate::model::{Document, Model, Setting, TableReader};
-use crate::names::SignalName;
-use crate::names::unknown_name;
+use crate::names::{SignalName, carrier, unknown_name};
 use crate::num::{Rational, rational_to_f64};
 use crate::schema::{Sign, Table, Value};
 use crate::simulate::Scenario;
@@ -219,7 +218,7 @@ pub(super) fn initial_state(
     shafts.extend(charges.iter().map(String::as_str));
     for (name, scalar) in entries {
         let signal = SignalName::new(&name.value);
-        let shaft = signal.alone().unwrap_or(&name.value);
+        let shaft = carrier(&name.value);
         let coordinate = names.iter().position(|n| n == shaft);
         let is_shaft = shafts.contains(&shaft);
         let domain =

@@ -165,6 +165,26 @@ fn a_circuit_without_inductance_keeps_its_charge() {
     assert_eq!(found.structure.relative_degrees, [[Some(1)], [Some(0)]]);
 }
 
+/// A source behind a transformer 3 : 1 sees the load R2, C as 9 R2 and C/9: the pole is −1/((R1 + 9 R2) C/9). The winding itself
+/// is the coordinate.
+#[test]
+fn a_winding_of_a_transformer_may_be_the_coordinate() {
+    let source = "[voltage_source.V]\nfrom = \"ground\"\nto = \"a\"\n[resistor.R1]\nfrom = \"a\"\nto = \"b\"\n\
+                  resistance = \"2 Ohm\"\n[transformer.zz]\nfrom_1 = \"b\"\nto_1 = \"ground\"\nfrom_2 = \"c\"\n\
+                  to_2 = \"ground\"\nratio = 3\n[resistor.R2]\nfrom = \"c\"\nto = \"d\"\nresistance = \"1 Ohm\"\n\
+                  [capacitor.C]\nfrom = \"d\"\nto = \"ground\"\ncapacitance = \"0.25 F\"\n\
+                  [scenario]\nduration = \"1 s\"\ninitial = { \"zz.2.q\" = \"1 C\" }\n";
+    let found = analyze(source, &eliminate()).unwrap();
+    assert_eq!((&found.structure.states, &found.structure.outputs), (&vec!["zz.2.q".into()], &vec!["zz.2.q".into()]));
+    assert_eq!(found.structure.factors[0].polynomial, "s + 36/11");
+    assert_eq!(found.elimination.unwrap().removed, ["zz.2.i"]);
+    let (linear, _) = study::linearise(source, &eliminate(), false).unwrap();
+    assert_eq!((linear.states[0].name.as_str(), linear.states[0].unit.as_str()), ("zz.2.q", "C"));
+    assert_eq!(linear.a[(0, 0)].to_string(), "-36/11");
+    let asked = AnalyzeSettings { outputs: vec!["zz.1.i".into(), "zz.2.q".into()], ..eliminate() };
+    assert_eq!(analyze(source, &asked).unwrap().structure.relative_degrees, [[Some(0)], [Some(1)]]);
+}
+
 #[test]
 fn what_cannot_be_eliminated_is_explained() {
     // b hangs on a spring, and a torque acts on it: its speed needs the derivative of the torque.

@@ -284,7 +284,7 @@ impl Kind {
 }
 
 /// The matrices as sparse fractions.
-fn pencil(system: &LinearSystem) -> Vec<SparseMatrix> {
+pub(super) fn pencil(system: &LinearSystem) -> Vec<SparseMatrix> {
     [("E", &system.e), ("A", &system.a), ("B", &system.b), ("C", &system.c), ("D", &system.d)]
         .into_iter()
         .map(|(name, matrix)| {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::system::{DataDigits, StateSpace};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, shortened};
-use crate::num::{Matrix, Rational, exact_rank, rational_to_f64};
+use crate::num::{Matrix, Rational, rational_to_f64};
 
 /// The most states, inputs or outputs; at most 4 million entries of a matrix follow.
 pub(super) const MOST: usize = 2000;
@@ -208,18 +208,6 @@ fn square(e: GivenMatrix, states: Option<usize>, mistakes: &mut Vec<Diagnostic>)
         };
         let mistake = Diagnostic::error("state-space::shape", format!("`E` is {}, but {expected}", size(&e.matrix)));
         mistakes.push(place(mistake, &e.span).help("leave `E` out if it is the identity"));
-        return None;
-    }
-    let rank = exact_rank(&e.matrix);
-    if rank < rows {
-        let message = format!(
-            "`E` is singular (rank {rank} of {rows}): this is a descriptor system with algebraic equations, which is not \
-             accepted"
-        );
-        let mistake = Diagnostic::error("state-space::singular", message);
-        mistakes.push(place(mistake, &e.span).help(
-            "solve the algebraic equations for some of the states and give what remains, with a regular `E` or without one",
-        ));
         return None;
     }
     Some(e.matrix)

@@ -16,7 +16,7 @@ use crate::num::{Matrix, Rational};
 use crate::units::parse_number;
 
 /// Keys that say something to the reader and nothing about the matrices; `kardan linearise` writes them.
-const TOLD: [&str; 6] = ["name", "description", "units", "operating_point", "decimal", "notes"];
+const TOLD: [&str; 7] = ["schema", "name", "description", "units", "operating_point", "decimal", "notes"];
 
 /// Reads an object whose keys are the matrices.
 pub(super) fn read_json(text: &str) -> Result<StateSpace, Vec<Diagnostic>> {

@@ -18,7 +18,7 @@ const FILE_LIMIT: usize = 1 << 30;
 ///
 /// The bytes are a MAT file of version 5 (`save -v7` or `-v6`, SciPy) with variables `A`, `B`, `C`, `D` and `E`, or with a
 /// structure that has these fields; or else JSON, an object with these keys. `A` is needed; without `B` there are no
-/// inputs, without `C` no outputs, without `D` no feedthrough, without `E` it is the identity. `states`, `inputs` and
+/// inputs, without `C` no outputs, without `D` no feedthrough, without `E` it is the identity; it may be singular. `states`, `inputs` and
 /// `outputs` may name the variables, which are `x1`…, `u1`… and `y1`… otherwise.
 ///
 /// Numbers of JSON are taken as written: `0.1` is one tenth; `"1/3"` is one third. Those of a MAT file are the exact
@@ -36,7 +36,7 @@ const FILE_LIMIT: usize = 1 << 30;
 /// ```
 ///
 /// # Errors
-/// All mistakes: what cannot be read, matrices that do not fit together, a singular `E`, entries that are no finite
+/// All mistakes: what cannot be read, matrices that do not fit together, entries that are no finite
 /// numbers, more than 2000 states, inputs or outputs.
 pub fn read_state_space(bytes: &[u8]) -> Result<StateSpace, Vec<Diagnostic>> {
     let one = |mistake| Err(vec![mistake]);

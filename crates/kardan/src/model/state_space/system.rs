@@ -6,7 +6,7 @@ use crate::num::Rational;
 /// A linear system as a file gives it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
-    /// The matrices, exact.
+    /// The matrices, exact; E may be singular.
     pub system: LinearSystem,
     /// In discrete time the sample time, s; `Some(None)` if it is not known. In continuous time `None`.
     pub sample_time: Option<Option<Rational>>,

@@ -1,0 +1,133 @@
+//! A descriptor system: what a singular E means.
+
+use crate::model::{Body, Cell, row};
+use crate::words;
+use kardan::results::{Analysis, DescriptorSystem, DescriptorVerdicts, PolynomialRoots};
+
+/// More orders are counted.
+const ORDERS: usize = 24;
+
+/// The section.
+pub fn descriptor(analysis: &Analysis) -> Body {
+    let Some(found) = &analysis.descriptor else { return Body::default() };
+    let discrete = analysis.discrete.is_some();
+    let body = Body::default()
+        .list(orders(found, discrete))
+        .table(
+            &["", "controllable", "observable"],
+            [
+                verdict("finite modes (R-)", found, |side| side.finite),
+                verdict(if discrete { "no answer ahead of the inputs" } else { "impulses (I-)" }, found, |side| {
+                    Some(side.impulse)
+                }),
+                verdict("completely (C-)", found, |side| side.complete),
+            ],
+        )
+        .list(missed(found));
+    let unit = if discrete { "" } else { " 1/s" };
+    body.part("Transfer of all outputs", Body::default().list(transfer(found, unit, discrete)))
+        .hint("What follows is about the equivalent state space.")
+}
+
+/// What is added to the sentence on the ranks, and whether nothing is missing.
+pub fn sentence(found: &DescriptorSystem) -> (bool, String) {
+    let sides = [(&found.controllability, "controllable"), (&found.observability, "observable")];
+    let word = |side: &DescriptorVerdicts, what: &str| match (side.complete, side.impulse) {
+        (Some(true), _) => format!("completely {what}"),
+        (_, true) => format!("impulse {what}, not completely {what}"),
+        (_, false) => format!("not impulse {what}"),
+    };
+    let words = sides.map(|(side, what)| word(side, what));
+    let sound = sides.iter().all(|(side, _)| side.impulse);
+    (sound, format!("Descriptor system of index {}: {}; {}.", found.index, words[0], words[1]))
+}
+
+fn orders(found: &DescriptorSystem, discrete: bool) -> Vec<String> {
+    let blocks: Vec<String> = found.infinite_blocks.iter().map(usize::to_string).collect();
+    let free = match (found.impulse_free, discrete) {
+        (true, false) => "no impulses",
+        (true, true) => "no answer ahead of the inputs",
+        (false, false) => "impulses after initial values that do not fit, or after steps of the inputs, are possible",
+        (false, true) => "variables may depend on inputs of later samples",
+    };
+    let mut all = vec![
+        format!(
+            "E is singular: rank {} of {}. The pencil sE - A is regular, of index {}: {free}.",
+            found.rank_of_e, found.variables, found.index
+        ),
+        format!(
+            "Finite eigenvalues: {}. Blocks at infinity, by order: {}.",
+            found.finite_eigenvalues,
+            words::list(&blocks, ORDERS)
+        ),
+    ];
+    let defined: Vec<String> = found.definitions.iter().map(|one| format!("{} = {}", one.state, one.is)).collect();
+    if !defined.is_empty() {
+        all.push(format!("States of the equivalent state space: {}.", words::list(&defined, 12)));
+    }
+    all
+}
+
+fn verdict(what: &str, found: &DescriptorSystem, of: fn(&DescriptorVerdicts) -> Option<bool>) -> Vec<Cell> {
+    let cell = |side: &DescriptorVerdicts| match of(side) {
+        Some(holds) => Cell::Mark(holds, if holds { "yes" } else { "no" }.into()),
+        None => Cell::Mark(false, "not decided".into()),
+    };
+    row![what, cell(&found.controllability), cell(&found.observability)]
+}
+
+fn missed(found: &DescriptorSystem) -> Vec<String> {
+    let sides = [(&found.controllability, "reached by no input"), (&found.observability, "shown by no output")];
+    let of = |(side, what): &(&DescriptorVerdicts, &str)| {
+        let impulses = match side.missed_impulses {
+            0 => String::new(),
+            count => format!("; rank for impulses short by {count}"),
+        };
+        (side.missed_at_infinity > 0)
+            .then(|| format!("Infinite eigenvalues {what}: {}{impulses}.", side.missed_at_infinity))
+    };
+    sides.iter().filter_map(of).collect()
+}
+
+fn transfer(found: &DescriptorSystem, unit: &str, discrete: bool) -> Vec<String> {
+    let mut all = Vec::new();
+    if found.polynomial_part.is_empty() {
+        all.push(
+            "The transfer matrix is proper: the equivalent state space has all outputs, with direct feedthrough."
+                .into(),
+        );
+    } else {
+        let entry =
+            |one: &kardan::results::ImproperEntry| format!("from {} to {}: {}", one.input, one.output, one.polynomial);
+        let entries: Vec<String> = found.polynomial_part.iter().map(entry).collect();
+        let what = if discrete { "later values" } else { "derivatives" };
+        all.push(format!(
+            "The transfer matrix is improper, outputs respond to {what} of inputs. Its polynomial part: {}.",
+            words::list(&entries, 12)
+        ));
+        all.push(format!(
+            "No state space has these outputs: {} left out of what follows.",
+            match found.left_out.as_slice() {
+                [one] => format!("{one} is"),
+                more => format!("{} are", words::list(more, 12)),
+            }
+        ));
+    }
+    if let Some(rank) = found.normal_rank {
+        all.push(format!("Normal rank: {rank}."));
+    }
+    let zeros = |zeros: &PolynomialRoots| match zeros.values.is_empty() {
+        true if zeros.polynomial == "1" => "none".to_owned(),
+        true => zeros.polynomial.clone(),
+        false => format!("{}{unit}, the roots of {}", words::list(&words::pairs(&zeros.values), 100), zeros.polynomial),
+    };
+    let finite = found.zeros.as_ref().map_or("not decided".to_owned(), zeros);
+    all.push(format!("Finite invariant zeros: {finite}."));
+    let orders = |all: &Vec<i64>| match all.is_empty() {
+        true => "none".to_owned(),
+        false => words::list(&all.iter().map(i64::to_string).collect::<Vec<_>>(), ORDERS),
+    };
+    let infinite = found.orders_at_infinity.as_ref().map_or("not decided".to_owned(), orders);
+    all.push(format!("Orders of the zeros at infinity (negative: poles): {infinite}."));
+    all
+}

@@ -1,0 +1,83 @@
+//! What a singular E means: the pencil sE − A taken apart.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Definition, Entry, PolynomialRoots, SparseMatrix};
+
+/// A descriptor system `E x' = A x + B u`, `y = C x + D u` with a singular E and a regular pencil sE − A, all decided exactly. What is
+/// said of impulses in continuous time is said of answers ahead of the inputs in discrete time.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct DescriptorSystem {
+    /// Number of the variables x.
+    pub variables: usize,
+    /// Rank of E.
+    pub rank_of_e: usize,
+    /// Index of the pencil: order of the largest block at infinity.
+    pub index: usize,
+    /// Number of finite eigenvalues, with multiplicity: the order of the equivalent state space.
+    pub finite_eigenvalues: usize,
+    /// Orders of the blocks at infinity, largest first; only those above 1 can answer with impulses.
+    pub infinite_blocks: Vec<usize>,
+    /// Whether the index is at most 1.
+    pub impulse_free: bool,
+    /// What the inputs reach.
+    pub controllability: DescriptorVerdicts,
+    /// What the outputs show.
+    pub observability: DescriptorVerdicts,
+    /// States of the equivalent state space that are combinations of the variables.
+    pub definitions: Vec<Definition>,
+    /// Where outputs respond to derivatives of inputs; empty if the transfer matrix is proper.
+    pub polynomial_part: Vec<ImproperEntry>,
+    /// Outputs with a polynomial part: no state space has them, and the equivalent one is without them.
+    pub left_out: Vec<String>,
+    /// Normal rank of the transfer matrix from all inputs to all outputs; `null` if it is not decided.
+    pub normal_rank: Option<usize>,
+    /// Finite invariant zeros with all outputs; `null` if they are not decided.
+    pub zeros: Option<PolynomialRoots>,
+    /// Orders of the zeros at infinity of the transfer matrix with all outputs, ascending; negative ones are poles there.
+    pub orders_at_infinity: Option<Vec<i64>>,
+    /// The proof: `left E right = diag(I, N)`, `left A right = diag(J, I)`.
+    pub proof: SeparatedPencil,
+}
+
+/// What holds of one side.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct DescriptorVerdicts {
+    /// All finite modes are met: R-controllable (R-observable); `null` if that is not decided.
+    pub finite: Option<bool>,
+    /// All impulses can be met: impulse controllable (observable), the rank of `[E, A K, B]` is full with K a basis of the kernel of E.
+    pub impulse: bool,
+    /// All is met, finite or not: completely controllable (observable), C-controllable; also `[E, B]` has full rank.
+    pub complete: Option<bool>,
+    /// By how much the rank for impulses falls short.
+    pub missed_impulses: usize,
+    /// Infinite eigenvalues that are not met.
+    pub missed_at_infinity: usize,
+}
+
+/// An entry of the transfer matrix with a polynomial part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct ImproperEntry {
+    /// The output.
+    pub output: String,
+    /// The input.
+    pub input: String,
+    /// Its terms from s upwards: `s^2 - 3/2 s`.
+    pub polynomial: String,
+}
+
+/// A regular pencil parted into its finite and its infinite structure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SeparatedPencil {
+    /// E, A, B, C, D as they are given.
+    #[serde(serialize_with = "super::pencil::named")]
+    #[schemars(with = "BTreeMap<String, Vec<Entry>>")]
+    pub pencil: Vec<SparseMatrix>,
+    /// Square and regular, its rows.
+    pub left: Vec<Vec<String>>,
+    /// Square and regular, its rows.
+    pub right: Vec<Vec<String>>,
+}

@@ -1,0 +1,50 @@
+//! Plain matrices with a singular E: taken apart, or why that cannot be.
+
+use crate::analysis::{DescriptorError, LinearSystem, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
+use crate::diagnostics::Diagnostic;
+
+/// Most equations that are told with their factors.
+const MOST_TOLD: usize = 8;
+
+/// The descriptor system and its equivalent state space.
+///
+/// # Errors
+/// If the pencil is singular, or too large.
+pub(super) fn taken_apart(system: &LinearSystem) -> Result<TakenApart, Vec<Diagnostic>> {
+    descriptor(system).map_err(|error| {
+        vec![match error {
+            DescriptorError::Singular(why) => singular(&why),
+            DescriptorError::TooLong => {
+                let message = "`E` is singular, and the pencil is too large to be taken apart exactly: its numbers are long fractions";
+                Diagnostic::error("state-space::too-large", message)
+                    .help("give the numbers with fewer digits, or solve the algebraic equations and give what remains")
+            }
+            DescriptorError::TooLarge => {
+                let message = format!(
+                    "`E` is singular, and a descriptor system of {} variables is too large: at most {MOST_VARIABLES} are taken apart",
+                    system.states.len()
+                );
+                Diagnostic::error("state-space::too-large", message)
+                    .help("solve the algebraic equations for some of the variables and give what remains, with a regular `E`")
+            }
+        }]
+    })
+}
+
+fn singular(why: &SingularPencil) -> Diagnostic {
+    let mut message = String::from(
+        "the pencil sE - A is singular: det(sE - A) is zero for all s, so the equations E x' = A x + B u do not determine x",
+    );
+    let told: Option<Vec<String>> =
+        why.equations.iter().map(|(row, factor)| Some(format!("({}) · row {}", factor.as_ref()?, row + 1))).collect();
+    match told.filter(|all| all.len() <= MOST_TOLD) {
+        Some(all) => message += &format!("; of sE - A {} is zero for all s", all.join(" + ")),
+        None => {
+            let rows: Vec<String> = why.equations.iter().map(|(row, _)| (row + 1).to_string()).collect();
+            message += &format!("; the rows {} of sE - A depend on each other for all s", rows.join(", "));
+        }
+    }
+    Diagnostic::error("state-space::singular", message).help(
+        "one of these equations follows from the others, or contradicts them: replace it by the one that is missing",
+    )
+}
