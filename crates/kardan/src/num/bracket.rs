@@ -49,7 +49,8 @@ mod tests {
     /// Steps, steep and flat functions, either way round: the sign changes between the two places, at the cost of halving at most.
     #[test]
     fn signs_change_between_the_places() {
-        let functions: [(&str, fn(f64) -> f64); 6] = [
+        type Named = (&'static str, fn(f64) -> f64);
+        let functions: [Named; 6] = [
             ("step", |x| if x < 0.7311 { -1.0 } else { 1.0 }),
             ("infinite beyond", |x| if x < 0.7311 { x - 0.7311 } else { f64::INFINITY }),
             ("flat", |x| (x - 0.3).powi(9)),

@@ -148,9 +148,8 @@ mod tests {
                 let right = Matrix::from_fn(2 * n, 1, |i, _| if i < n { b[(i, 0)] } else { 0.0 });
                 let x = whole.solve(&right).expect("no eigenvalue");
                 let twice = whole.solve(&x).expect("no eigenvalue");
-                let along = |x: &Matrix<f64>| {
-                    (0..n).map(|k| c64::new(x[(k, 0)], x[(k + n, 0)]) * c[(k, 0)]).sum::<c64>()
-                };
+                let along =
+                    |x: &Matrix<f64>| (0..n).map(|k| c64::new(x[(k, 0)], x[(k + n, 0)]) * c[(k, 0)]).sum::<c64>();
                 let (value, slope) = found.at(s);
                 let size = |x: &Matrix<f64>| x.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
                 assert!((value - along(&x)).norm() <= 1e-11 * size(&x), "{n}: {value:?}");

@@ -477,7 +477,7 @@ initial = { "c.phi" = "1 rad" }
     fn specs(analysis: &str) -> Vec<AnalysisSpec> {
         let source = format!("{MODEL}{analysis}");
         let (prepared, mistakes) = prepare(&source);
-        assert!(mistakes.iter().all(|mistake| mistake.code == "parameter::unused"), "{}", plain(&source, &mistakes));
+        assert!(mistakes.iter().all(|mistake| mistake.code.ends_with("::unused")), "{}", plain(&source, &mistakes));
         prepared.variants.into_iter().map(|variant| variant.analysis.clone()).collect()
     }
 

@@ -340,7 +340,7 @@ mod tests {
             (Dimension::DAMPING, "0.0081 N m s", "did you mean \"0.0081 N m s/rad\"?"),
             (Dimension::INERTIA, "0.05", "write the unit too: \"0.05 kg m^2\""),
             (Dimension::ANGLE, "30", "write the unit too: \"30 deg\" or \"30 rad\""),
-            (Dimension::ANGULAR_VELOCITY, "5 Hz", "write it like \"60 rpm\""),
+            (Dimension::ANGULAR_VELOCITY, "5 Hz", "write it as \"5 rev/s\": a turn is 2 pi rad"),
             (Dimension::TORQUE, "5 kg", "write it like \"1.3 N m\""),
             (Dimension::NONE, "5 kg", "write the number without a unit"),
         ] {

@@ -443,8 +443,7 @@ fn hands_off_the_wheel() {
 #[test]
 fn the_other_drives() {
     for name in ["harmonic-drive-ecu", "harmonic-drive-spring-ecu"] {
-        let study =
-            study::run(builtin(name).expect("built in").source, &runs_only(), &Silent).expect("no mistakes");
+        let study = study::run(builtin(name).expect("built in").source, &runs_only(), &Silent).expect("no mistakes");
         assert_eq!(study.runs.len(), 4);
         for run in &study.runs {
             assert!(!run.requirements.is_empty(), "{name}: {}", run.name);

@@ -95,7 +95,7 @@ fn bits(matrices: &[&Matrix<Rational>]) -> usize {
 /// A number s₀ with a regular `s₀E − A`: of n + 1 numbers one is, unless all are roots of the determinant, which is zero then.
 fn regular_point(e: &Matrix<Rational>, a: &Matrix<Rational>) -> Option<Rational> {
     let n = e.rows();
-    let number = |k: usize| Rational::from(if k % 2 == 0 { (k / 2) as i64 } else { -(k.div_ceil(2) as i64) });
+    let number = |k: usize| Rational::from(if k.is_multiple_of(2) { (k / 2) as i64 } else { -(k.div_ceil(2) as i64) });
     (0..=n).map(number).find(|at| exact_rank(&pencil_at(e, a, at)) == n)
 }
 
