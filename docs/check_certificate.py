@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks the certificate of `kardan analyze --json` (standard input or a file); see certificate.md. Standard library only."""
-import json, re, sys
+import json, re, secrets, sys
 from fractions import Fraction as F
 
 
@@ -63,8 +63,7 @@ def minor(g, b, stated):
     """The order of a minor of [b, Gb, G²b, …] that does not vanish modulo its prime."""
     p = stated["prime"]
     need(2 <= p < 1 << 64 and all(pow(x, p - 1, p) == 1 for x in (2, 3, 5, 7, 11) if x % p), "no prime")
-    reduce = lambda m: [[x.numerator * pow(x.denominator, -1, p) % p for x in row] for row in m]
-    g, b, columns = reduce(g), reduce(b), []
+    g, b, columns = residues(g, p), residues(b, p), []
     for place, power in stated["columns"]:
         v = [row[place] for row in b]
         for _ in range(power):
@@ -138,24 +137,50 @@ def check(found):
             for matrix, extra, key in [(g, [], "geometric"), (turn(g, n), turn(at_b, m), "input_defect"), (g, c, "output_defect")]:
                 need(nullity(f, matrix, extra) == (len(f) - 1) * x[key], key)
         told.append("multiplicities")
-    # Zeros of a square regular system matrix: its determinant is their polynomial times a constant.
-    z, below = polynomial(found["zeros"]["polynomial"]), [c[i] + d[i] for i in range(p)]
-    above = lambda s: [[s * x - y for x, y in zip(e[i], a[i])] + [-x for x in b[i]] for i in range(n)]
-    rosenbrock = lambda s: above(s) + below
-    rank = max(echelon(rosenbrock(F(k, 7)))[0] for k in range(2, n + 5)) - n
-    need(rank == found["zeros"]["normal_rank"], "normal rank")
+    # Zeros: the greatest common divisor of the largest minors of the system matrix s X - Y that do not all vanish.
+    x = [e[i] + [F(0)] * m for i in range(n)] + [[F(0)] * (n + m)] * p
+    y = [a[i] + b[i] for i in range(n)] + [[-v for v in c[i] + d[i]] for i in range(p)]
+    at = lambda s: [[s * v - w for v, w in zip(*rows)] for rows in zip(x, y)]
+    rank = max(echelon(at(F(k, 7)))[0] for k in range(2, n + 5))
+    need(rank - n == found["zeros"]["normal_rank"], "normal rank")
     told.append("normal rank")
-    if z and m == p == rank:
-        there = [(echelon(rosenbrock(F(s)))[1], value(z, F(s))) for s in range(-1, n + 1)]
-        need(z[-1] == 1 and all_equal(there), "zeros")
+    z = polynomial(found["zeros"]["polynomial"])
+    if z:
+        prime = next(q for q in iter(lambda: secrets.randbits(60) | 1 << 60 | 1, 0) if all(pow(k, q - 1, q) == 1 for k in (2, 3, 5, 7)))
+        need(z[-1] == 1 and common_minor(x, y, rank, n, prime) == residues([z], prime)[0], "zeros")
         told.append("zeros")
     return told
 
 
-def all_equal(pairs):
-    """x = k y with one k ≠ 0 for all pairs."""
-    k = next((x / y for x, y in pairs if x and y), None)
-    return k is not None and all(x == k * y for x, y in pairs)
+def residues(rows, p):
+    return [[v.numerator * pow(v.denominator, -1, p) % p for v in row] for row in rows]
+
+
+def common_minor(x, y, rank, n, p):
+    """Monic common divisor, modulo p, of det U(s X - Y)V for three random U and V: of all minors of that order, unless by accident."""
+    product = lambda left, right: [[sum(v * w for v, w in zip(row, column)) % p for column in zip(*right)] for row in left]
+    draw = lambda rows, columns: [[secrets.randbelow(p) for _ in range(columns)] for _ in range(rows)]
+    common, x, y = [], residues(x, p), residues(y, p)
+    for _ in range(3):
+        u, v = draw(rank, len(x)), draw(len(x[0]), rank)
+        x1, y1 = product(product(u, x), v), product(product(u, y), v)
+        # Newton's interpolation through s = 0, 1, ..., n.
+        values = [echelon([[(s * a - b) % p for a, b in zip(*rows)] for rows in zip(x1, y1)], p)[1] for s in range(n + 1)]
+        for k in range(1, n + 1):
+            for s in range(n, k - 1, -1):
+                values[s] = (values[s] - values[s - 1]) * pow(k, -1, p) % p
+        found = []
+        for s in range(n, -1, -1):
+            found = [(a - s * b) % p for a, b in zip([0] + found, found + [0])]
+            found[0] = (found[0] + values[s]) % p
+        while any(found):
+            last = max(k for k, a in enumerate(found) if a)
+            found = [a * pow(found[last], -1, p) % p for a in found[: last + 1]]
+            while len(common) > last:
+                lead, shift = common[-1], len(common) - last - 1
+                common = [(a - lead * (found[i - shift] if i >= shift else 0)) % p for i, a in enumerate(common)][:-1]
+            common, found = found, common
+    return common
 
 
 def nullity(f, g, extra):

@@ -94,6 +94,51 @@ fn both_bounds_hold() {
     }
 }
 
+/// A chain of n integrators: `[A − λI, b] [A − λI, b]ᴴ` is tridiagonal with `1 + |λ|²` and `λ`, its least eigenvalue
+/// `1 + |λ|² − 2 |λ| cos(π/(n + 1))` is least for `|λ| = cos(π/(n + 1))`: the distance is `sin(π/(n + 1))`.
+#[test]
+fn the_distance_of_a_chain_is_a_sine() {
+    for n in [2usize, 3, 7, 20, 40] {
+        let a = Matrix::from_fn(n, n, |i, j| if j == i + 1 { Rational::ONE } else { Rational::ZERO });
+        let b = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });
+        let found = distance_of_matrices(&LinearSystem::state_space(a, b, Matrix::zeros(0, n)), Side::Inputs).unwrap();
+        let sine = (std::f64::consts::PI / (n as f64 + 1.0)).sin();
+        assert!((found.upper / sine - 1.0).abs() < 1e-6, "{n}: {} {sine}", found.upper);
+        assert!(found.lower <= sine && found.lower >= 0.9 * sine, "{n}: {} {sine}", found.lower);
+    }
+}
+
+/// A random system with one mode that the input reaches by δ only, turned by a reflection: the distance is at most δ. The
+/// bounds are within a factor of two of each other, as far as the rounding of the data lets them.
+#[test]
+fn a_planted_loss_is_bounded_from_both_sides() {
+    let mut seed = 5u64;
+    let mut unit = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    for (n, delta) in [(5usize, 1e-2), (5, 1e-6), (12, 1e-4), (24, 1e-3), (12, 1e-9)] {
+        let mut a: Vec<Vec<f64>> = (0..n).map(|_| (0..n).map(|_| unit()).collect()).collect();
+        let mut b: Vec<Vec<f64>> = (0..n).map(|_| vec![unit()]).collect();
+        (0..n - 1).for_each(|j| a[n - 1][j] = 0.0);
+        b[n - 1][0] = delta;
+        // I − 2 v vᵀ/(vᵀv) on both sides.
+        let v: Vec<f64> = (0..n).map(|_| unit()).collect();
+        let size = v.iter().map(|x| x * x).sum::<f64>();
+        let turn = |i: usize, j: usize| f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / size;
+        let product = |one: &dyn Fn(usize, usize) -> f64, other: &dyn Fn(usize, usize) -> f64, width: usize| {
+            let entry = |i, j| (0..n).map(|k| one(i, k) * other(k, j)).sum::<f64>();
+            (0..n).map(|i| (0..width).map(|j| entry(i, j)).collect()).collect::<Vec<Vec<f64>>>()
+        };
+        let half = product(&turn, &|i, j| a[i][j], n);
+        let (a, b) = (product(&|i, j| half[i][j], &turn, n), product(&turn, &|i, j| b[i][j], 1));
+        let system = LinearSystem::state_space(floats(&a), floats(&b), Matrix::zeros(0, n));
+        let found = distance_of_matrices(&system, Side::Inputs).unwrap();
+        assert!(found.upper <= delta * (1.0 + 1e-6) + 1e-13, "{n} {delta}: {}", found.upper);
+        assert!(found.lower >= 0.45 * found.upper, "{n} {delta}: {} {}", found.lower, found.upper);
+    }
+}
+
 /// One state: `[a − λ, b]` is nearest at λ = a, the distance is |b|.
 #[test]
 fn the_distance_of_one_state_is_that_of_its_input() {

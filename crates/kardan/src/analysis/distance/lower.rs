@@ -1,84 +1,172 @@
 //! A bound of the distance from below, with all rounding.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::HashMap;
 
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, MatRef, Side, c64};
 
 use super::smallest::{Given, pencil};
 
-/// Decompositions times states³ that are spent.
-const MOST_WORK: usize = 60_000_000;
-/// Decompositions that are spent at most.
-const MOST_CENTRES: usize = 20_000;
-/// The search ends where the bound is this share of what is known from above.
-const CLOSE: f64 = 0.9;
-
-/// A square of the complex plane with what is proven over it.
-struct Square {
-    centre: c64,
-    /// Half of its side.
-    half: f64,
-    bound: f64,
-}
-
-impl PartialEq for Square {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Square {}
-
-impl PartialOrd for Square {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Square {
-    /// The least bound comes first out of a heap.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound.total_cmp(&self.bound)
-    }
-}
+/// Decompositions times states³ that are spent for one goal.
+const MOST_WORK: usize = 1_600_000_000;
+/// Decompositions that are spent for one goal at most.
+const MOST_TESTS: usize = 60_000;
+/// A singular value decomposition takes as long as so many decompositions of Cholesky.
+const OF_SINGULAR_VALUES: usize = 20;
+/// What is tried first, as a share of what is known from above, ...
+const FIRST: f64 = 0.5;
+/// ... what then where that holds, ...
+const CLOSE: f64 = 0.905;
+/// ... and what where it does not.
+const LOW: f64 = 0.1;
+/// Squares are split no deeper: their corners are exact.
+const DEEPEST: u32 = 50;
 
 /// What `σ_min([A − λI, B])` is not below, for all λ; 0 if nothing is proven. `upper` is its least value known.
 ///
-/// Outside the disc of radius `‖A‖ + upper` the value exceeds `upper`. Inside, for Im λ ≥ 0 (the matrices are real), the
-/// square with the least bound is split into four until that bound is close to `upper`, the work is spent, or the squares are
-/// as small as rounding.
+/// Outside the disc of radius `‖A‖ + upper` the value exceeds `upper`. Inside, for Im λ ≥ 0 (the matrices are real), squares are
+/// split until each of them is proven, or the work is spent.
 pub(super) fn proven(given: &Given, upper: f64) -> f64 {
-    let n = given.a.rows();
-    let frobenius = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let radius = (frobenius(given.a.as_slice()) + upper) * (1.0 + 1e-9);
-    let mut squares = BinaryHeap::new();
-    for x in [-0.5, 0.5] {
-        squares.extend(square(given, c64::new(x * radius, 0.5 * radius), 0.5 * radius));
+    let mut plane = Plane::new(given);
+    let mut holds = |share: f64| (share > 0.0 && plane.exceeds(share * upper)).then_some(share * upper);
+    match holds(FIRST) {
+        Some(first) => holds(CLOSE).unwrap_or(first),
+        None => holds(LOW).unwrap_or(0.0),
     }
-    let budget = (MOST_WORK / n.pow(3).max(1)).min(MOST_CENTRES);
-    let mut spent = 2;
-    while let Some(worst) = squares.peek() {
-        let floor = 1e-15 * (radius + worst.centre.norm());
-        if worst.bound >= CLOSE * upper || spent + 4 > budget || worst.half < floor {
-            break;
-        }
-        let Some(Square { centre, half, .. }) = squares.pop() else { break };
-        let quarter = half / 2.0;
-        for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            squares.extend(square(given, c64::new(centre.re + x * quarter, centre.im + y * quarter), quarter));
-        }
-        spent += 4;
-    }
-    squares.peek().map_or(0.0, |worst| worst.bound.clamp(0.0, upper))
 }
 
-/// A square with its bound; one about which nothing is known has the bound −∞.
-fn square(given: &Given, centre: c64, half: f64) -> Option<Square> {
-    // Centres are rounded: the square is a little larger.
-    let reach = half * std::f64::consts::SQRT_2 * (1.0 + 1e-9) + 4.0 * f64::EPSILON * centre.norm();
-    let bound = at_least(given, centre).map_or(f64::NEG_INFINITY, |value| value - reach);
-    Some(Square { centre, half, bound })
+/// Which values are known of a corner: squares of σ_min that it has at least, and that could not be shown.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    holds: f64,
+    fails: f64,
+}
+
+/// A square `[x, x + 1] × [y, y + 1]` in units of `side · 2⁻ᵈᵉᵖᵗʰ`.
+#[derive(Debug, Clone, Copy)]
+struct Square {
+    depth: u32,
+    x: i64,
+    y: i64,
+}
+
+/// The upper half-plane with what is known of it.
+struct Plane<'a> {
+    given: &'a Given,
+    /// `A Aᵀ + B Bᵀ`.
+    gram: Mat<f64>,
+    /// Frobenius norms of A and of `[A, B]`, rounded up.
+    norms: [f64; 2],
+    /// A power of two beyond the disc.
+    side: f64,
+    corners: HashMap<(i64, i64), Corner>,
+    spent: usize,
+}
+
+impl<'a> Plane<'a> {
+    fn new(given: &'a Given) -> Self {
+        let n = given.a.rows();
+        let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+        let (of_a, of_b) = (square(given.a.as_slice()), square(given.b.as_slice()));
+        let norms = [of_a.sqrt(), (of_a + of_b).sqrt()].map(|norm| norm * (1.0 + 1e-9));
+        let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
+        let gram = Mat::from_fn(n, n, |i, j| {
+            product(given.a.row(i), given.a.row(j)) + product(given.b.row(i), given.b.row(j))
+        });
+        // Twice the norm: the least value known is not above the norm of [A, B].
+        let side = (2.0 * norms[1]).log2().ceil().exp2().max(f64::MIN_POSITIVE);
+        Self { given, gram, norms, side, corners: HashMap::new(), spent: 0 }
+    }
+
+    /// Whether σ_min is proven to be at least `goal` for all λ.
+    fn exceeds(&mut self, goal: f64) -> bool {
+        let n = self.given.a.rows();
+        let budget = (MOST_WORK / n.pow(3).max(1)).min(MOST_TESTS);
+        self.spent = 0;
+        let mut open = vec![Square { depth: 0, x: -1, y: 0 }, Square { depth: 0, x: 0, y: 0 }];
+        while let Some(square) = open.pop() {
+            if self.is_outside(square, goal) || self.holds(square, goal) {
+                continue;
+            }
+            if self.spent > budget || square.depth == DEEPEST {
+                return false;
+            }
+            let (x, y) = (2 * square.x, 2 * square.y);
+            open.extend([(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| Square {
+                depth: square.depth + 1,
+                x: x + i,
+                y: y + j,
+            }));
+        }
+        true
+    }
+
+    /// Whether `|λ| − ‖A‖`, which σ_min is not below, suffices.
+    fn is_outside(&self, square: Square, goal: f64) -> bool {
+        let unit = self.unit(square.depth);
+        let nearest = |at: i64| if at < 0 { (at + 1).unsigned_abs() } else { at.unsigned_abs() } as f64 * unit;
+        nearest(square.x).hypot(nearest(square.y)) * (1.0 - 1e-9) > self.norms[0] + goal
+    }
+
+    fn unit(&self, depth: u32) -> f64 {
+        self.side * 0.5f64.powi(depth.cast_signed())
+    }
+
+    /// For a centre c and `λ = c + δ`, `[A − λI, B] [A − λI, B]ᴴ − |δ|² I` is affine in δ, so its least eigenvalue is concave: over
+    /// a square with half its diagonal r, `σ_min² ≥ min σ_min² of the corners − r²`. Where squares are so small that the rounding
+    /// of squares counts, σ_min at the centre is taken, which changes no faster than λ.
+    fn holds(&mut self, square: Square, goal: f64) -> bool {
+        let unit = self.unit(square.depth);
+        let farthest = (square.x as f64).hypot(square.y as f64) * unit + 2.0 * unit;
+        // The numbers given are rounded.
+        let goal = (goal + 8.0 * f64::EPSILON * (self.norms[1] + farthest)) * (1.0 + 1e-12);
+        let needed = (goal * goal + unit * unit / 2.0) * (1.0 + 1e-12);
+        if needed > 8.0 * self.rounding(farthest) {
+            let depth = DEEPEST - square.depth;
+            return [(0, 0), (1, 1), (0, 1), (1, 0)]
+                .into_iter()
+                .all(|(i, j)| self.corner(((square.x + i) << depth, (square.y + j) << depth), needed));
+        }
+        self.spent += OF_SINGULAR_VALUES;
+        let half = unit / 2.0;
+        let centre = c64::new(square.x as f64 * unit + half, square.y as f64 * unit + half);
+        let reach = half * std::f64::consts::SQRT_2 * (1.0 + 1e-9) + 4.0 * f64::EPSILON * centre.norm();
+        at_least(self.given, centre).is_some_and(|value| value - reach >= goal)
+    }
+
+    /// Whether the square of σ_min at a corner is at least `needed`.
+    fn corner(&mut self, key: (i64, i64), needed: f64) -> bool {
+        let known = self.corners.get(&key).copied().unwrap_or(Corner { holds: 0.0, fails: f64::INFINITY });
+        if needed <= known.holds || needed >= known.fails {
+            return needed <= known.holds;
+        }
+        self.spent += 1;
+        let unit = self.unit(DEEPEST);
+        let found = self.is_definite(c64::new(key.0 as f64 * unit, key.1 as f64 * unit), needed);
+        let known = if found { Corner { holds: needed, ..known } } else { Corner { fails: needed, ..known } };
+        self.corners.insert(key, known);
+        found
+    }
+
+    /// Whether `[A − λI, B] [A − λI, B]ᴴ − level I` is positive definite: so it is where the decomposition of Cholesky exists for
+    /// the matrix less its rounding (Rump 2006).
+    fn is_definite(&self, at: c64, level: f64) -> bool {
+        let n = self.given.a.rows();
+        let shift = level + self.rounding(at.norm()) - at.norm_sqr();
+        let matrix = Mat::<c64>::from_fn(n, n, |i, j| {
+            let (x, y) = (self.given.a[(i, j)], self.given.a[(j, i)]);
+            let real = self.gram[(i, j)] - at.re * (x + y) - if i == j { shift } else { 0.0 };
+            c64::new(real, at.im * (x - y))
+        });
+        matrix.llt(Side::Lower).is_ok()
+    }
+
+    /// A bound of the rounding of the matrix and of its decomposition: both are sums of products of length k whose rounding is
+    /// below `2 (k + 4) u` times the trace.
+    fn rounding(&self, radius: f64) -> f64 {
+        let (n, width) = (self.given.a.rows(), self.given.a.rows() + self.given.b.columns());
+        let size = self.norms[1] + (n as f64).sqrt() * radius;
+        8.0 * (width as f64 + 8.0) * f64::EPSILON * size * size
+    }
 }
 
 /// What the smallest singular value of `[A − λI, B]` is not below.
