@@ -1,6 +1,7 @@
 //! Words for messages that the folders of the theory share.
 
-use crate::num::{Rational, Scalar};
+use crate::analysis::plain_combination;
+use crate::num::Rational;
 use crate::results::Pole;
 
 /// A combination of names with exact factors: `T_wg - 1/50 T_fs`; terms with the factor zero are left out, `0` if all are.
@@ -11,22 +12,9 @@ use crate::results::Pole;
 /// assert_eq!(in_words(&["wg", "cs", "fs"], &factors), "wg - 51 cs + 50 fs");
 /// ```
 pub fn in_words<S: AsRef<str>>(names: &[S], factors: &[Rational]) -> String {
-    let mut out = String::new();
-    for (name, factor) in names.iter().zip(factors).filter(|(_, factor)| !Scalar::is_zero(*factor)) {
-        let negative = *factor < Rational::ZERO;
-        let size = if negative { Rational::ZERO.minus(factor) } else { factor.clone() };
-        out += match (out.is_empty(), negative) {
-            (true, false) => "",
-            (true, true) => "-",
-            (false, false) => " + ",
-            (false, true) => " - ",
-        };
-        if size != Rational::ONE {
-            out += &format!("{size} ");
-        }
-        out += name.as_ref();
-    }
-    if out.is_empty() { "0".into() } else { out }
+    let terms = names.iter().map(|name| name.as_ref().to_string()).zip(factors.iter().cloned());
+    let terms: Vec<_> = terms.filter(|(_, factor)| !factor.is_zero()).collect();
+    if terms.is_empty() { "0".into() } else { plain_combination(&terms) }
 }
 
 /// Names one after the other: `a, b and c`.
