@@ -1,9 +1,13 @@
 //! Every operation that changes a file passes here, so that tests can let each of them fail, or end the process there.
 //!
 //! In builds with debug assertions `KARDAN_FAULT=fail:N` makes operation N (from 0) fail as on a full disk, a writing one after
-//! half of its bytes; `full:N` that one and all after it; `kill:N` aborts the process there. In other builds this is nothing.
+//! half of its bytes; `full:N` that one and all after it; `kill:N` aborts the process there. `kept:N` ends the command, as a signal
+//! does, where it has kept what it has for the time N and goes no further; `asked:N` where it asks for the time N whether to end.
+//! In other builds all this is nothing.
 
 use std::io::{self, Write};
+#[cfg(debug_assertions)]
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Does an operation that changes files.
 pub fn step<T>(operation: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
@@ -39,7 +43,6 @@ impl Fault {
 
 #[cfg(debug_assertions)]
 fn wanted() -> Option<Fault> {
-    use std::sync::atomic::{AtomicUsize, Ordering};
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
     let asked = std::env::var("KARDAN_FAULT").ok()?;
@@ -55,4 +58,18 @@ fn wanted() -> Option<Fault> {
 #[cfg(not(debug_assertions))]
 fn wanted() -> Option<Fault> {
     None
+}
+
+/// Whether the command is to end early here: `kept` something, or `asked`.
+#[cfg(debug_assertions)]
+pub fn early(what: &str) -> bool {
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let Ok(asked) = std::env::var("KARDAN_FAULT") else { return false };
+    let at = asked.strip_prefix(what).and_then(|rest| rest.strip_prefix(':'));
+    at.is_some_and(|at| at.parse() == Ok(COUNT.fetch_add(1, Ordering::Relaxed)))
+}
+
+#[cfg(not(debug_assertions))]
+pub fn early(_: &str) -> bool {
+    false
 }

@@ -9,6 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use crate::fault;
 use crate::output::print;
 use crate::render::stderr;
 
@@ -20,6 +21,7 @@ const KILLED: i32 = 130;
 const GRACE: Duration = Duration::from_millis(400);
 /// What one gets that has asked whether to end, and of which nothing was kept.
 const PATIENCE: Duration = Duration::from_secs(5);
+const SIGNAL: &str = "stopped by a signal (Ctrl-C, SIGINT or SIGTERM)";
 
 /// Shows what is finished of a command, told why it ends, and gives the exit code.
 pub type Show = Box<dyn FnOnce(&str) -> u8 + Send>;
@@ -46,7 +48,7 @@ pub fn listen(json: bool) {
             stderr("ended at once\n");
             std::process::exit(KILLED);
         }
-        request("stopped by a signal (Ctrl-C, SIGINT or SIGTERM)".into());
+        request(SIGNAL.into());
     });
 }
 
@@ -60,6 +62,9 @@ pub fn limit(seconds: f64) {
 
 /// Why the command is to end now; who asks keeps what it has.
 pub fn reason() -> Option<String> {
+    if fault::early("asked") {
+        request(SIGNAL.into());
+    }
     let reason = REASON.get()?;
     HEARD.store(true, Ordering::SeqCst);
     Some(reason.clone())
@@ -76,7 +81,14 @@ pub fn computing(yes: bool) {
 
 /// Keeps how to show what is finished, in place of what was kept before; nothing: all of it is done.
 pub fn keep(show: Option<Show>) {
+    let kept = show.is_some();
     state().kept = show;
+    if kept && fault::early("kept") {
+        request(SIGNAL.into());
+        loop {
+            thread::park();
+        }
+    }
 }
 
 fn request(reason: String) {

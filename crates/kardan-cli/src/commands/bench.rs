@@ -94,7 +94,7 @@ pub fn bench(args: &BenchArgs, quiet: bool) -> Result<u8, Failure> {
     let runs = found.iter().flat_map(|found| &found.closed_loop.experiments);
     let outcomes = runs.flat_map(|one| [&one.simulated.outcome, &one.measured.outcome]);
     let whole = outcomes.chain(logs.iter().map(|log| &log.outcome)).all(|outcome| *outcome == Outcome::Completed);
-    Ok(if problems.is_empty() && whole && stop::reason().is_none() { DONE } else { ERROR })
+    Ok(if problems.is_empty() && whole { DONE } else { ERROR })
 }
 
 /// The true values in a file.
@@ -192,6 +192,10 @@ impl Output {
                 logs.push(WrittenLog { name: log.name, outcome: log.outcome, files: paths });
             }
             next = until;
+        }
+        if let (true, Some(reason)) = (next < all, stop::reason()) {
+            let message = format!("{reason}: {next} of {all} logs are there");
+            self.problems.push(Diagnostic::error("bench::logs", message).help("those are complete"));
         }
         bars.finish();
         logs

@@ -69,10 +69,11 @@ fn tell(study: &Study, folder: &Mutex<Folder>, args: &RunArgs, origin: &str, qui
         print(&(in_words(&page, origin) + "\n" + &render::visible(&written)))?;
     }
     tell_gone(&gone, quiet);
-    if let Some(why) = stop::reason() {
-        study.warnings.iter().filter(|warning| warning.starts_with(&why)).for_each(|warning| render::note(warning));
-    }
-    Ok(if problems.is_empty() && stop::reason().is_none() { verdict(&study.runs) } else { ERROR })
+    // What comes while all is there and written changes nothing.
+    let early = |warning: &&String| stop::reason().is_some_and(|why| warning.starts_with(&why));
+    let missing: Vec<&String> = study.warnings.iter().filter(early).collect();
+    missing.iter().for_each(|warning| render::note(warning));
+    Ok(if problems.is_empty() && missing.is_empty() { verdict(&study.runs) } else { ERROR })
 }
 
 /// Writes everything that can be written, tables first; gives what could not.
