@@ -16,6 +16,7 @@
 //! | [`ScheduledRegulator`] | the same for a plant that bends: numbers that follow an angle by a [`Schedule`] |
 //! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
+//! | [`Plan`] | a model as a list of operations, for one evaluation or several side by side ([`Lanes`]) |
 //! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
 //!
 //! ```
@@ -42,6 +43,7 @@ mod governor;
 mod mechanism;
 mod model_observer;
 mod noninteracting;
+mod plan;
 mod position_loop;
 mod real;
 mod regulator;
@@ -58,6 +60,7 @@ pub use governor::Governor;
 pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
 pub use model_observer::{ModelObserver, Sensor};
 pub use noninteracting::{Measurement, Noninteracting};
+pub use plan::{Lanes, Number, Operator, Plan, Run, Table};
 pub use position_loop::PositionLoop;
 pub use real::Real;
 pub use regulator::{Health, Regulator, RegulatorMemory, hold};

@@ -18,12 +18,26 @@ pub trait Real:
     const ONE: Self;
     /// The distance from 1 to the next larger number.
     const EPSILON: Self;
+    /// No number.
+    const NAN: Self;
     /// √x, NaN below zero.
     fn sqrt(self) -> Self;
     /// Sine and cosine of an angle in rad.
     fn sin_cos(self) -> (Self, Self);
+    /// The tangent of an angle in rad.
+    fn tan(self) -> Self;
+    /// The angle within ±π/2 rad whose sine this is, NaN beyond ±1.
+    fn asin(self) -> Self;
+    /// The angle from 0 to π rad whose cosine this is, NaN beyond ±1.
+    fn acos(self) -> Self;
     /// The angle within ±π/2 rad whose tangent this is.
     fn atan(self) -> Self;
+    /// The angle of the point (x, self), rad.
+    fn atan2(self, x: Self) -> Self;
+    /// eˣ
+    fn exp(self) -> Self;
+    /// The natural logarithm, NaN below zero.
+    fn ln(self) -> Self;
     /// The largest whole number that is not above.
     fn floor(self) -> Self;
     /// The whole number towards zero; 0 below zero and for NaN, the largest there is where it is too large.
@@ -41,6 +55,7 @@ impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const EPSILON: Self = Self::EPSILON;
+    const NAN: Self = Self::NAN;
 
     #[inline]
     fn sqrt(self) -> Self {
@@ -55,6 +70,36 @@ impl Real for f32 {
     #[inline]
     fn atan(self) -> Self {
         libm::atanf(self)
+    }
+
+    #[inline]
+    fn tan(self) -> Self {
+        libm::tanf(self)
+    }
+
+    #[inline]
+    fn asin(self) -> Self {
+        libm::asinf(self)
+    }
+
+    #[inline]
+    fn acos(self) -> Self {
+        libm::acosf(self)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        libm::expf(self)
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        libm::logf(self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        libm::atan2f(self, x)
     }
 
     #[inline]
@@ -89,6 +134,7 @@ impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const EPSILON: Self = Self::EPSILON;
+    const NAN: Self = Self::NAN;
 
     #[inline]
     fn sqrt(self) -> Self {
@@ -103,6 +149,36 @@ impl Real for f64 {
     #[inline]
     fn atan(self) -> Self {
         libm::atan(self)
+    }
+
+    #[inline]
+    fn tan(self) -> Self {
+        libm::tan(self)
+    }
+
+    #[inline]
+    fn asin(self) -> Self {
+        libm::asin(self)
+    }
+
+    #[inline]
+    fn acos(self) -> Self {
+        libm::acos(self)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        libm::exp(self)
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        libm::log(self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        libm::atan2(self, x)
     }
 
     #[inline]

@@ -4,8 +4,8 @@
 
 use kardan_rt::{
     Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, PositionLoop, Real, Regulator, RegulatorMemory, Row, Schedule, ScheduledRegulator, Sensor, Situation,
-    StateSpace, Task, UniversalJoint, hold,
+    Operation, Operator, Plan, PositionLoop, Real, Regulator, RegulatorMemory, Row, Run, Schedule, ScheduledRegulator,
+    Sensor, Situation, StateSpace, Task, UniversalJoint, hold,
 };
 use std::fmt::Debug;
 
@@ -163,6 +163,33 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                     false => Channel::Torque { inverse_inertia },
                 };
                 Box::new(move |x, out| take(channel.acceleration(x[0], x[1], x[2], x[3]), out))
+            }),
+        );
+    }
+    for name in ["Plan::evaluate", "Plan::output"] {
+        case(
+            name,
+            Keeps::Answer,
+            2,
+            Box::new(|| {
+                Box::new(|x, out| {
+                    let constants = [T::of(3.0)];
+                    let run = |operator| Run { operator, count: 1 };
+                    // 3 + x₀ sin x₁
+                    let plan = Plan {
+                        inputs: 2,
+                        constants: &constants,
+                        runs: &[run(Operator::SineCosine), run(Operator::AddProduct)],
+                        operands: &[1, 0, 3, 2],
+                        outputs: &[5],
+                        tables: &[],
+                    };
+                    let mut memory = vec![T::ZERO; plan.memory()];
+                    plan.begin(&mut memory);
+                    memory[..2].copy_from_slice(x);
+                    let found = plan.evaluate(&mut memory).then(|| plan.output(0, &memory)).flatten();
+                    take(found, out)
+                })
             }),
         );
     }
@@ -587,11 +614,15 @@ fn every_block_tells_and_keeps_what_is_no_number() {
 /// Every public function of every public type stands in the list above, or is one of those that compute nothing.
 #[test]
 fn the_harness_knows_every_block() {
-    const NOTHING_COMPUTED: [&str; 11] = [
+    const NOTHING_COMPUTED: [&str; 15] = [
         // Views on matrices, and sizes of memory.
         "Gain::new",
         "StateSpace::new",
         "Mechanism::memory",
+        "Operator::operands",
+        "Operator::values",
+        "Plan::memory",
+        "Plan::begin",
         "ComputedTorque::memory",
         "ModelObserver::memory",
         "ModelObserver::states",

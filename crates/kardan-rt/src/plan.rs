@@ -1,0 +1,418 @@
+//! Straight-line plans: lists of operations without branches, heap or indirection.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Real;
+use crate::dense::sum;
+
+/// What an operation computes of its operands a, b, c, d.
+///
+/// Products and sums are rounded one after the other on every target, never contracted, so that the bits are the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Operator {
+    /// a + b
+    Add,
+    /// a − b
+    Subtract,
+    /// a·b
+    Multiply,
+    /// a/b
+    Divide,
+    /// c + a·b
+    AddProduct,
+    /// c − a·b
+    SubtractProduct,
+    /// −a
+    Negate,
+    /// |a|
+    Absolute,
+    /// √a
+    SquareRoot,
+    /// sin a and cos a: two values
+    SineCosine,
+    /// tan a
+    Tangent,
+    /// asin a
+    ArcSine,
+    /// acos a
+    ArcCosine,
+    /// atan a
+    ArcTangent,
+    /// The angle of the point (b, a)
+    ArcTangent2,
+    /// eᵃ
+    Exponential,
+    /// ln a
+    Logarithm,
+    /// The smaller of a and b
+    Minimum,
+    /// The larger of a and b
+    Maximum,
+    /// c where a < b, else d
+    Select,
+    /// A [`Table`] at b; a is its number, no value
+    Table,
+}
+
+impl Operator {
+    /// How many operands it has.
+    pub const fn operands(self) -> usize {
+        match self {
+            Self::Select => 4,
+            Self::AddProduct | Self::SubtractProduct => 3,
+            Self::Add | Self::Subtract | Self::Multiply | Self::Divide | Self::ArcTangent2 | Self::Minimum => 2,
+            Self::Maximum | Self::Table => 2,
+            _ => 1,
+        }
+    }
+
+    /// How many values it gives.
+    pub const fn values(self) -> usize {
+        if matches!(self, Self::SineCosine) { 2 } else { 1 }
+    }
+}
+
+/// Operations of one kind that do not need each other, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// What they compute.
+    pub operator: Operator,
+    /// How many they are.
+    pub count: usize,
+}
+
+/// A function given by polynomials between knots; the first and the last hold beyond them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Table<'a, T> {
+    /// Where the pieces meet, rising; one less than there are pieces.
+    pub knots: &'a [T],
+    /// Coefficients of the pieces, constant first, `terms` for each; of each the argument is counted from its `origins`.
+    pub coefficients: &'a [T],
+    /// Where the argument of each piece is zero.
+    pub origins: &'a [T],
+    /// Coefficients of a piece.
+    pub terms: usize,
+}
+
+impl<T: Real> Table<'_, T> {
+    /// The value at x; not finite where the table is not whole.
+    #[inline]
+    pub(crate) fn at(&self, x: T) -> T {
+        let piece = self.knots.partition_point(|knot| *knot <= x);
+        let first = piece.saturating_mul(self.terms);
+        let own = self.coefficients.get(first..first.saturating_add(self.terms));
+        let (Some(own), Some(origin)) = (own, self.origins.get(piece)) else { return T::NAN };
+        let x = x - *origin;
+        own.iter().rev().fold(T::ZERO, |value, coefficient| value * x + *coefficient)
+    }
+}
+
+/// What a plan computes with: a number of the target, or several of them side by side ([`Lanes`]).
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The number of one lane.
+    type One: Real;
+    /// The same in all lanes.
+    fn all(value: Self::One) -> Self;
+    /// A function of each lane.
+    #[must_use]
+    fn map(self, function: impl Fn(Self::One) -> Self::One) -> Self;
+    /// A function of each lane of both.
+    #[must_use]
+    fn zip(self, other: Self, function: impl Fn(Self::One, Self::One) -> Self::One) -> Self;
+    /// `then` in lanes where `self < than`, else `otherwise`.
+    #[must_use]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
+    /// Sine and cosine of each lane.
+    fn sine_cosine(self) -> (Self, Self);
+    /// Whether all lanes are finite.
+    fn all_finite(self) -> bool;
+}
+
+impl<T: Real> Number for T {
+    type One = T;
+
+    #[inline]
+    fn all(value: T) -> Self {
+        value
+    }
+
+    #[inline]
+    fn map(self, function: impl Fn(T) -> T) -> Self {
+        function(self)
+    }
+
+    #[inline]
+    fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
+        function(self, other)
+    }
+
+    #[inline]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
+        if self < than { then } else { otherwise }
+    }
+
+    #[inline]
+    fn sine_cosine(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+
+    #[inline]
+    fn all_finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+/// Numbers side by side: an evaluation does all of them at once, with the bits of one after the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lanes<T, const N: usize>(pub [T; N]);
+
+impl<T: Real, const N: usize> Lanes<T, N> {
+    #[inline]
+    fn both(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
+        let mut others = other.0.into_iter();
+        Self(self.0.map(|a| others.next().map_or(a, |b| function(a, b))))
+    }
+}
+
+impl<T: Real, const N: usize> Add for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        self.both(other, |a, b| a + b)
+    }
+}
+
+impl<T: Real, const N: usize> Sub for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self.both(other, |a, b| a - b)
+    }
+}
+
+impl<T: Real, const N: usize> Mul for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        self.both(other, |a, b| a * b)
+    }
+}
+
+impl<T: Real, const N: usize> Div for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        self.both(other, |a, b| a / b)
+    }
+}
+
+impl<T: Real, const N: usize> Neg for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline]
+    fn neg(self) -> Self {
+        Self(self.0.map(|a| -a))
+    }
+}
+
+impl<T: Real, const N: usize> Number for Lanes<T, N> {
+    type One = T;
+
+    #[inline]
+    fn all(value: T) -> Self {
+        Self([value; N])
+    }
+
+    #[inline]
+    fn map(self, function: impl Fn(T) -> T) -> Self {
+        Self(self.0.map(function))
+    }
+
+    #[inline]
+    fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
+        self.both(other, function)
+    }
+
+    #[inline]
+    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
+        let mut others = than.0.into_iter().zip(then.0.into_iter().zip(otherwise.0));
+        Self(self.0.map(|a| match others.next() {
+            Some((than, (then, otherwise))) => a.select(than, then, otherwise),
+            None => a,
+        }))
+    }
+
+    #[inline]
+    fn sine_cosine(self) -> (Self, Self) {
+        let both = self.0.map(Real::sin_cos);
+        (Self(both.map(|(sine, _)| sine)), Self(both.map(|(_, cosine)| cosine)))
+    }
+
+    #[inline]
+    fn all_finite(self) -> bool {
+        self.0.iter().all(|x| x.is_finite())
+    }
+}
+
+/// A list of operations that finds outputs from inputs.
+///
+/// Its memory holds the inputs first, then the constants, then the values of all operations in their order; operands are places in
+/// it. `kardan::plan` compiles models to such lists.
+///
+/// ```
+/// use kardan_rt::{Operator, Plan, Run};
+/// // y = 3·sin x
+/// let plan = Plan {
+///     inputs: 1,
+///     constants: &[3.0],
+///     runs: &[Run { operator: Operator::SineCosine, count: 1 }, Run { operator: Operator::Multiply, count: 1 }],
+///     operands: &[0, 1, 2],
+///     outputs: &[4],
+///     tables: &[],
+/// };
+/// let mut memory = [0.0; 5];
+/// assert_eq!(memory.len(), plan.memory());
+/// plan.begin(&mut memory);
+/// memory[0] = 0.5;
+/// assert!(plan.evaluate(&mut memory));
+/// assert_eq!(plan.output(0, &memory), Some(3.0 * libm::sin(0.5)));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan<'a, T> {
+    /// How many inputs it has.
+    pub inputs: usize,
+    /// The constants.
+    pub constants: &'a [T],
+    /// The operations, in runs of one kind.
+    pub runs: &'a [Run],
+    /// Operands of all operations, one after the other: places in the memory.
+    pub operands: &'a [u32],
+    /// Where the outputs are.
+    pub outputs: &'a [u32],
+    /// The tables.
+    pub tables: &'a [Table<'a, T>],
+}
+
+#[inline]
+fn place(number: u32) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+/// The value at a place. What is not there stands for a plan that is not whole.
+#[inline]
+fn value<N: Number>(known: &[N], number: u32) -> N {
+    known.get(place(number)).map_or(N::all(N::One::NAN), |x| *x)
+}
+
+#[inline]
+fn unary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N) -> N) {
+    for (out, a) in out.iter_mut().zip(operands) {
+        *out = function(value(known, *a));
+    }
+}
+
+#[inline]
+fn binary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N) -> N) {
+    for (out, [a, b]) in out.iter_mut().zip(operands.as_chunks().0) {
+        *out = function(value(known, *a), value(known, *b));
+    }
+}
+
+#[inline]
+fn ternary<N: Number>(known: &[N], operands: &[u32], out: &mut [N], function: impl Fn(N, N, N) -> N) {
+    for (out, [a, b, c]) in out.iter_mut().zip(operands.as_chunks().0) {
+        *out = function(value(known, *a), value(known, *b), value(known, *c));
+    }
+}
+
+impl<T: Real> Plan<'_, T> {
+    /// Entries of memory that it needs.
+    pub fn memory(&self) -> usize {
+        let values = |run: &Run| run.count.saturating_mul(run.operator.values());
+        self.runs.iter().fold(sum(&[self.inputs, self.constants.len()]), |all, run| sum(&[all, values(run)]))
+    }
+
+    /// Puts the constants into the memory; once, before the first evaluation.
+    pub fn begin<N: Number<One = T>>(&self, memory: &mut [N]) {
+        for (place, constant) in memory.iter_mut().skip(self.inputs).zip(self.constants) {
+            *place = N::all(*constant);
+        }
+    }
+
+    /// Finds all values from the inputs at the begin of the memory. Returns whether all inputs and outputs are finite; false also
+    /// where the memory is too short, or the plan is not whole.
+    ///
+    /// Costs some 1 ns for each operation; sines, roots and quotients more.
+    #[must_use = "false tells that an output is no number"]
+    pub fn evaluate<N: Number<One = T>>(&self, memory: &mut [N]) -> bool {
+        let mut done = sum(&[self.inputs, self.constants.len()]);
+        let mut operands = self.operands;
+        for Run { operator, count } in self.runs {
+            let Some((known, rest)) = memory.split_at_mut_checked(done) else { return false };
+            let values = count.saturating_mul(operator.values());
+            let Some(out) = rest.get_mut(..values) else { return false };
+            let Some((own, later)) = operands.split_at_checked(count.saturating_mul(operator.operands())) else {
+                return false;
+            };
+            self.run(*operator, own, known, out);
+            operands = later;
+            done = sum(&[done, values]);
+        }
+        memory.iter().take(self.inputs).all(|input| input.all_finite())
+            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| value.all_finite()))
+    }
+
+    /// An output of the last evaluation; none where there is no such output.
+    #[inline]
+    pub fn output<N: Number<One = T>>(&self, output: usize, memory: &[N]) -> Option<N> {
+        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| value.all_finite())
+    }
+
+    #[inline]
+    fn run<N: Number<One = T>>(&self, operator: Operator, operands: &[u32], known: &[N], out: &mut [N]) {
+        match operator {
+            Operator::Add => binary(known, operands, out, |a, b| a + b),
+            Operator::Subtract => binary(known, operands, out, |a, b| a - b),
+            Operator::Multiply => binary(known, operands, out, |a, b| a * b),
+            Operator::Divide => binary(known, operands, out, |a, b| a / b),
+            Operator::AddProduct => ternary(known, operands, out, |a, b, c| c + a * b),
+            Operator::SubtractProduct => ternary(known, operands, out, |a, b, c| c - a * b),
+            Operator::Negate => unary(known, operands, out, |a| -a),
+            Operator::Absolute => unary(known, operands, out, |a| a.map(Real::abs)),
+            Operator::SquareRoot => unary(known, operands, out, |a| a.map(Real::sqrt)),
+            Operator::SineCosine => {
+                let (sines, cosines) = out.split_at_mut_checked(operands.len()).unwrap_or((&mut [], &mut []));
+                for ((sine, cosine), a) in sines.iter_mut().zip(cosines).zip(operands) {
+                    (*sine, *cosine) = value(known, *a).sine_cosine();
+                }
+            }
+            Operator::Tangent => unary(known, operands, out, |a| a.map(Real::tan)),
+            Operator::ArcSine => unary(known, operands, out, |a| a.map(Real::asin)),
+            Operator::ArcCosine => unary(known, operands, out, |a| a.map(Real::acos)),
+            Operator::ArcTangent => unary(known, operands, out, |a| a.map(Real::atan)),
+            Operator::ArcTangent2 => binary(known, operands, out, |a, b| a.zip(b, Real::atan2)),
+            Operator::Exponential => unary(known, operands, out, |a| a.map(Real::exp)),
+            Operator::Logarithm => unary(known, operands, out, |a| a.map(Real::ln)),
+            Operator::Minimum => binary(known, operands, out, |a, b| a.select(b, a, b)),
+            Operator::Maximum => binary(known, operands, out, |a, b| a.select(b, b, a)),
+            Operator::Select => {
+                for (out, [a, b, c, d]) in out.iter_mut().zip(operands.as_chunks().0) {
+                    let (then, otherwise) = (value(known, *c), value(known, *d));
+                    *out = value(known, *a).select(value(known, *b), then, otherwise);
+                }
+            }
+            Operator::Table => {
+                for (out, [number, x]) in out.iter_mut().zip(operands.as_chunks().0) {
+                    let at = |x| self.tables.get(place(*number)).map_or(T::NAN, |table| table.at(x));
+                    *out = value(known, *x).map(at);
+                }
+            }
+        }
+    }
+}
