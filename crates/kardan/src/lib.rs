@@ -50,6 +50,8 @@ pub mod entries;
 pub mod equations;
 pub mod export;
 #[doc(hidden)]
+pub mod expr;
+#[doc(hidden)]
 pub mod file;
 #[doc(hidden)]
 pub mod identify;
@@ -59,6 +61,8 @@ pub mod model;
 pub mod names;
 #[doc(hidden)]
 pub mod num;
+#[doc(hidden)]
+pub mod plan;
 pub mod project;
 #[doc(hidden)]
 pub mod reduce;

@@ -68,7 +68,7 @@ impl Dimension {
     }
 
     /// `self * other^power`, or nothing if an exponent leaves its range.
-    pub(super) fn times(&self, other: &Self, power: i32) -> Option<Self> {
+    pub(crate) fn times(&self, other: &Self, power: i32) -> Option<Self> {
         let add = |a: i8, b: i8| i8::try_from(i32::from(a) + i32::from(b) * power).ok();
         let mut product = Self { exponents: [0; 7], angle: add(self.angle, other.angle)? };
         for i in 0..7 {

@@ -7,6 +7,7 @@ mod circuits;
 mod compliance;
 mod diagnostics;
 mod element_laws;
+mod expressions;
 mod project;
 mod properties;
 mod reduction;

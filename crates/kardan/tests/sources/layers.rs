@@ -16,6 +16,8 @@ const LAYERS: &[&str] = &[
     "num",         // numbers and small matrices; no mechanics
     "names",       // names in sentences
     "units",       // exact quantities
+    "expr",        // exact expressions
+    "plan",        // expressions as lists of operations
     "entries",     // what a model is written as, with places
     "diagnostics", // mistakes with a place
     "file",        // the syntax of a file

@@ -1,0 +1,136 @@
+//! Exact derivatives, and where they do not exist.
+
+use std::collections::HashMap;
+
+use super::graph::Node;
+use super::{Expr, Function, Graph, Symbol};
+use crate::num::Rational;
+
+impl Graph {
+    /// The derivative of an expression by a symbol; at kinks ([`kinks`](Self::kinks)) that of one of the sides.
+    pub fn derivative(&mut self, expr: Expr, by: Symbol) -> Expr {
+        self.derivatives(&[expr], by)[0]
+    }
+
+    /// The derivatives of several expressions by one symbol.
+    pub fn derivatives(&mut self, exprs: &[Expr], by: Symbol) -> Vec<Expr> {
+        let zero = self.integer(0);
+        let mut found: HashMap<Expr, Expr> = HashMap::new();
+        for expr in self.needed(exprs) {
+            let slope = if self.parts(expr).iter().all(|part| found[part] == zero) {
+                if self.symbol_of(expr) == Some(by) { self.integer(1) } else { zero }
+            } else {
+                self.slope(expr, &found)
+            };
+            found.insert(expr, slope);
+        }
+        exprs.iter().map(|expr| found[expr]).collect()
+    }
+
+    /// The derivative of a node from those of its parts.
+    fn slope(&mut self, expr: Expr, found: &HashMap<Expr, Expr>) -> Expr {
+        let of = |part: &Expr| found[part];
+        match self.node(expr).clone() {
+            Node::Number(_) | Node::Pi | Node::Symbol(_) => self.integer(0),
+            Node::Sum { terms, .. } => {
+                let terms: Vec<_> = terms.iter().map(|(term, factor)| (of(term), factor.clone())).collect();
+                self.sum(Rational::ZERO, &terms)
+            }
+            Node::Product(factors) => {
+                let mut terms = Vec::new();
+                for (k, (factor, power)) in factors.iter().enumerate() {
+                    if self.is_zero(of(factor)) {
+                        continue;
+                    }
+                    let mut others = factors.clone();
+                    others[k].1 -= 1;
+                    others.push((of(factor), 1));
+                    terms.push((self.product(&others), Rational::from(*power)));
+                }
+                self.sum(Rational::ZERO, &terms)
+            }
+            Node::Apply(function, a) => {
+                let outer = self.slope_of_function(function, a, expr);
+                self.multiply(outer, of(&a))
+            }
+            Node::Atan2(y, x) => {
+                // (x y′ − y x′)/(x² + y²)
+                let (first, second) = (self.multiply(x, of(&y)), self.multiply(y, of(&x)));
+                let (squares, difference) = (self.sum_of_squares(x, y), self.subtract(first, second));
+                self.divide(difference, squares)
+            }
+            Node::Min(a, b) => self.select(a, b, of(&a), of(&b)),
+            Node::Max(a, b) => self.select(a, b, of(&b), of(&a)),
+            Node::Select([a, b, then, otherwise]) => self.select(a, b, of(&then), of(&otherwise)),
+            Node::Table(number, x) => {
+                let slope = self.tables[number as usize].derivative();
+                let outer = self.table(slope, x);
+                self.multiply(outer, of(&x))
+            }
+        }
+    }
+
+    fn sum_of_squares(&mut self, x: Expr, y: Expr) -> Expr {
+        let (x, y) = (self.power(x, 2), self.power(y, 2));
+        self.add(x, y)
+    }
+
+    /// f′(a) with `whole = f(a)`.
+    fn slope_of_function(&mut self, function: Function, a: Expr, whole: Expr) -> Expr {
+        let square = |graph: &mut Self, of: Expr| graph.power(of, 2);
+        match function {
+            Function::Sqrt => {
+                let half = Rational::ONE / Rational::from(2);
+                let inverse = self.power(whole, -1);
+                self.scale(half, inverse)
+            }
+            Function::Sin => self.apply(Function::Cos, a),
+            Function::Cos => {
+                let sine = self.apply(Function::Sin, a);
+                self.negate(sine)
+            }
+            Function::Tan => {
+                let square = square(self, whole);
+                self.sum(Rational::ONE, &[(square, Rational::ONE)])
+            }
+            Function::Asin | Function::Acos => {
+                let square = square(self, a);
+                let rest = self.sum(Rational::ONE, &[(square, Rational::from(-1))]);
+                let root = self.apply(Function::Sqrt, rest);
+                let slope = self.power(root, -1);
+                if function == Function::Asin { slope } else { self.negate(slope) }
+            }
+            Function::Atan => {
+                let square = square(self, a);
+                let sum = self.sum(Rational::ONE, &[(square, Rational::ONE)]);
+                self.power(sum, -1)
+            }
+            Function::Exp => whole,
+            Function::Ln => self.power(a, -1),
+            Function::Abs => {
+                let [zero, plus, minus] = [0, 1, -1].map(|value| self.integer(value));
+                self.select(a, zero, minus, plus)
+            }
+        }
+    }
+
+    /// Expressions whose zeros are places where an expression may jump or bend: there its derivative is that of one side.
+    pub fn kinks(&mut self, expr: Expr) -> Vec<Expr> {
+        let mut found = Vec::new();
+        for part in self.needed(&[expr]) {
+            match self.node(part).clone() {
+                Node::Apply(Function::Abs, a) => found.push(a),
+                Node::Min(a, b) | Node::Max(a, b) | Node::Select([a, b, ..]) => found.push(self.subtract(a, b)),
+                Node::Table(number, x) => {
+                    for knot in self.tables[number as usize].kinks() {
+                        found.push(self.sum(-knot, &[(x, Rational::ONE)]));
+                    }
+                }
+                _ => {}
+            }
+        }
+        found.sort();
+        found.dedup();
+        found
+    }
+}

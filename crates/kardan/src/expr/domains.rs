@@ -1,0 +1,128 @@
+//! Numbers that expressions are evaluated over.
+
+use kardan_rt::{Operator, Real};
+
+use super::graph::PiecewisePolynomial;
+use crate::num::{Rational, rational_to_f64};
+
+/// Numbers, or what stands for them: the operations of a plan on them.
+pub trait Domain {
+    /// A value.
+    type Value: Clone;
+    /// An exact constant, rounded once.
+    fn constant(&mut self, value: &Rational) -> Self::Value;
+    /// The result of an operation; of [`Operator::SineCosine`] the sine, of [`Operator::Table`] nothing is asked here.
+    fn operation(&mut self, operator: Operator, operands: &[Self::Value]) -> Self::Value;
+    /// Sine and cosine.
+    fn sine_cosine(&mut self, angle: &Self::Value) -> [Self::Value; 2];
+    /// A table at x.
+    fn table(&mut self, table: &PiecewisePolynomial, x: &Self::Value) -> Self::Value;
+}
+
+/// `f64` or `f32`, as plans compute.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Floating<T>(std::marker::PhantomData<T>);
+
+/// The operation on numbers of the target.
+fn operation<T: Real>(operator: Operator, x: &[T]) -> T {
+    match operator {
+        Operator::Add => x[0] + x[1],
+        Operator::Subtract => x[0] - x[1],
+        Operator::Multiply => x[0] * x[1],
+        Operator::Divide => x[0] / x[1],
+        Operator::AddProduct => x[2] + x[0] * x[1],
+        Operator::SubtractProduct => x[2] - x[0] * x[1],
+        Operator::Negate => -x[0],
+        Operator::Absolute => x[0].abs(),
+        Operator::SquareRoot => x[0].sqrt(),
+        Operator::SineCosine => x[0].sin_cos().0,
+        Operator::Tangent => x[0].tan(),
+        Operator::ArcSine => x[0].asin(),
+        Operator::ArcCosine => x[0].acos(),
+        Operator::ArcTangent => x[0].atan(),
+        Operator::ArcTangent2 => x[0].atan2(x[1]),
+        Operator::Exponential => x[0].exp(),
+        Operator::Logarithm => x[0].ln(),
+        Operator::Minimum if x[0] < x[1] => x[0],
+        Operator::Minimum | Operator::Table => x[1],
+        Operator::Maximum if x[0] < x[1] => x[1],
+        Operator::Maximum => x[0],
+        Operator::Select if x[0] < x[1] => x[2],
+        Operator::Select => x[3],
+    }
+}
+
+macro_rules! floating {
+    ($float:ty, $rounded:expr) => {
+        impl Domain for Floating<$float> {
+            type Value = $float;
+
+            fn constant(&mut self, value: &Rational) -> $float {
+                $rounded(value)
+            }
+
+            fn operation(&mut self, operator: Operator, operands: &[$float]) -> $float {
+                operation(operator, operands)
+            }
+
+            fn sine_cosine(&mut self, angle: &$float) -> [$float; 2] {
+                Real::sin_cos(*angle).into()
+            }
+
+            fn table(&mut self, table: &PiecewisePolynomial, x: &$float) -> $float {
+                let knots = table.knots.iter().map($rounded);
+                let piece = knots.filter(|knot: &$float| knot <= x).count();
+                let (origin, coefficients) = &table.pieces[piece];
+                let x = x - $rounded(origin);
+                coefficients.iter().rev().fold(0.0, |value, c| value * x + $rounded(c))
+            }
+        }
+    };
+}
+
+floating!(f64, |value: &Rational| rational_to_f64(value));
+floating!(f32, |value: &Rational| value.to_f32().value());
+
+/// Exact fractions; nothing where a value is none (a sine, a root, a quotient by zero).
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Rationals;
+
+impl Domain for Rationals {
+    type Value = Option<Rational>;
+
+    fn constant(&mut self, value: &Rational) -> Option<Rational> {
+        Some(value.clone())
+    }
+
+    fn operation(&mut self, operator: Operator, operands: &[Option<Rational>]) -> Option<Rational> {
+        let x: Vec<&Rational> = operands.iter().map(Option::as_ref).collect::<Option<_>>()?;
+        Some(match operator {
+            Operator::Add => x[0] + x[1],
+            Operator::Subtract => x[0] - x[1],
+            Operator::Multiply => x[0] * x[1],
+            Operator::Divide if x[1].is_zero() => return None,
+            Operator::Divide => x[0] / x[1],
+            Operator::AddProduct => x[2] + x[0] * x[1],
+            Operator::SubtractProduct => x[2] - x[0] * x[1],
+            Operator::Negate => -x[0].clone(),
+            Operator::Absolute if *x[0] < Rational::ZERO => -x[0].clone(),
+            Operator::Absolute => x[0].clone(),
+            Operator::Minimum => x[0].min(x[1]).clone(),
+            Operator::Maximum => x[0].max(x[1]).clone(),
+            Operator::Select if x[0] < x[1] => x[2].clone(),
+            Operator::Select => x[3].clone(),
+            _ => return None,
+        })
+    }
+
+    fn sine_cosine(&mut self, angle: &Option<Rational>) -> [Option<Rational>; 2] {
+        match angle {
+            Some(angle) if angle.is_zero() => [Some(Rational::ZERO), Some(Rational::ONE)],
+            _ => [None, None],
+        }
+    }
+
+    fn table(&mut self, table: &PiecewisePolynomial, x: &Option<Rational>) -> Option<Rational> {
+        x.as_ref().map(|x| table.value(x))
+    }
+}

@@ -1,0 +1,18 @@
+//! Exact expressions: a graph in which equal things are one node.
+//!
+//! Constants are rationals and π, so that what vanishes vanishes exactly. Sums hold their terms with rational factors, products
+//! their factors with whole powers, both in one order; only identities that hold exactly are used. The same graph is differentiated,
+//! printed, evaluated over any numbers ([`Domain`]), and compiled to a list of operations ([`crate::plan`]).
+
+mod derivative;
+mod domains;
+mod graph;
+mod interval;
+mod lower;
+mod print;
+
+pub use domains::{Domain, Floating, Rationals};
+pub use graph::{Expr, Function, Graph, PiecewisePolynomial, Symbol};
+pub use interval::{Interval, Intervals};
+pub use lower::lower;
+pub use print::{Style, printed};

@@ -1,0 +1,166 @@
+//! Expressions as text and LaTeX.
+
+use super::graph::Node;
+use super::{Expr, Function, Graph};
+use crate::num::Rational;
+
+/// How an expression is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// As in a program: `2*sin(a.phi)^2`.
+    Text,
+    /// LaTeX.
+    Latex,
+}
+
+/// How tightly an expression holds together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Strength {
+    Sum,
+    Product,
+    Power,
+    Atom,
+}
+
+/// An expression in words of its symbols' names, `name` writes one.
+///
+/// ```
+/// use kardan::expr::{Function, Graph, Style, printed};
+/// use kardan::units::Dimension;
+/// let mut graph = Graph::default();
+/// let x = graph.symbol("x", Dimension::NONE);
+/// let (sine, square) = (graph.apply(Function::Sin, x), graph.power(x, -2));
+/// let product = graph.multiply(sine, square);
+/// let all = graph.sum(1.into(), &[(product, (-3).into())]);
+/// assert_eq!(printed(&graph, all, Style::Text, &|name| name.into()), "1 - 3*sin(x)/x^2");
+/// assert_eq!(printed(&graph, all, Style::Latex, &|name| name.into()), r"1 - 3\frac{\sin\left(x\right)}{x^{2}}");
+/// ```
+pub fn printed(graph: &Graph, expr: Expr, style: Style, name: &dyn Fn(&str) -> String) -> String {
+    Printer { graph, style, name }.written(expr).0
+}
+
+struct Printer<'a> {
+    graph: &'a Graph,
+    style: Style,
+    name: &'a dyn Fn(&str) -> String,
+}
+
+impl Printer<'_> {
+    fn latex(&self) -> bool {
+        self.style == Style::Latex
+    }
+
+    fn within(&self, expr: Expr, least: Strength) -> String {
+        let (text, strength) = self.written(expr);
+        self.enclosed(text, strength < least)
+    }
+
+    fn enclosed(&self, text: String, needed: bool) -> String {
+        match (needed, self.latex()) {
+            (false, _) => text,
+            (true, false) => format!("({text})"),
+            (true, true) => format!(r"\left({text}\right)"),
+        }
+    }
+
+    fn number(&self, value: &Rational) -> (String, Strength) {
+        let (numerator, denominator) = (value.numerator(), value.denominator());
+        let text = match (value.is_int(), self.latex()) {
+            (true, _) => return (numerator.to_string(), Strength::Atom),
+            (false, false) => format!("{numerator}/{denominator}"),
+            (false, true) => format!(r"\frac{{{numerator}}}{{{denominator}}}"),
+        };
+        (text, Strength::Product)
+    }
+
+    fn written(&self, expr: Expr) -> (String, Strength) {
+        let call = |name: &str, parts: &[Expr]| {
+            let parts: Vec<String> = parts.iter().map(|part| self.written(*part).0).collect();
+            let name = if self.latex() { format!(r"\operatorname{{{name}}}") } else { name.to_owned() };
+            (name + &self.enclosed(parts.join(", "), true), Strength::Atom)
+        };
+        match self.graph.node(expr) {
+            Node::Number(value) => self.number(value),
+            Node::Pi => (if self.latex() { r"\pi" } else { "pi" }.into(), Strength::Atom),
+            Node::Symbol(symbol) => ((self.name)(self.graph.name(*symbol).0), Strength::Atom),
+            Node::Sum { constant, terms } => self.sum(constant, terms),
+            Node::Product(factors) => self.product(factors),
+            Node::Apply(function, a) if self.latex() => {
+                let inner = self.written(*a).0;
+                let text = match function {
+                    Function::Sqrt => format!(r"\sqrt{{{inner}}}"),
+                    Function::Abs => format!(r"\left|{inner}\right|"),
+                    Function::Asin => format!(r"\arcsin\left({inner}\right)"),
+                    Function::Acos => format!(r"\arccos\left({inner}\right)"),
+                    Function::Atan => format!(r"\arctan\left({inner}\right)"),
+                    _ => format!(r"\{}\left({inner}\right)", function.name()),
+                };
+                (text, Strength::Atom)
+            }
+            Node::Apply(function, a) => call(function.name(), &[*a]),
+            Node::Atan2(y, x) => call("atan2", &[*y, *x]),
+            Node::Min(a, b) => call("min", &[*a, *b]),
+            Node::Max(a, b) => call("max", &[*a, *b]),
+            Node::Select([a, b, then, otherwise]) => {
+                let [a, b, then, otherwise] = [a, b, then, otherwise].map(|part| self.written(*part).0);
+                let text = if self.latex() {
+                    format!(
+                        r"\begin{{cases}} {then} & \text{{if }} {a} < {b} \\ {otherwise} & \text{{else}} \end{{cases}}"
+                    )
+                } else {
+                    format!("(if {a} < {b} then {then} else {otherwise})")
+                };
+                (text, Strength::Atom)
+            }
+            Node::Table(number, x) => call(&format!("table_{number}"), &[*x]),
+        }
+    }
+
+    fn sum(&self, constant: &Rational, terms: &[(Expr, Rational)]) -> (String, Strength) {
+        let mut text = if constant.is_zero() { String::new() } else { self.number(constant).0 };
+        for (term, factor) in terms {
+            let negative = *factor < Rational::ZERO;
+            text += match (text.is_empty(), negative) {
+                (true, true) => "-",
+                (true, false) => "",
+                (false, true) => " - ",
+                (false, false) => " + ",
+            };
+            let size = if negative { -factor.clone() } else { factor.clone() };
+            if !size.is_one() {
+                let (number, strength) = self.number(&size);
+                text += &number;
+                let _ = strength;
+                text += if self.latex() { "" } else { "*" };
+            }
+            text += &self.within(*term, Strength::Product);
+        }
+        let alone = constant.is_zero() && terms.len() == 1;
+        (text, if alone { Strength::Product } else { Strength::Sum })
+    }
+
+    fn product(&self, factors: &[(Expr, i32)]) -> (String, Strength) {
+        let times = if self.latex() { r"\," } else { "*" };
+        let side = |positive: bool| {
+            let own = factors.iter().filter(|(_, power)| (*power > 0) == positive);
+            let written: Vec<String> = own.map(|(factor, power)| self.power(*factor, power.unsigned_abs())).collect();
+            written
+        };
+        let (above, below) = (side(true), side(false));
+        let numerator = if above.is_empty() { "1".to_owned() } else { above.join(times) };
+        match (below.len(), self.latex()) {
+            (0, _) => (numerator, Strength::Product),
+            (_, true) => (format!(r"\frac{{{numerator}}}{{{}}}", below.join(times)), Strength::Product),
+            (1, false) => (format!("{numerator}/{}", below[0]), Strength::Product),
+            (_, false) => (format!("{numerator}/({})", below.join(times)), Strength::Product),
+        }
+    }
+
+    fn power(&self, factor: Expr, power: u32) -> String {
+        match (power, self.latex()) {
+            (1, _) => self.within(factor, Strength::Power),
+            (_, false) => format!("{}^{power}", self.within(factor, Strength::Atom)),
+            (_, true) => format!("{}^{{{power}}}", self.within(factor, Strength::Atom)),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Plans: expressions compiled to straight-line lists of operations, which `kardan_rt::Plan` runs.
+//!
+//! Equal operations are one, what no output needs is not there, constants are folded exactly and rounded once. The same expressions
+//! give the same plan, byte for byte.
+
+mod compile;
+mod text;
+
+pub use compile::compile;
+pub use text::{PlanTextError, parse};
+
+use kardan_rt::{Operator, Run, Table};
+
+/// A compiled plan with its names.
+///
+/// ```
+/// use kardan::expr::{Function, Graph};
+/// use kardan::plan::{compile, parse};
+/// use kardan::units::Dimension;
+/// let mut graph = Graph::default();
+/// let x = graph.symbol("x", Dimension::ANGLE);
+/// let sine = graph.apply(Function::Sin, x);
+/// let wanted = graph.sum(1.into(), &[(sine, 3.into())]);
+/// let plan = compile(&graph, &[graph.symbol_of(x).unwrap()], &[("y".into(), wanted)]).unwrap();
+/// let mut memory = plan.memory();
+/// memory[0] = 0.5;
+/// assert!(plan.block().evaluate(&mut memory));
+/// assert_eq!(plan.block().output(0, &memory), Some(1.0 + 3.0 * libm_sin(0.5)));
+/// assert_eq!(parse(&plan.to_string()).unwrap(), plan);
+/// # fn libm_sin(x: f64) -> f64 { kardan_rt::Real::sin_cos(x).0 }
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plan {
+    /// Names of the inputs.
+    pub inputs: Vec<String>,
+    /// Names of the outputs.
+    pub outputs: Vec<String>,
+    pub(super) constants: Vec<f64>,
+    pub(super) runs: Vec<Run>,
+    pub(super) operands: Vec<u32>,
+    pub(super) places: Vec<u32>,
+    pub(super) tables: Vec<TableData>,
+}
+
+/// A table, owned; see [`Table`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct TableData {
+    pub knots: Vec<f64>,
+    pub origins: Vec<f64>,
+    pub coefficients: Vec<f64>,
+    pub terms: usize,
+}
+
+impl Plan {
+    /// What runs; plans with tables are looked at by [`with_tables`](Self::with_tables).
+    pub fn block(&self) -> kardan_rt::Plan<'_, f64> {
+        self.block_with(&[])
+    }
+
+    /// The same with its tables.
+    pub fn with_tables<R>(&self, use_it: impl FnOnce(kardan_rt::Plan<'_, f64>) -> R) -> R {
+        let tables: Vec<Table<'_, f64>> = self.tables.iter().map(TableData::block).collect();
+        use_it(self.block_with(&tables))
+    }
+
+    fn block_with<'a>(&'a self, tables: &'a [Table<'a, f64>]) -> kardan_rt::Plan<'a, f64> {
+        let Self { constants, runs, operands, places, .. } = self;
+        kardan_rt::Plan { inputs: self.inputs.len(), constants, runs, operands, outputs: places, tables }
+    }
+
+    /// Memory for its evaluations, with its constants.
+    pub fn memory(&self) -> Vec<f64> {
+        let mut memory = vec![0.0; self.block().memory()];
+        self.block().begin(&mut memory);
+        memory
+    }
+
+    /// How many operations of each kind there are, a fused product and sum counted as one.
+    pub fn counts(&self) -> Vec<(Operator, usize)> {
+        let mut counts: Vec<(Operator, usize)> = Vec::new();
+        for run in &self.runs {
+            match counts.iter_mut().find(|(operator, _)| *operator == run.operator) {
+                Some((_, count)) => *count += run.count,
+                None => counts.push((run.operator, run.count)),
+            }
+        }
+        counts.sort();
+        counts
+    }
+
+    /// How many operations there are.
+    pub fn operations(&self) -> usize {
+        self.runs.iter().map(|run| run.count).sum()
+    }
+
+    /// Floating-point operations: a fused product and sum are two, sine with cosine too.
+    pub fn flops(&self) -> usize {
+        let weight = |operator: Operator| match operator {
+            Operator::AddProduct | Operator::SubtractProduct | Operator::SineCosine => 2,
+            _ => 1,
+        };
+        self.runs.iter().map(|run| run.count * weight(run.operator)).sum()
+    }
+}
+
+impl TableData {
+    fn block(&self) -> Table<'_, f64> {
+        let Self { knots, origins, coefficients, terms } = self;
+        Table { knots, origins, coefficients, terms: *terms }
+    }
+}

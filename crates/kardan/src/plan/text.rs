@@ -1,0 +1,263 @@
+//! Plans as readable text, and back.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use kardan_rt::{Operator, Run};
+
+use super::{Plan, TableData};
+
+/// Why a text is no plan.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {what}")]
+pub struct PlanTextError {
+    /// From 1.
+    pub line: usize,
+    /// What is wrong.
+    pub what: String,
+}
+
+const OPERATORS: [(Operator, &str); 21] = [
+    (Operator::Add, "add"),
+    (Operator::Subtract, "subtract"),
+    (Operator::Multiply, "multiply"),
+    (Operator::Divide, "divide"),
+    (Operator::AddProduct, "add_product"),
+    (Operator::SubtractProduct, "subtract_product"),
+    (Operator::Negate, "negate"),
+    (Operator::Absolute, "absolute"),
+    (Operator::SquareRoot, "square_root"),
+    (Operator::SineCosine, "sine_cosine"),
+    (Operator::Tangent, "tangent"),
+    (Operator::ArcSine, "arc_sine"),
+    (Operator::ArcCosine, "arc_cosine"),
+    (Operator::ArcTangent, "arc_tangent"),
+    (Operator::ArcTangent2, "arc_tangent_2"),
+    (Operator::Exponential, "exponential"),
+    (Operator::Logarithm, "logarithm"),
+    (Operator::Minimum, "minimum"),
+    (Operator::Maximum, "maximum"),
+    (Operator::Select, "select"),
+    (Operator::Table, "table"),
+];
+
+/// The word of an operator.
+pub(super) fn word(operator: Operator) -> &'static str {
+    OPERATORS.iter().find(|(other, _)| *other == operator).map_or("", |(_, word)| word)
+}
+
+/// One operation a line: its values, its operator, its operands; inputs by name, constants in full, values as `v1`, `v2`, …
+impl fmt::Display for Plan {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for input in &self.inputs {
+            writeln!(out, "input {input}")?;
+        }
+        for table in &self.tables {
+            let numbers = |list: &[f64]| list.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ");
+            let TableData { knots, origins, coefficients, terms } = table;
+            writeln!(out, "table {terms} | {} | {} | {}", numbers(knots), numbers(origins), numbers(coefficients))?;
+        }
+        let (inputs, constants) = (self.inputs.len(), self.constants.len());
+        let name = |place: u32| {
+            let place = place as usize;
+            if place < inputs {
+                self.inputs[place].clone()
+            } else if place < inputs + constants {
+                format!("{:?}", self.constants[place - inputs])
+            } else {
+                format!("v{}", place - inputs - constants + 1)
+            }
+        };
+        let mut first = inputs + constants;
+        let mut operands = self.operands.as_slice();
+        for Run { operator, count } in &self.runs {
+            for k in 0..*count {
+                let (own, rest) = operands.split_at(operator.operands());
+                operands = rest;
+                write!(out, "{} ", name((first + k) as u32))?;
+                if *operator == Operator::SineCosine {
+                    write!(out, "{} ", name((first + count + k) as u32))?;
+                }
+                write!(out, "= {}", word(*operator))?;
+                for (j, operand) in own.iter().enumerate() {
+                    match (operator, j) {
+                        (Operator::Table, 0) => write!(out, " {operand}")?,
+                        _ => write!(out, " {}", name(*operand))?,
+                    }
+                }
+                writeln!(out)?;
+            }
+            first += count * operator.values();
+        }
+        for (output, place) in self.outputs.iter().zip(&self.places) {
+            writeln!(out, "output {output} = {}", name(*place))?;
+        }
+        Ok(())
+    }
+}
+
+/// The plan of a text.
+///
+/// # Errors
+/// The first line that does not fit, and why.
+pub fn parse(text: &str) -> Result<Plan, PlanTextError> {
+    let mut reader = Reader::default();
+    for (k, line) in text.lines().enumerate() {
+        reader.line(line).map_err(|what| PlanTextError { line: k + 1, what })?;
+    }
+    reader.finish().map_err(|what| PlanTextError { line: text.lines().count(), what })
+}
+
+/// An operand as it is written.
+#[derive(Debug, Clone)]
+enum Operand {
+    Place(u32),
+    Constant(f64),
+    Value(u32),
+    Number(u32),
+}
+
+#[derive(Default)]
+struct Reader {
+    plan: Plan,
+    inputs: HashMap<String, u32>,
+    operands: Vec<Operand>,
+    outputs: Vec<Operand>,
+    /// The values as they are named, one after the other.
+    values: Vec<u32>,
+    /// Where the last run began, in operands that name values.
+    run_first: u32,
+    done: u32,
+}
+
+impl Reader {
+    fn operand(&self, word: &str) -> Result<Operand, String> {
+        if let Some(place) = self.inputs.get(word) {
+            return Ok(Operand::Place(*place));
+        }
+        if let Some(number) = word.strip_prefix('v').and_then(|rest| rest.parse::<u32>().ok()).filter(|n| *n > 0) {
+            return Ok(Operand::Value(number - 1));
+        }
+        word.parse().map(Operand::Constant).map_err(|_| format!("`{word}` is no input, no value and no number"))
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words.as_slice() {
+            [] => Ok(()),
+            ["input", name] => {
+                self.inputs.insert((*name).to_owned(), self.plan.inputs.len() as u32);
+                self.plan.inputs.push((*name).to_owned());
+                Ok(())
+            }
+            ["table", ..] => self.table(line),
+            ["output", name, "=", value] => {
+                let value = self.operand(value)?;
+                self.plan.outputs.push((*name).to_owned());
+                self.outputs.push(value);
+                Ok(())
+            }
+            [value, "=", operator, operands @ ..] => self.operation(&[value], operator, operands),
+            [sine, cosine, "=", operator, operands @ ..] => self.operation(&[sine, cosine], operator, operands),
+            _ => Err("this is no line of a plan".into()),
+        }
+    }
+
+    fn table(&mut self, line: &str) -> Result<(), String> {
+        let parts: Vec<&str> = line.trim_start_matches("table").split('|').collect();
+        let [terms, knots, origins, coefficients] = parts.as_slice() else {
+            return Err("a table has four parts".into());
+        };
+        let numbers = |text: &str| {
+            let number = |word: &str| word.parse::<f64>().map_err(|_| format!("`{word}` is no number"));
+            text.split_whitespace().map(number).collect::<Result<Vec<f64>, String>>()
+        };
+        let terms: usize = terms.trim().parse().map_err(|_| "how many terms has the table?".to_owned())?;
+        let table = TableData {
+            knots: numbers(knots)?,
+            origins: numbers(origins)?,
+            coefficients: numbers(coefficients)?,
+            terms,
+        };
+        if table.origins.len() != table.knots.len() + 1 || table.coefficients.len() != table.origins.len() * terms {
+            return Err("knots, origins and coefficients of the table do not fit together".into());
+        }
+        self.plan.tables.push(table);
+        Ok(())
+    }
+
+    fn operation(&mut self, results: &[&str], operator: &str, operands: &[&str]) -> Result<(), String> {
+        let found = OPERATORS.iter().find(|(_, word)| *word == operator);
+        let operator = found.ok_or_else(|| format!("there is no operation `{operator}`"))?.0;
+        if results.len() != operator.values() || operands.len() != operator.operands() {
+            return Err(format!(
+                "`{}` takes {} operands and gives {}",
+                word(operator),
+                operator.operands(),
+                operator.values()
+            ));
+        }
+        let number = |word: &&str| match self.operand(word)? {
+            Operand::Value(number) => Ok(number),
+            _ => Err(format!("`{word}` is no value")),
+        };
+        let results: Vec<u32> = results.iter().map(number).collect::<Result<_, String>>()?;
+        let mut own = Vec::new();
+        for (k, word) in operands.iter().enumerate() {
+            own.push(match (operator, k) {
+                (Operator::Table, 0) => Operand::Number(word.parse().map_err(|_| format!("`{word}` is no table"))?),
+                _ => self.operand(word)?,
+            });
+        }
+        let inside = own.iter().any(|operand| matches!(operand, Operand::Value(number) if *number >= self.run_first));
+        match self.plan.runs.last_mut() {
+            Some(run) if run.operator == operator && !inside => run.count += 1,
+            _ => {
+                self.run_first = self.done;
+                if own.iter().any(|operand| matches!(operand, Operand::Value(number) if *number >= self.done)) {
+                    return Err("an operand comes later".into());
+                }
+                self.plan.runs.push(Run { operator, count: 1 });
+            }
+        }
+        self.done += operator.values() as u32;
+        self.values.extend(results);
+        self.operands.extend(own);
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Plan, String> {
+        let mut names = self.values.clone();
+        names.sort_unstable();
+        if names.iter().enumerate().any(|(k, name)| *name as usize != k) {
+            return Err("the values are not v1, v2, … once each".into());
+        }
+        let inputs = self.plan.inputs.len() as u32;
+        let mut index: HashMap<u64, u32> = HashMap::new();
+        // Constants keep the order in which the plan holds them: that of their first use, values apart.
+        let constants: Vec<f64> = self
+            .operands
+            .iter()
+            .chain(&self.outputs)
+            .filter_map(|operand| match operand {
+                Operand::Constant(value) => Some(*value),
+                _ => None,
+            })
+            .collect();
+        for value in constants {
+            let next = self.plan.constants.len() as u32;
+            if *index.entry(value.to_bits()).or_insert(next) == next {
+                self.plan.constants.push(value);
+            }
+        }
+        let count = self.plan.constants.len() as u32;
+        let place = |operand: &Operand| match operand {
+            Operand::Place(place) | Operand::Number(place) => *place,
+            Operand::Constant(value) => inputs + index[&value.to_bits()],
+            Operand::Value(number) => inputs + count + number,
+        };
+        self.plan.operands = self.operands.iter().map(place).collect();
+        self.plan.places = self.outputs.iter().map(place).collect();
+        Ok(self.plan)
+    }
+}

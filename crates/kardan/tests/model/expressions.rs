@@ -1,0 +1,298 @@
+//! Expressions and plans: exact identities, and that each way to evaluate agrees with each other one.
+
+use kardan::expr::{
+    Expr, Floating, Function, Graph, Interval, Intervals, PiecewisePolynomial, Rationals, Style, Symbol, lower, printed,
+};
+use kardan::num::{Rational, rational_from_f64, rational_to_f64};
+use kardan::plan::{Plan, compile, parse};
+use kardan::units::Dimension;
+use kardan_rt::Lanes;
+use proptest::prelude::*;
+
+/// A number of a sequence that follows from its seed.
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % count
+    }
+
+    fn number(&mut self) -> Rational {
+        Rational::from_parts((self.below(41) as i64 - 20).into(), (self.below(9) as u64 + 1).into())
+    }
+}
+
+fn table() -> PiecewisePolynomial {
+    let points = [(-2, 1), (0, 0), (1, 3), (4, 2)].map(|(x, y)| (Rational::from(x), Rational::from(y)));
+    PiecewisePolynomial::through(&points).unwrap()
+}
+
+/// A graph with three symbols and an expression of some operations, rational or any.
+fn random(seed: u64, operations: usize, rational: bool) -> (Graph, [Symbol; 3], Expr) {
+    let (mut graph, mut draw) = (Graph::default(), Draw(seed));
+    let symbols = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE));
+    let mut known: Vec<Expr> = symbols.to_vec();
+    known.push(graph.pi());
+    if rational {
+        known.pop();
+    }
+    for _ in 0..operations {
+        let kinds = if rational { 6 } else { 14 };
+        let [a, b, c, d] = [(); 4].map(|()| known[draw.below(known.len())]);
+        let new = match draw.below(kinds) {
+            0 => graph.add(a, b),
+            1 => graph.subtract(a, b),
+            2 => graph.multiply(a, b),
+            3 => {
+                // A quotient that never divides by zero.
+                let square = graph.power(b, 2);
+                let below = graph.sum(Rational::ONE, &[(square, Rational::ONE)]);
+                graph.divide(a, below)
+            }
+            4 => {
+                let terms = [(a, draw.number()), (b, draw.number()), (c, draw.number())];
+                graph.sum(draw.number(), &terms)
+            }
+            5 => graph.power(a, 2),
+            6 => graph.apply(Function::Sin, a),
+            7 => graph.apply(Function::Cos, a),
+            8 => graph.apply(Function::Atan, a),
+            9 => graph.atan2(a, b),
+            10 => graph.min(a, b),
+            11 => graph.select(a, b, c, d),
+            12 => graph.table(table(), a),
+            _ => {
+                let square = graph.power(a, 2);
+                let sum = graph.sum(Rational::ONE, &[(square, Rational::ONE)]);
+                let function = [Function::Sqrt, Function::Ln, Function::Abs][draw.below(3)];
+                graph.apply(function, sum)
+            }
+        };
+        known.push(new);
+    }
+    let symbols = symbols.map(|symbol| graph.symbol_of(symbol).unwrap());
+    (graph, symbols, *known.last().unwrap())
+}
+
+fn at(symbols: [Symbol; 3], values: [f64; 3]) -> impl Fn(Symbol) -> f64 {
+    move |symbol| values[symbols.iter().position(|other| *other == symbol).unwrap()]
+}
+
+fn evaluated(plan: &Plan, inputs: &[f64]) -> f64 {
+    let mut memory = plan.memory();
+    memory[..inputs.len()].copy_from_slice(inputs);
+    plan.with_tables(|block| {
+        let _ = block.evaluate(&mut memory);
+        block.output(0, &memory).unwrap_or(f64::NAN)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// A plan, one lane or many, has the bits of the graph evaluated directly; its text is the plan.
+    #[test]
+    fn a_plan_is_its_graph_bit_for_bit(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0)) {
+        let (graph, symbols, wanted) = random(seed, 30, false);
+        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        let direct = lower(&graph, &[wanted], &mut Floating::<f64>::default(), at(symbols, x))[0];
+        let found = evaluated(&plan, &x);
+        prop_assert!(found.to_bits() == direct.to_bits() || !direct.is_finite(), "{found} {direct}");
+        prop_assert_eq!(&parse(&plan.to_string()).unwrap(), &plan);
+        let again = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        prop_assert_eq!(again, plan.clone());
+        // Four lanes: each another point.
+        let points: [[f64; 3]; 4] = std::array::from_fn(|lane| x.map(|x| x * (1.0 + 0.125 * lane as f64)));
+        let mut memory: Vec<Lanes<f64, 4>> = vec![Lanes([0.0; 4]); plan.memory().len()];
+        let lanes = plan.with_tables(|block| {
+            block.begin(&mut memory);
+            for (k, input) in memory[..3].iter_mut().enumerate() {
+                *input = Lanes(points.map(|point| point[k]));
+            }
+            let _ = block.evaluate(&mut memory);
+            block.output(0, &memory)
+        });
+        if let Some(lanes) = lanes {
+            for (point, lane) in points.iter().zip(lanes.0) {
+                prop_assert_eq!(evaluated(&plan, point).to_bits(), lane.to_bits());
+            }
+        }
+    }
+
+    /// Intervals hold the values at all points in them: 300 times 350 points.
+    #[test]
+    fn intervals_hold_every_value(seed in any::<u64>(), x in prop::array::uniform3(-3.0f64..3.0), width in 0.0f64..1.0) {
+        let (graph, symbols, wanted) = random(seed, 14, false);
+        let range = |symbol| { let low = at(symbols, x)(symbol); Interval { low, high: low + width } };
+        let found = lower(&graph, &[wanted], &mut Intervals, range)[0];
+        let plan = compile(&graph, &symbols, &[("f".into(), wanted)]).unwrap();
+        let mut draw = Draw(seed ^ 5);
+        for _ in 0..350 {
+            let point = x.map(|x| (x + width * draw.below(1001) as f64 / 1000.0).min(x + width));
+            let value = evaluated(&plan, &point);
+            prop_assert!(!value.is_finite() || found.contains(value), "{value} is not in {found:?}");
+        }
+    }
+
+    /// Over the rationals the derivative is what difference quotients tend to: with a tenth of the step a hundredth of the error.
+    #[test]
+    fn derivatives_are_limits_of_exact_quotients(seed in any::<u64>(), x in prop::array::uniform3(-2.0f64..2.0)) {
+        let (mut graph, symbols, wanted) = random(seed, 8, true);
+        let x = x.map(|x| rational_from_f64((x * 64.0).round() / 64.0).unwrap());
+        for by in 0..3 {
+            let slope = graph.derivative(wanted, symbols[by]);
+            let value = |expr: Expr, step: &Rational| {
+                let at = |symbol| {
+                    let k = symbols.iter().position(|other| *other == symbol).unwrap();
+                    Some(if k == by { &x[k] + step } else { x[k].clone() })
+                };
+                lower(&graph, &[expr], &mut Rationals, at)[0].clone().unwrap()
+            };
+            let slope = value(slope, &Rational::ZERO);
+            let error = |power: usize| {
+                let step = Rational::ONE / Rational::from(10u8).pow(power as isize);
+                let quotient = (value(wanted, &step) - value(wanted, &-step.clone())) / (step * Rational::from(2));
+                rational_to_f64(&(quotient - &slope)).abs()
+            };
+            let (coarse, fine) = (error(12), error(13));
+            prop_assert!(fine <= 0.0101 * coarse, "{coarse:e} {fine:e}");
+        }
+    }
+
+    /// What is substituted by itself is the same node, and the value of one with numbers put in is that of the other.
+    #[test]
+    fn substitution_is_evaluation(seed in any::<u64>(), x in prop::array::uniform3(-2i64..3)) {
+        let (mut graph, symbols, wanted) = random(seed, 10, true);
+        let own: Vec<_> = ["x", "y", "z"].map(|name| graph.symbol(name, Dimension::NONE)).to_vec();
+        let itself: Vec<_> = symbols.into_iter().zip(own).collect();
+        prop_assert_eq!(graph.substitute(&[wanted], &itself), vec![wanted]);
+        let numbers: Vec<_> = symbols.into_iter().zip(x.map(|x| graph.integer(x))).collect();
+        let put = graph.substitute(&[wanted], &numbers)[0];
+        let at = |symbol| Some(Rational::from(x[symbols.iter().position(|other| *other == symbol).unwrap()]));
+        let value = lower(&graph, &[wanted], &mut Rationals, at)[0].clone().unwrap();
+        prop_assert_eq!(graph.number_of(put), Some(&value));
+    }
+}
+
+#[test]
+fn derivatives_of_functions() {
+    let mut graph = Graph::default();
+    let x = graph.symbol("x", Dimension::NONE);
+    let by = graph.symbol_of(x).unwrap();
+    // f, f′ at 0.3 from the definition by hand.
+    let at = 0.3_f64;
+    let expected = [
+        (Function::Sqrt, 0.5 / at.sqrt()),
+        (Function::Sin, at.cos()),
+        (Function::Cos, -at.sin()),
+        (Function::Tan, 1.0 + at.tan().powi(2)),
+        (Function::Asin, 1.0 / (1.0 - at * at).sqrt()),
+        (Function::Acos, -1.0 / (1.0 - at * at).sqrt()),
+        (Function::Atan, 1.0 / (1.0 + at * at)),
+        (Function::Exp, at.exp()),
+        (Function::Ln, 1.0 / at),
+        (Function::Abs, 1.0),
+    ];
+    for (function, slope) in expected {
+        let value = graph.apply(function, x);
+        let derivative = graph.derivative(value, by);
+        let found = lower(&graph, &[derivative], &mut Floating::<f64>::default(), |_| at)[0];
+        assert!((found - slope).abs() < 1e-15 * (1.0 + slope.abs()), "{function:?}: {found} {slope}");
+        let single = lower(&graph, &[derivative], &mut Floating::<f32>::default(), |_| at as f32)[0];
+        assert!((f64::from(single) - slope).abs() < 1e-6 * (1.0 + slope.abs()), "{function:?}: {single} {slope}");
+    }
+}
+
+#[test]
+fn kinks_are_named() {
+    let mut graph = Graph::default();
+    let (x, y) = (graph.symbol("x", Dimension::NONE), graph.symbol("y", Dimension::NONE));
+    let size = graph.apply(Function::Abs, x);
+    let least = graph.min(size, y);
+    let bent = graph.table(table(), y);
+    let all = graph.add(least, bent);
+    let written = |graph: &Graph, expr| printed(graph, expr, Style::Text, &str::to_owned);
+    let kinks = graph.kinks(all);
+    let words: Vec<String> = kinks.iter().map(|kink| written(&graph, *kink)).collect();
+    for expected in ["x", "abs(x) - y", "y", "2 + y", "-1 + y", "-4 + y"] {
+        let turned = if expected == "abs(x) - y" { "-y + abs(x)" } else { expected };
+        assert!(words.iter().any(|word| word == expected || word == turned), "{expected} is not in {words:?}");
+    }
+    assert_eq!(words.len(), 6, "{words:?}");
+    // Where it is smooth nothing is named.
+    let smooth = graph.apply(Function::Sin, x);
+    assert!(graph.kinks(smooth).is_empty());
+}
+
+#[test]
+fn what_vanishes_vanishes_exactly() {
+    let mut graph = Graph::default();
+    let x = graph.symbol("x", Dimension::ANGLE);
+    let (turned, pi) = (graph.negate(x), graph.pi());
+    let zero = graph.integer(0);
+    let pair = |graph: &mut Graph, function, a, b, sign| {
+        let (a, b) = (graph.apply(function, a), graph.apply(function, b));
+        graph.sum(Rational::ZERO, &[(a, Rational::ONE), (b, Rational::from(sign))])
+    };
+    assert_eq!(pair(&mut graph, Function::Sin, x, turned, 1), zero);
+    assert_eq!(pair(&mut graph, Function::Cos, x, turned, -1), zero);
+    let (there, back) = (graph.multiply(pi, x), graph.divide(x, pi));
+    let square = graph.power(x, 2);
+    let product = graph.multiply(there, back);
+    assert_eq!(graph.subtract(product, square), zero);
+    let four = graph.number(Rational::from_parts(9.into(), 4u8.into()));
+    let root = graph.apply(Function::Sqrt, four);
+    assert_eq!(graph.number_of(root).unwrap().to_string(), "3/2");
+}
+
+#[test]
+fn dimensions_are_told_and_what_does_not_fit_is_refused() {
+    let mut graph = Graph::default();
+    let inertia = graph.symbol("J", Dimension::INERTIA);
+    let rate = graph.symbol("a", Dimension::ANGULAR_ACCELERATION);
+    let angle = graph.symbol("phi", Dimension::ANGLE);
+    let torque = graph.multiply(inertia, rate);
+    assert_eq!(graph.dimension(torque), Ok(Dimension::TORQUE));
+    let sine = graph.apply(Function::Sin, angle);
+    assert_eq!(graph.dimension(sine), Ok(Dimension::NONE));
+    let wrong = graph.add(inertia, rate);
+    assert!(graph.dimension(wrong).unwrap_err().contains("`+` of"));
+    let wrong = graph.apply(Function::Exp, torque);
+    assert!(graph.dimension(wrong).unwrap_err().contains("`exp` takes a number"));
+    let wrong = graph.sum(Rational::ONE, &[(torque, Rational::ONE)]);
+    assert!(graph.dimension(wrong).unwrap_err().contains("a number is added"));
+    let square = graph.power(torque, 2);
+    let root = graph.apply(Function::Sqrt, square);
+    assert_eq!(graph.dimension(root), Ok(Dimension::TORQUE));
+}
+
+#[test]
+fn constants_are_folded_exactly_and_rounded_once() {
+    let mut graph = Graph::default();
+    let (x, pi) = (graph.symbol("x", Dimension::NONE), graph.pi());
+    let by = graph.symbol_of(x).unwrap();
+    // x·π/180 is one product with the double nearest to π/180.
+    let radians = graph.product(&[(x, 1), (pi, 1)]);
+    let radians = graph.scale(Rational::from_parts(1.into(), 180u8.into()), radians);
+    let plan = compile(&graph, &[by], &[("rad".into(), radians)]).unwrap();
+    assert_eq!(plan.to_string(), "input x\nv1 = multiply x 0.017453292519943295\noutput rad = v1\n");
+    // What nobody gives is named.
+    assert_eq!(compile(&graph, &[], &[("rad".into(), radians)]), Err("x".into()));
+}
+
+#[test]
+fn texts_that_are_no_plans_are_refused_with_their_line() {
+    for (text, line, word) in [
+        ("input x\nv1 = add x", 2, "operands"),
+        ("input x\nv1 = hug x x", 2, "hug"),
+        ("input x\nv1 = add x y", 2, "`y`"),
+        ("input x\nv1 = add x v2\nv2 = add x x", 2, "later"),
+        ("input x\nv2 = add x x", 2, "v1"),
+        ("table 2 | 1 | 2 | 3", 1, "fit"),
+        ("nonsense", 1, "no line"),
+    ] {
+        let error = parse(text).unwrap_err();
+        assert!(error.line == line && error.what.contains(word), "{text}: {error}");
+    }
+}
