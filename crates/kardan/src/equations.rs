@@ -7,6 +7,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use crate::expr::{Expr, Graph};
 use crate::names::Quantity;
 use crate::units::Exact;
 
@@ -66,6 +67,8 @@ pub trait Curve: fmt::Debug + Send + Sync {
     fn value(&self, x: f64) -> f64;
     /// γ′(x) and γ″(x) (1/rad).
     fn derivatives(&self, x: f64) -> (f64, f64);
+    /// γ, γ′ and γ″ at x as expressions.
+    fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3];
     /// The curve of the opposite direction, `driving = γ⁻¹(driven)`.
     fn inverse(&self) -> Arc<dyn Curve>;
     /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, so that it can be treated as linear.

@@ -3,6 +3,8 @@ use std::sync::Arc;
 
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, Term};
+use crate::expr::{Expr, Function, Graph};
+use crate::num::{Rational, rational_from_f64};
 use crate::results::Symbol;
 use crate::schema::{ElementKeys, Keys, Sign, keys};
 use crate::units::Dimension;
@@ -129,6 +131,27 @@ impl Curve for UniversalJointCurve {
         let c = self.ratio;
         let r = cos * cos + c * c * sin * sin;
         (c / r, -c * (c * c - 1.0) * 2.0 * sin * cos / (r * r))
+    }
+
+    fn expressions(&self, graph: &mut Graph, x: Expr) -> [Expr; 3] {
+        // A ratio or phase that is no number makes no sense of a joint; the file refuses it.
+        let exact = |value: f64| rational_from_f64(value).unwrap_or(Rational::ZERO);
+        let (c, one) = (exact(self.ratio), Rational::ONE);
+        let theta = graph.sum(exact(self.phase_in), &[(x, one.clone())]);
+        let (sin, cos) = (graph.apply(Function::Sin, theta), graph.apply(Function::Cos, theta));
+        let (both, squares) = (graph.multiply(sin, cos), [graph.power(sin, 2), graph.power(cos, 2)]);
+        let mut weighted =
+            |factor: Rational| graph.sum(Rational::ZERO, &[(squares[1], Rational::ONE), (squares[0], factor)]);
+        let (below, r) = (weighted(c.clone()), weighted(&c * &c));
+        let quotient = graph.divide(both, below);
+        let quotient = graph.scale(&c - &one, quotient);
+        let lead = graph.apply(Function::Atan, quotient);
+        let value = graph.sum(-exact(self.phase_out), &[(theta, one.clone()), (lead, one.clone())]);
+        let slope = graph.power(r, -1);
+        let slope = graph.scale(c.clone(), slope);
+        let curvature = graph.product(&[(both, 1), (r, -2)]);
+        let curvature = graph.scale(Rational::from(-2) * &c * (&c * &c - one), curvature);
+        [value, slope, curvature]
     }
 
     fn inverse(&self) -> Arc<dyn Curve> {

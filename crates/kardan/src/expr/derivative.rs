@@ -59,6 +59,7 @@ impl Graph {
                 let (squares, difference) = (self.sum_of_squares(x, y), self.subtract(first, second));
                 self.divide(difference, squares)
             }
+            Node::Group(a) => of(&a),
             Node::Min(a, b) => self.select(a, b, of(&a), of(&b)),
             Node::Max(a, b) => self.select(a, b, of(&b), of(&a)),
             Node::Select([a, b, then, otherwise]) => self.select(a, b, of(&then), of(&otherwise)),

@@ -147,6 +147,8 @@ pub(super) enum Node {
     /// The third where the first is less than the second, else the fourth.
     Select([Expr; 4]),
     Table(u32, Expr),
+    /// A sum that is formed on its own.
+    Group(Expr),
 }
 
 /// Expressions that share what they have in common.
@@ -281,6 +283,14 @@ impl Graph {
             (_, []) => self.number(all),
             (true, [(term, factor)]) if factor.is_one() => *term,
             _ => self.put(Node::Sum { constant: all, terms }),
+        }
+    }
+
+    /// A sum that stays one where it stands in another sum: a small difference of large numbers, taken before it is multiplied.
+    pub fn group(&mut self, expr: Expr) -> Expr {
+        match self.node(expr) {
+            Node::Sum { constant, terms } if !constant.is_zero() || terms.len() > 1 => self.put(Node::Group(expr)),
+            _ => expr,
         }
     }
 
@@ -444,7 +454,7 @@ impl Graph {
             Node::Number(_) | Node::Pi | Node::Symbol(_) => Vec::new(),
             Node::Sum { terms, .. } => terms.iter().map(|(term, _)| *term).collect(),
             Node::Product(factors) => factors.iter().map(|(factor, _)| *factor).collect(),
-            Node::Apply(_, a) | Node::Table(_, a) => vec![*a],
+            Node::Apply(_, a) | Node::Table(_, a) | Node::Group(a) => vec![*a],
             Node::Atan2(a, b) | Node::Min(a, b) | Node::Max(a, b) => vec![*a, *b],
             Node::Select(parts) => parts.to_vec(),
         }
@@ -469,6 +479,17 @@ impl Graph {
         found
     }
 
+    /// Of each expression, whether it depends on a symbol.
+    pub fn varying(&self) -> impl Fn(Expr) -> bool + use<> {
+        let mut varying = vec![false; self.nodes.len()];
+        for k in 0..self.nodes.len() {
+            let expr = Expr(k as u32);
+            let own = self.parts(expr).iter().any(|part| varying[part.0 as usize]);
+            varying[k] = own || self.symbol_of(expr).is_some();
+        }
+        move |expr| varying[expr.0 as usize]
+    }
+
     /// The same node made of other parts.
     pub(super) fn rebuilt(&mut self, expr: Expr, part: impl Fn(Expr) -> Expr) -> Expr {
         match self.node(expr).clone() {
@@ -482,6 +503,7 @@ impl Graph {
                 self.product(&factors)
             }
             Node::Apply(function, a) => self.apply(function, part(a)),
+            Node::Group(a) => self.group(part(a)),
             Node::Atan2(y, x) => self.atan2(part(y), part(x)),
             Node::Min(a, b) => self.min(part(a), part(b)),
             Node::Max(a, b) => self.max(part(a), part(b)),
@@ -548,7 +570,7 @@ impl Graph {
             Node::Product(factors) => factors.iter().try_fold(Dimension::NONE, |all, (factor, power)| {
                 all.times(&of(factor), *power).ok_or_else(|| "a power of a unit that is too high".to_owned())
             }),
-            Node::Apply(Function::Abs, a) => Ok(of(a)),
+            Node::Apply(Function::Abs, a) | Node::Group(a) => Ok(of(a)),
             Node::Apply(Function::Sqrt, a) => {
                 let inner = of(a);
                 let half = Dimension { exponents: inner.exponents.map(|power| power / 2), angle: 0 };
@@ -567,7 +589,7 @@ impl Graph {
 
     fn word(&self, expr: Expr) -> &'static str {
         match self.node(expr) {
-            Node::Number(_) | Node::Pi | Node::Symbol(_) => "value",
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Group(_) => "value",
             Node::Sum { .. } => "+",
             Node::Product(_) => "*",
             Node::Apply(function, _) => function.name(),

@@ -89,6 +89,7 @@ impl<D: Domain> Lowering<'_, D> {
         match self.graph.node(expr) {
             Node::Number(value) => self.domain.constant(value),
             Node::Pi | Node::Symbol(_) => self.get(expr),
+            Node::Group(a) => self.get(*a),
             Node::Sum { constant, terms } => self.sum(constant, terms),
             Node::Product(factors) => {
                 let (number, rest) = self.product(factors);

@@ -81,6 +81,7 @@ impl Printer<'_> {
         };
         match self.graph.node(expr) {
             Node::Number(value) => self.number(value),
+            Node::Group(a) => self.written(*a),
             Node::Pi => (if self.latex() { r"\pi" } else { "pi" }.into(), Strength::Atom),
             Node::Symbol(symbol) => ((self.name)(self.graph.name(*symbol).0), Strength::Atom),
             Node::Sum { constant, terms } => self.sum(constant, terms),

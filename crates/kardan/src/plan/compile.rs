@@ -185,9 +185,8 @@ fn fuse(operations: &mut [Operation], outputs: &[Value]) {
     }
 }
 
-/// Orders operations in runs of one kind: always the kind of which most are ready, so that runs are long and few.
-fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
-    let operations = &builder.operations;
+/// Which operations the outputs need.
+fn needed(operations: &[Operation], outputs: &[Value]) -> Vec<bool> {
     let mut needed = vec![false; operations.len()];
     let mark = |needed: &mut Vec<bool>, value: &Value| {
         if let Value::Result(number, _) = value {
@@ -200,40 +199,46 @@ fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
             operations[k].operands.iter().for_each(|value| mark(&mut needed, value));
         }
     }
-    let results = |operation: &Operation| {
-        let number = |value: &Value| match value {
-            Value::Result(number, _) => Some(*number),
-            _ => None,
-        };
-        operation.operands.iter().filter_map(number).collect::<BTreeSet<u32>>()
-    };
+    needed
+}
+
+/// The operations needed in runs of one kind: always the kind of which most are ready, so that runs are long and few.
+fn in_runs(operations: &[Operation], needed: &[bool]) -> (Vec<Run>, Vec<u32>) {
     let mut waiting = vec![0; operations.len()];
     let mut users: Vec<Vec<u32>> = vec![Vec::new(); operations.len()];
     let mut ready: BTreeMap<Operator, BTreeSet<u32>> = BTreeMap::new();
     for (k, operation) in operations.iter().enumerate().filter(|(k, _)| needed[*k]) {
-        let own = results(operation);
+        let result = |value: &Value| match value {
+            Value::Result(number, _) => Some(*number),
+            _ => None,
+        };
+        let own: BTreeSet<u32> = operation.operands.iter().filter_map(result).collect();
         waiting[k] = own.len();
         own.iter().for_each(|&number| users[number as usize].push(k as u32));
         if own.is_empty() {
             ready.entry(operation.operator).or_default().insert(k as u32);
         }
     }
-    let inputs = plan.inputs.len() as u32;
-    // The places of values follow the constants, of which there are as many as the order of use has found in the end.
-    let mut order: Vec<(u32, &Operation)> = Vec::new();
+    let (mut runs, mut order) = (Vec::new(), Vec::new());
     while let Some((&operator, _)) = ready.iter().rev().max_by_key(|(_, list)| list.len()) {
         let run = ready.remove(&operator).unwrap_or_default();
-        plan.runs.push(Run { operator, count: run.len() });
-        order.extend(run.iter().map(|&number| (number, &operations[number as usize])));
-        for number in run {
-            for &user in &users[number as usize] {
-                waiting[user as usize] -= 1;
-                if waiting[user as usize] == 0 {
-                    ready.entry(operations[user as usize].operator).or_default().insert(user);
-                }
+        runs.push(Run { operator, count: run.len() });
+        for &user in run.iter().flat_map(|&number| &users[number as usize]) {
+            waiting[user as usize] -= 1;
+            if waiting[user as usize] == 0 {
+                ready.entry(operations[user as usize].operator).or_default().insert(user);
             }
         }
+        order.extend(run);
     }
+    (runs, order)
+}
+
+/// Orders the operations, and gives all values their places: inputs, constants in the order of their use, results.
+fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
+    let (runs, order) = in_runs(&builder.operations, &needed(&builder.operations, outputs));
+    let order: Vec<(u32, &Operation)> = order.into_iter().map(|k| (k, &builder.operations[k as usize])).collect();
+    let inputs = plan.inputs.len() as u32;
     let mut places: HashMap<Value, u32> = HashMap::new();
     let all = order.iter().flat_map(|(_, operation)| &operation.operands).chain(outputs);
     for value in all.filter(|value| matches!(value, Value::Constant(_))) {
@@ -244,7 +249,7 @@ fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
     }
     let mut next = inputs + plan.constants.len() as u32;
     let mut rest = order.as_slice();
-    for Run { operator, count } in &plan.runs {
+    for Run { operator, count } in &runs {
         let (own, later) = rest.split_at(*count);
         rest = later;
         for (k, (number, _)) in own.iter().enumerate() {
@@ -262,4 +267,5 @@ fn schedule(builder: &Builder, outputs: &[Value], plan: &mut Plan) {
         plan.operands.extend(operation.operands.iter().map(place));
     }
     plan.places = outputs.iter().map(place).collect();
+    plan.runs = runs;
 }

@@ -75,6 +75,12 @@ impl Plan {
         memory
     }
 
+    /// Where an output is in the memory.
+    #[inline]
+    pub fn place(&self, output: usize) -> usize {
+        self.places[output] as usize
+    }
+
     /// How many operations of each kind there are, a fused product and sum counted as one.
     pub fn counts(&self) -> Vec<(Operator, usize)> {
         let mut counts: Vec<(Operator, usize)> = Vec::new();

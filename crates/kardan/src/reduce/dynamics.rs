@@ -1,28 +1,36 @@
+use std::sync::Arc;
+
+use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
 use crate::assemble::{Along, FrictionLaw};
-use crate::num::{Cholesky, Matrix, dot, multiply};
+use crate::expr::{Expr, Floating, lower};
+use crate::num::{Cholesky, dot};
+use crate::plan::Plan;
 
-/// Directions of one kind of term in reduced coordinates: `g = aᵀK`, constant rows precomputed.
+/// Directions of one kind of term over the shafts, as numbers.
 #[derive(Debug, Clone)]
 struct Directions {
     rows: Vec<Vec<(usize, f64)>>,
     coefficients: Vec<f64>,
     varying: Vec<usize>,
-    constant: Vec<usize>,
-    template: Vec<f64>,
 }
 
 impl Directions {
-    fn new<T>(terms: &[Along<T>], coefficient: impl Fn(&T) -> f64, kinematics: &Kinematics, r: usize) -> Self {
+    fn new<T>(terms: &[Along<T>], coefficient: impl Fn(&T) -> f64, kinematics: &Kinematics) -> Self {
         let rows: Vec<Vec<(usize, f64)>> = terms.iter().map(Along::row_f64).collect();
         let is_varying = |row: &Vec<(usize, f64)>| row.iter().any(|(shaft, _)| kinematics.is_varying(*shaft));
-        let (varying, constant): (Vec<usize>, Vec<usize>) = (0..rows.len()).partition(|&k| is_varying(&rows[k]));
-        let mut template = vec![0.0; rows.len() * r];
-        for &k in &constant {
-            project(&rows[k], kinematics, &mut template[k * r..(k + 1) * r]);
-        }
+        let varying: Vec<usize> = (0..rows.len()).filter(|&k| is_varying(&rows[k])).collect();
         let coefficients = terms.iter().map(|term| coefficient(&term.value)).collect();
-        Self { rows, coefficients, varying, constant, template }
+        Self { rows, coefficients, varying }
+    }
+
+    /// All rows in reduced coordinates, one after the other, at the position of the kinematics.
+    fn projected(&self, kinematics: &Kinematics, r: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.rows.len() * r];
+        for (row, out) in self.rows.iter().zip(out.chunks_exact_mut(r.max(1))) {
+            project(row, kinematics, out);
+        }
+        out
     }
 }
 
@@ -57,11 +65,60 @@ pub struct Dynamics {
     /// What the friction of each direction has more when motion begins (N m), and the speed that it falls with (rad/s).
     stribeck: Vec<(f64, f64)>,
     inputs: Directions,
-    inertia_constant: Vec<f64>,
-    damping_constant: Vec<f64>,
-    stiffness_constant: Vec<f64>,
-    force_constant: Vec<f64>,
     constant: bool,
+    plan: Arc<MotionPlan>,
+}
+
+/// What an evaluation of [`Dynamics`] computes, and where it goes: for each list the place in it and the number of the output.
+#[derive(Debug)]
+struct MotionPlan {
+    plan: Plan,
+    angles: Vec<(usize, usize)>,
+    speeds: Vec<(usize, usize)>,
+    basis: Vec<(usize, usize)>,
+    bias: Vec<(usize, usize)>,
+    passive: Vec<(usize, usize)>,
+    inertia: Vec<(usize, usize)>,
+    friction_rows: Vec<(usize, usize)>,
+    friction_bias: Vec<(usize, usize)>,
+    input_rows: Vec<(usize, usize)>,
+}
+
+impl MotionPlan {
+    /// Everything that depends on the motion; what is constant is in the memory already.
+    fn new(motion: &Motion, r: usize) -> Self {
+        let mut outputs: Vec<(String, Expr)> = Vec::new();
+        let varying = motion.graph.varying();
+        let mut list = |name: &str, entries: &mut dyn Iterator<Item = (usize, Expr)>| -> Vec<(usize, usize)> {
+            let entries = entries.filter(|(_, expr)| varying(*expr));
+            let place = |(place, expr)| {
+                outputs.push((format!("{name}.{place}"), expr));
+                (place, outputs.len() - 1)
+            };
+            entries.map(place).collect()
+        };
+        let numbered = |exprs: &[Expr]| exprs.iter().copied().enumerate().collect::<Vec<_>>().into_iter();
+        let rows = |rows: &[SparseRow]| {
+            let row =
+                |(k, row): (usize, &SparseRow)| row.iter().map(|(i, entry)| (k * r + i, *entry)).collect::<Vec<_>>();
+            rows.iter().enumerate().flat_map(row).collect::<Vec<_>>().into_iter()
+        };
+        let both = |(&(i, j), &entry): (&(usize, usize), &Expr)| {
+            let mirrored = (i != j).then_some((j * r + i, entry));
+            std::iter::once((i * r + j, entry)).chain(mirrored)
+        };
+        let angles = list("angle", &mut numbered(&motion.angles));
+        let speeds = list("speed", &mut numbered(&motion.speeds));
+        let basis = list("basis", &mut rows(&motion.basis));
+        let bias = list("bias", &mut numbered(&motion.bias));
+        let passive = list("passive", &mut numbered(&motion.passive));
+        let inertia = list("inertia", &mut motion.inertia.iter().flat_map(both));
+        let friction_rows = list("friction", &mut rows(&motion.frictions));
+        let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
+        let input_rows = list("input", &mut rows(&motion.inputs));
+        let plan = motion.compile(&outputs);
+        Self { plan, angles, speeds, basis, bias, passive, inertia, friction_rows, friction_bias, input_rows }
+    }
 }
 
 /// Memory and results of one evaluation of [`Dynamics`]; belongs to the caller.
@@ -81,7 +138,8 @@ pub struct Work {
     pub friction_bias: Vec<f64>,
     /// Reduced direction of each input, row by row.
     pub input_rows: Vec<f64>,
-    scratch: Vec<f64>,
+    /// Memory of the plan.
+    memory: Vec<f64>,
 }
 
 impl Dynamics {
@@ -89,10 +147,10 @@ impl Dynamics {
     pub fn new(reduced: &Reduced) -> (Self, Work) {
         let kinematics = Kinematics::new(reduced);
         let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
-        let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics, r);
-        let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics, r);
-        let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics, r);
-        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics, r);
+        let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics);
+        let dampers = Directions::new(&equations.dampers, |x| x.to_f64(), &kinematics);
+        let springs = Directions::new(&equations.springs, |x| x.stiffness.to_f64(), &kinematics);
+        let frictions = Directions::new(&equations.frictions, |x| x.torque.to_f64(), &kinematics);
         let breakaway = |friction: &Along<FrictionLaw>| {
             let FrictionLaw { torque, stribeck } = &friction.value;
             stribeck.as_ref().map_or(torque, |stribeck| &stribeck.breakaway).to_f64()
@@ -101,32 +159,28 @@ impl Dynamics {
         let speed = |friction: &Along<FrictionLaw>| friction.value.stribeck.as_ref().map_or(1.0, |s| s.speed.to_f64());
         let stribeck = equations.frictions.iter().zip(&breakaways).zip(&frictions.coefficients);
         let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction))).collect();
-        let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics, r);
-        let sum = |d: &Directions| {
-            let mut out = Matrix::<f64>::zeros(r, r);
-            for &k in &d.constant {
-                out.add_outer(&d.coefficients[k], &d.template[k * r..(k + 1) * r]);
-            }
-            out.as_slice().to_vec()
-        };
+        let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
-        // Constant springs: torque −s (g·q_r + a₀ − rest) with a₀ the twist at q_r = 0.
-        let mut at_zero = kinematics.clone();
-        at_zero.update(&vec![0.0; r], &vec![0.0; r]);
-        let mut force_constant = vec![0.0; r];
-        for &k in &springs.constant {
-            let twist = along(&springs.rows[k], &at_zero.angles) - rests[k];
-            for (force, g) in force_constant.iter_mut().zip(&springs.template[k * r..(k + 1) * r]) {
-                *force -= springs.coefficients[k] * twist * g;
-            }
+        let motion = Motion::new(reduced);
+        let plan = MotionPlan::new(&motion, r);
+        // What is constant is there from the begin.
+        let varying = motion.graph.varying();
+        let constants = |exprs: &[Expr]| -> Vec<f64> {
+            let known: Vec<Expr> = exprs.iter().copied().filter(|expr| !varying(*expr)).collect();
+            let mut found = lower(&motion.graph, &known, &mut Floating::<f64>::default(), |_| f64::NAN).into_iter();
+            exprs.iter().map(|expr| if varying(*expr) { 0.0 } else { found.next().unwrap_or(f64::NAN) }).collect()
+        };
+        let mut inertia = vec![0.0; r * r];
+        let entries: Vec<Expr> = motion.inertia.values().copied().collect();
+        for (&(i, j), entry) in motion.inertia.keys().zip(constants(&entries)) {
+            (inertia[i * r + j], inertia[j * r + i]) = (entry, entry);
         }
+        let mut kinematics = kinematics;
+        kinematics.update(&vec![0.0; r], &vec![0.0; r]);
+        let passive = constants(&motion.passive);
         let out = Self {
             degrees_of_freedom: r,
-            inertia_constant: sum(&inertias),
-            damping_constant: sum(&dampers),
-            stiffness_constant: sum(&springs),
-            force_constant,
-            constant: inertias.varying.is_empty(),
+            constant: plan.inertia.is_empty(),
             rests,
             inertias,
             dampers,
@@ -135,18 +189,20 @@ impl Dynamics {
             breakaways,
             stribeck,
             inputs,
+            plan: Arc::new(plan),
         };
         let mut factor = Cholesky::new(r);
-        factor.factor(&out.inertia_constant);
+        factor.factor(&inertia);
         let work = Work {
-            kinematics,
-            inertia: out.inertia_constant.clone(),
-            factor,
-            passive: vec![0.0; r],
-            friction_rows: out.frictions.template.clone(),
+            // What is constant in a row stays as it is here, what varies is written by each evaluation.
+            friction_rows: out.frictions.projected(&kinematics, r),
             friction_bias: vec![0.0; out.frictions.rows.len()],
-            input_rows: out.inputs.template.clone(),
-            scratch: vec![0.0; r],
+            input_rows: out.inputs.projected(&kinematics, r),
+            kinematics,
+            inertia,
+            factor,
+            passive,
+            memory: out.plan.plan.memory(),
         };
         (out, work)
     }
@@ -185,46 +241,27 @@ impl Dynamics {
     /// Returns whether the inertia is numerically positive definite. Allocates nothing.
     pub fn update(&self, position: &[f64], speed: &[f64], work: &mut Work) -> bool {
         let r = self.degrees_of_freedom;
-        work.kinematics.update(position, speed);
-        multiply(&self.damping_constant, speed, &mut work.passive);
-        multiply(&self.stiffness_constant, position, &mut work.scratch);
-        for i in 0..r {
-            work.passive[i] = self.force_constant[i] - work.passive[i] - work.scratch[i];
-        }
-        let kinematics = &work.kinematics;
-        for &k in &self.dampers.varying {
-            project(&self.dampers.rows[k], kinematics, &mut work.scratch);
-            let torque = self.dampers.coefficients[k] * dot(&work.scratch, speed);
-            work.passive.iter_mut().zip(&work.scratch).for_each(|(force, g)| *force -= torque * g);
-        }
-        for &k in &self.springs.varying {
-            project(&self.springs.rows[k], kinematics, &mut work.scratch);
-            let twist = along(&self.springs.rows[k], &kinematics.angles) - self.rests[k];
-            let torque = self.springs.coefficients[k] * twist;
-            work.passive.iter_mut().zip(&work.scratch).for_each(|(force, g)| *force -= torque * g);
-        }
-        for &k in &self.frictions.varying {
-            project(&self.frictions.rows[k], kinematics, &mut work.friction_rows[k * r..(k + 1) * r]);
-            work.friction_bias[k] = along(&self.frictions.rows[k], &kinematics.bias);
-        }
-        for &k in &self.inputs.varying {
-            project(&self.inputs.rows[k], kinematics, &mut work.input_rows[k * r..(k + 1) * r]);
-        }
+        let MotionPlan { plan, angles, speeds, basis, bias, passive, .. } = &*self.plan;
+        let Work { kinematics, memory, .. } = work;
+        memory[..r].copy_from_slice(&position[..r]);
+        memory[r..2 * r].copy_from_slice(&speed[..r]);
+        // What is no number is seen where it is used.
+        let _ = plan.block().evaluate(memory);
+        let put = |list: &[(usize, usize)], memory: &[f64], out: &mut [f64]| {
+            list.iter().for_each(|(place, output)| out[*place] = memory[plan.place(*output)]);
+        };
+        put(angles, memory, &mut kinematics.angles);
+        put(speeds, memory, &mut kinematics.speeds);
+        put(basis, memory, &mut kinematics.basis);
+        put(bias, memory, &mut kinematics.bias);
+        put(passive, memory, &mut work.passive);
+        put(&self.plan.friction_rows, memory, &mut work.friction_rows);
+        put(&self.plan.friction_bias, memory, &mut work.friction_bias);
+        put(&self.plan.input_rows, memory, &mut work.input_rows);
         if self.constant {
             return true;
         }
-        work.inertia.copy_from_slice(&self.inertia_constant);
-        for &k in &self.inertias.varying {
-            project(&self.inertias.rows[k], kinematics, &mut work.scratch);
-            let (inertia, bias) = (self.inertias.coefficients[k], along(&self.inertias.rows[k], &kinematics.bias));
-            for i in 0..r {
-                let scaled = inertia * work.scratch[i];
-                work.passive[i] -= scaled * bias;
-                for j in 0..r {
-                    work.inertia[i * r + j] += scaled * work.scratch[j];
-                }
-            }
-        }
+        put(&self.plan.inertia, memory, &mut work.inertia);
         work.factor.factor(&work.inertia)
     }
 

@@ -9,6 +9,7 @@ mod explicit;
 mod kinematics;
 mod linear;
 mod mechanism;
+mod motion;
 mod multipliers;
 mod reduced;
 
@@ -18,5 +19,6 @@ pub use explicit::reduce;
 pub use kinematics::Kinematics;
 pub use linear::{LinearModel, linearise};
 pub use mechanism::{MechanismData, MechanismError};
+pub use motion::{Motion, SparseRow};
 pub use multipliers::Multipliers;
 pub use reduced::{Affine, Reduced, Step};

@@ -73,10 +73,13 @@ impl Plant {
 
     /// Whether the equations of motion are those of the linear model: constant coefficients, and no force at zero angles.
     pub fn is_linear(&self) -> bool {
-        let (dynamics, mut work) = Dynamics::new(&self.reduced);
-        let zero = vec![0.0; self.reduced.degrees_of_freedom()];
-        dynamics.update(&zero, &zero, &mut work);
-        self.is_constant() && work.passive.iter().all(|force| *force == 0.0)
+        let forces = || {
+            let (dynamics, mut work) = Dynamics::new(&self.reduced);
+            let zero = vec![0.0; self.reduced.degrees_of_freedom()];
+            dynamics.update(&zero, &zero, &mut work);
+            work.passive
+        };
+        self.is_constant() && forces().iter().all(|force| *force == 0.0)
     }
 
     /// Names of the states `[q_r; q̇_r]`.

@@ -933,3 +933,55 @@ fn null_vectors_of_wide_and_empty_requests() {
     assert!(null_vectors(row.as_ref(), 0).expect("finite").vectors.is_empty());
     assert!(null_vectors(Mat::from_fn(1, 1, |_, _| c64::new(f64::NAN, 0.0)).as_ref(), 1).is_none());
 }
+
+/// The plan of the motion against the kinematics evaluated shaft by shaft and against the block of the runtime.
+#[test]
+fn plans_of_motion_agree_with_other_ways() {
+    use kardan::reduce::{Dynamics, Kinematics, MechanismData};
+    let mut seen = 0;
+    for builtin in kardan::model::BUILTIN {
+        let (prepared, _) = kardan::study::prepare(builtin.source);
+        for variant in &prepared.variants {
+            let reduced = &variant.reduced;
+            let r = reduced.degrees_of_freedom();
+            let (dynamics, mut work) = Dynamics::new(reduced);
+            let mut kinematics = Kinematics::new(reduced);
+            for sample in 0..5 {
+                let number = |k: usize| ((sample * 31 + k * 17) as f64 * 0.7).sin() * (1 + 20 * sample) as f64;
+                let position: Vec<f64> = (0..r).map(number).collect();
+                let speed: Vec<f64> = (0..r).map(|k| number(k + 5)).collect();
+                assert!(dynamics.update(&position, &speed, &mut work));
+                kinematics.update(&position, &speed);
+                let near = |what: &str, found: &[f64], expected: &[f64]| {
+                    assert_eq!(found.len(), expected.len());
+                    let size = expected.iter().fold(1e-300, |size: f64, x| size.max(x.abs()));
+                    for (k, (a, b)) in found.iter().zip(expected).enumerate() {
+                        let name = &variant.name;
+                        assert!((a - b).abs() <= 1e-12 * size, "{} {name}: {what} {k}: {a} {b}", builtin.name);
+                    }
+                };
+                near("angle", &work.kinematics.angles, &kinematics.angles);
+                near("speed", &work.kinematics.speeds, &kinematics.speeds);
+                near("basis", &work.kinematics.basis, &kinematics.basis);
+                near("bias", &work.kinematics.bias, &kinematics.bias);
+                let along = |row: &[(usize, f64)]| -> Vec<f64> {
+                    let entry = |i: usize| row.iter().map(|(shaft, c)| c * kinematics.row(*shaft)[i]).sum();
+                    (0..r).map(entry).collect()
+                };
+                let frictions: Vec<f64> =
+                    reduced.equations.frictions.iter().flat_map(|term| along(&term.row_f64())).collect();
+                near("friction", &work.friction_rows, &frictions);
+                let inputs: Vec<f64> =
+                    reduced.equations.inputs.iter().flat_map(|term| along(&term.row_f64())).collect();
+                near("input", &work.input_rows, &inputs);
+                let Ok(data) = MechanismData::new(reduced) else { continue };
+                let mut memory = vec![0.0; data.block().memory()];
+                let now = data.block().evaluate(&position, &speed, &mut memory).unwrap();
+                near("inertia", &work.inertia, now.inertia);
+                near("passive", &work.passive, now.passive);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 60, "{seen}");
+}

@@ -1,0 +1,185 @@
+//! The equations of motion of a reduced model as exact expressions of its coordinates and their speeds.
+
+use std::collections::BTreeMap;
+
+use super::{Affine, Reduced, Step};
+use crate::expr::{Expr, Graph, Symbol};
+use crate::num::{Rational, rational_from_f64};
+use crate::plan::{Plan, compile};
+use crate::units::{Dimension, Exact};
+
+/// A direction in reduced coordinates: its entries by number, none of them zero.
+pub type SparseRow = BTreeMap<usize, Expr>;
+
+/// `H_r q̈_r = passive + Gᵀτ`, `q̇ = K q̇_r`, `q̈ = K q̈_r + k` \[diss. (4.12)-(4.14), (4.23)\] as expressions.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// What all expressions stand in.
+    pub graph: Graph,
+    /// The reduced coordinates, then their speeds.
+    pub symbols: Vec<Symbol>,
+    /// Angles of all shafts, rad.
+    pub angles: Vec<Expr>,
+    /// Speeds of all shafts, rad/s.
+    pub speeds: Vec<Expr>,
+    /// K, a row for each shaft.
+    pub basis: Vec<SparseRow>,
+    /// k, rad/s², one for each shaft.
+    pub bias: Vec<Expr>,
+    /// H_r, kg m², what is not zero on and below the diagonal.
+    pub inertia: BTreeMap<(usize, usize), Expr>,
+    /// Forces of springs, dampers and inertias, N m.
+    pub passive: Vec<Expr>,
+    /// Directions of the frictions.
+    pub frictions: Vec<SparseRow>,
+    /// aᵀk along each of them, rad/s².
+    pub friction_bias: Vec<Expr>,
+    /// Directions of the inputs.
+    pub inputs: Vec<SparseRow>,
+}
+
+fn exact(graph: &mut Graph, value: &Exact) -> Expr {
+    let pi = graph.pi();
+    let power = graph.power(pi, value.pi);
+    graph.scale(value.rational.clone(), power)
+}
+
+impl Motion {
+    /// The expressions of a model.
+    pub fn new(reduced: &Reduced) -> Self {
+        let mut out = Self::kinematics(reduced);
+        out.terms(reduced);
+        let rows = |out: &mut Self, rows: Vec<&[(usize, Rational)]>| -> Vec<SparseRow> {
+            rows.into_iter().map(|row| out.along(row)).collect()
+        };
+        let equations = &reduced.equations;
+        out.frictions = rows(&mut out, equations.frictions.iter().map(|term| term.row.as_slice()).collect());
+        out.inputs = rows(&mut out, equations.inputs.iter().map(|term| term.row.as_slice()).collect());
+        out.friction_bias = equations.frictions.iter().map(|term| out.sum(&term.row, |out, k| out.bias[k])).collect();
+        out
+    }
+
+    /// Angles, speeds, basis and bias, in the order in which shafts follow from each other.
+    fn kinematics(reduced: &Reduced) -> Self {
+        let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
+        let names = reduced.coordinate_names();
+        let mut symbols = |suffix: &str, dimension| -> Vec<Expr> {
+            names.iter().map(|name| graph.new_symbol(format!("{name}.{suffix}"), dimension)).collect()
+        };
+        let position = symbols("phi", Dimension::ANGLE);
+        let speed = symbols("w", Dimension::ANGULAR_VELOCITY);
+        let (zero, one) = (graph.integer(0), graph.integer(1));
+        let mut out = Self {
+            symbols: position.iter().chain(&speed).filter_map(|&symbol| graph.symbol_of(symbol)).collect(),
+            graph,
+            angles: vec![zero; n],
+            speeds: vec![zero; n],
+            basis: vec![SparseRow::new(); n],
+            bias: vec![zero; n],
+            inertia: BTreeMap::new(),
+            passive: Vec::new(),
+            frictions: Vec::new(),
+            friction_bias: Vec::new(),
+            inputs: Vec::new(),
+        };
+        for (k, &shaft) in reduced.coordinates.iter().enumerate() {
+            (out.angles[shaft], out.speeds[shaft]) = (position[k], speed[k]);
+            out.basis[shaft].insert(k, one);
+        }
+        for step in &reduced.steps {
+            let (Step::Linear { value: argument, .. } | Step::Curve { argument, .. }) = step;
+            let Affine { constant, terms } = argument;
+            let constant = rational_from_f64(*constant).unwrap_or(Rational::ZERO);
+            let (speed, bias) = (out.sum(terms, |out, k| out.speeds[k]), out.sum(terms, |out, k| out.bias[k]));
+            let angle = out.sum(terms, |out, k| out.angles[k]);
+            let angle = out.graph.sum(constant, &[(angle, Rational::ONE)]);
+            let (row, shaft) = (out.along(terms), step.shaft());
+            (out.angles[shaft], out.speeds[shaft], out.bias[shaft], out.basis[shaft]) = match step {
+                Step::Linear { .. } => (angle, speed, bias, row),
+                Step::Curve { curve, .. } => {
+                    // y = γ(x): K_y = γ′ K_x, k_y = γ″ ẋ² + γ′ k_x
+                    let graph = &mut out.graph;
+                    let [value, slope, curvature] = curve.expressions(graph, angle);
+                    let bent = graph.product(&[(curvature, 1), (speed, 2)]);
+                    let carried = graph.multiply(slope, bias);
+                    let bias = graph.add(bent, carried);
+                    let row = row.into_iter().map(|(k, entry)| (k, graph.multiply(slope, entry))).collect();
+                    (value, graph.multiply(slope, speed), bias, row)
+                }
+            };
+        }
+        out
+    }
+
+    /// `Σ c x_k` over a row.
+    fn sum(&mut self, row: &[(usize, Rational)], of: impl Fn(&Self, usize) -> Expr) -> Expr {
+        let terms: Vec<(Expr, Rational)> = row.iter().map(|(k, c)| (of(self, *k), c.clone())).collect();
+        self.graph.sum(Rational::ZERO, &terms)
+    }
+
+    /// `aᵀK`
+    fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
+        let mut entries: BTreeMap<usize, Vec<(Expr, Rational)>> = BTreeMap::new();
+        for (shaft, c) in row {
+            for (column, entry) in &self.basis[*shaft] {
+                entries.entry(*column).or_default().push((*entry, c.clone()));
+            }
+        }
+        let graph = &mut self.graph;
+        let entries = entries.into_iter().map(|(column, terms)| (column, graph.sum(Rational::ZERO, &terms)));
+        entries.collect::<Vec<_>>().into_iter().filter(|(_, entry)| !graph.is_zero(*entry)).collect()
+    }
+
+    /// Inertia and forces, term by term.
+    fn terms(&mut self, reduced: &Reduced) {
+        let equations = &reduced.equations;
+        let mut forces: Vec<Vec<(Expr, Rational)>> = vec![Vec::new(); reduced.degrees_of_freedom()];
+        let mut inertia: BTreeMap<(usize, usize), Vec<(Expr, Rational)>> = BTreeMap::new();
+        let minus = Rational::from(-1);
+        let mut resist = |out: &mut Self, row: &SparseRow, coefficient: Expr, rate: Expr| {
+            if out.graph.is_zero(rate) {
+                return;
+            }
+            // One number: a twist is taken before it is multiplied, so that rounding stays that of the twist.
+            let rate = out.graph.group(rate);
+            for (column, entry) in row {
+                let factors = out.graph.multiply(coefficient, *entry);
+                forces[*column].push((out.graph.multiply(factors, rate), minus.clone()));
+            }
+        };
+        for damper in &equations.dampers {
+            let (row, rate) = (self.along(&damper.row), self.sum(&damper.row, |out, k| out.speeds[k]));
+            let coefficient = exact(&mut self.graph, &damper.value);
+            resist(self, &row, coefficient, rate);
+        }
+        for spring in &equations.springs {
+            let (row, angle) = (self.along(&spring.row), self.sum(&spring.row, |out, k| out.angles[k]));
+            let rest = exact(&mut self.graph, &spring.value.rest);
+            let twist = self.graph.subtract(angle, rest);
+            let coefficient = exact(&mut self.graph, &spring.value.stiffness);
+            resist(self, &row, coefficient, twist);
+        }
+        for body in &equations.inertias {
+            let (row, bias) = (self.along(&body.row), self.sum(&body.row, |out, k| out.bias[k]));
+            let coefficient = exact(&mut self.graph, &body.value);
+            resist(self, &row, coefficient, bias);
+            for (i, first) in &row {
+                for (j, second) in row.range(..=i) {
+                    let product = self.graph.product(&[(coefficient, 1), (*first, 1), (*second, 1)]);
+                    inertia.entry((*i, *j)).or_default().push((product, Rational::ONE));
+                }
+            }
+        }
+        let graph = &mut self.graph;
+        self.passive = forces.iter().map(|terms| graph.sum(Rational::ZERO, terms)).collect();
+        self.inertia = inertia.into_iter().map(|(place, terms)| (place, graph.sum(Rational::ZERO, &terms))).collect();
+        let zero = graph.integer(0);
+        self.inertia.retain(|_, entry| *entry != zero);
+    }
+
+    /// The plan of expressions, by name.
+    pub fn compile(&self, outputs: &[(String, Expr)]) -> Plan {
+        compile(&self.graph, &self.symbols, outputs)
+            .expect("expressions of a model depend on its coordinates and their speeds")
+    }
+}
