@@ -408,13 +408,19 @@ pub enum Format {
 
 /// Print the equations of motion of a model.
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:\n  kardan equations sia-steering --latex > equations.tex")]
+#[command(
+    after_help = "Examples:\n  kardan equations sia-steering --latex > equations.tex\n  kardan equations sia-steering --plan       the \
+                  operations of one evaluation, and how many"
+)]
 pub struct EquationsArgs {
     /// Path of a model file, name of a built-in model, or `-` for standard input.
     pub model: PathBuf,
     /// LaTeX instead of plain text.
     #[arg(long)]
     pub latex: bool,
+    /// The list of operations by which a run evaluates them, with what it costs.
+    #[arg(long, conflicts_with_all = ["latex", "json"])]
+    pub plan: bool,
     /// Print one JSON object instead of the text; `kardan schema` tells its keys.
     #[arg(long)]
     pub json: bool,

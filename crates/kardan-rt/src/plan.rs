@@ -301,7 +301,7 @@ pub struct Plan<'a, T> {
 
 #[inline]
 fn place(number: u32) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
+    usize::try_from(number).map_or(usize::MAX, |place| place)
 }
 
 /// The value at a place. What is not there stands for a plan that is not whole.
@@ -387,7 +387,7 @@ impl<T: Real> Plan<'_, T> {
             Operator::Absolute => unary(known, operands, out, |a| a.map(Real::abs)),
             Operator::SquareRoot => unary(known, operands, out, |a| a.map(Real::sqrt)),
             Operator::SineCosine => {
-                let (sines, cosines) = out.split_at_mut_checked(operands.len()).unwrap_or((&mut [], &mut []));
+                let Some((sines, cosines)) = out.split_at_mut_checked(operands.len()) else { return };
                 for ((sine, cosine), a) in sines.iter_mut().zip(cosines).zip(operands) {
                     (*sine, *cosine) = value(known, *a).sine_cosine();
                 }

@@ -11,7 +11,11 @@ use crate::render::{self, Failure, visible};
 
 pub fn equations(args: &EquationsArgs, quiet: bool) -> Result<u8, Failure> {
     let (source, project) = input::prepared(&args.model, &args.changes, quiet)?;
-    let form = if args.latex { EquationsForm::Latex } else { EquationsForm::Text };
+    let form = match (args.latex, args.plan) {
+        (true, _) => EquationsForm::Latex,
+        (_, true) => EquationsForm::Plan,
+        _ => EquationsForm::Text,
+    };
     let (text, warnings) = match args.json {
         true => project
             .motion_equations()

@@ -68,6 +68,11 @@ fn objects_of_commands_that_compute_nothing() {
     let equations = printed(&kardan(&at, &["equations", "axle.toml", "--json"]).stdout);
     assert_eq!(equations["equations"][0], serde_json::json!({ "left": "2 axle''", "right": "drive.tau" }));
     assert_eq!(equations["matrices"][0]["exact"], serde_json::json!([["2"]]));
+    let plan = kardan(&at, &["equations", "sia-steering", "--plan"]);
+    let plan = kardan::plan::parse(&String::from_utf8(plan.stdout).unwrap()).unwrap();
+    assert_eq!(plan.inputs, ["rk.phi", "fs.phi", "cj.phi", "rk.w", "fs.w", "cj.w"]);
+    assert!(plan.outputs.contains(&"H[rk,rk]".to_owned()) && plan.operations() > 10, "{plan}");
+    assert_eq!(kardan(&at, &["equations", "axle.toml", "--plan", "--json"]).status.code(), Some(2));
     let models = printed(&kardan(&at, &["models", "--json"]).stdout);
     assert_eq!(models["models"].as_array().unwrap().len(), BUILTIN.len());
     let model = printed(&kardan(&at, &["models", "two-bodies", "--json"]).stdout);

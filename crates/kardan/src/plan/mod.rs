@@ -4,9 +4,11 @@
 //! give the same plan, byte for byte.
 
 mod compile;
+mod operators;
 mod text;
 
 pub use compile::compile;
+pub use operators::word;
 pub use text::{PlanTextError, parse};
 
 use kardan_rt::{Operator, Run, Table};

@@ -5,6 +5,7 @@ use std::fmt;
 
 use kardan_rt::{Operator, Run};
 
+use super::operators::{OPERATORS, word};
 use super::{Plan, TableData};
 
 /// Why a text is no plan.
@@ -15,35 +16,6 @@ pub struct PlanTextError {
     pub line: usize,
     /// What is wrong.
     pub what: String,
-}
-
-const OPERATORS: [(Operator, &str); 21] = [
-    (Operator::Add, "add"),
-    (Operator::Subtract, "subtract"),
-    (Operator::Multiply, "multiply"),
-    (Operator::Divide, "divide"),
-    (Operator::AddProduct, "add_product"),
-    (Operator::SubtractProduct, "subtract_product"),
-    (Operator::Negate, "negate"),
-    (Operator::Absolute, "absolute"),
-    (Operator::SquareRoot, "square_root"),
-    (Operator::SineCosine, "sine_cosine"),
-    (Operator::Tangent, "tangent"),
-    (Operator::ArcSine, "arc_sine"),
-    (Operator::ArcCosine, "arc_cosine"),
-    (Operator::ArcTangent, "arc_tangent"),
-    (Operator::ArcTangent2, "arc_tangent_2"),
-    (Operator::Exponential, "exponential"),
-    (Operator::Logarithm, "logarithm"),
-    (Operator::Minimum, "minimum"),
-    (Operator::Maximum, "maximum"),
-    (Operator::Select, "select"),
-    (Operator::Table, "table"),
-];
-
-/// The word of an operator.
-pub(super) fn word(operator: Operator) -> &'static str {
-    OPERATORS.iter().find(|(other, _)| *other == operator).map_or("", |(_, word)| word)
 }
 
 /// One operation a line: its values, its operator, its operands; inputs by name, constants in full, values as `v1`, `v2`, …
@@ -96,7 +68,7 @@ impl fmt::Display for Plan {
     }
 }
 
-/// The plan of a text.
+/// The plan of a text; lines that begin with `#` are remarks.
 ///
 /// # Errors
 /// The first line that does not fit, and why.
@@ -145,6 +117,7 @@ impl Reader {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words.as_slice() {
             [] => Ok(()),
+            [first, ..] if first.starts_with('#') => Ok(()),
             ["input", name] => {
                 self.inputs.insert((*name).to_owned(), self.plan.inputs.len() as u32);
                 self.plan.inputs.push((*name).to_owned());

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Affine, Reduced, Step};
+use crate::equations::Domain;
 use crate::expr::{Expr, Graph, Symbol};
 use crate::num::{Rational, rational_from_f64};
 use crate::plan::{Plan, compile};
@@ -62,12 +63,19 @@ impl Motion {
     /// Angles, speeds, basis and bias, in the order in which shafts follow from each other.
     fn kinematics(reduced: &Reduced) -> Self {
         let (n, mut graph) = (reduced.equations.coordinates.len(), Graph::default());
-        let names = reduced.coordinate_names();
-        let mut symbols = |suffix: &str, dimension| -> Vec<Expr> {
-            names.iter().map(|name| graph.new_symbol(format!("{name}.{suffix}"), dimension)).collect()
+        let mut symbols = |rate: usize| -> Vec<Expr> {
+            let symbol = |&coordinate: &usize| {
+                let domain = reduced.equations.domain(coordinate);
+                let name = domain.motion()[rate].of(&reduced.equations.coordinates[coordinate]);
+                let dimensions = match domain {
+                    Domain::Rotation => [Dimension::ANGLE, Dimension::ANGULAR_VELOCITY],
+                    Domain::Charge => [Dimension::CHARGE, Dimension::CURRENT],
+                };
+                graph.new_symbol(name, dimensions[rate])
+            };
+            reduced.coordinates.iter().map(symbol).collect()
         };
-        let position = symbols("phi", Dimension::ANGLE);
-        let speed = symbols("w", Dimension::ANGULAR_VELOCITY);
+        let (position, speed) = (symbols(0), symbols(1));
         let (zero, one) = (graph.integer(0), graph.integer(1));
         let mut out = Self {
             symbols: position.iter().chain(&speed).filter_map(|&symbol| graph.symbol_of(symbol)).collect(),
@@ -175,6 +183,29 @@ impl Motion {
         self.inertia = inertia.into_iter().map(|(place, terms)| (place, graph.sum(Rational::ZERO, &terms))).collect();
         let zero = graph.integer(0);
         self.inertia.retain(|_, entry| *entry != zero);
+    }
+
+    /// What an evaluation of the equations of motion finds, by name: angles and speeds of the shafts that follow from the coordinates,
+    /// `H[i,j]`, `force[i]` (of springs, dampers and inertias), directions of frictions and inputs over the coordinates.
+    pub fn outputs(&self, reduced: &Reduced) -> Vec<(String, Expr)> {
+        let names = reduced.coordinate_names();
+        let mut outputs = Vec::new();
+        for shaft in reduced.dependents() {
+            let quantities = reduced.equations.domain(shaft).motion();
+            for (quantity, expr) in quantities.into_iter().zip([self.angles[shaft], self.speeds[shaft]]) {
+                outputs.push((quantity.of(&reduced.equations.coordinates[shaft]), expr));
+            }
+        }
+        let entry = |(&(i, j), &expr): (&(usize, usize), &Expr)| (format!("H[{},{}]", names[i], names[j]), expr);
+        outputs.extend(self.inertia.iter().map(entry));
+        outputs.extend(names.iter().zip(&self.passive).map(|(name, expr)| (format!("force[{name}]"), *expr)));
+        let equations = &reduced.equations;
+        let frictions = equations.frictions.iter().map(|term| &term.element).zip(&self.frictions);
+        let inputs = equations.inputs.iter().map(|term| &term.element).zip(&self.inputs);
+        for (kind, (element, row)) in frictions.map(|one| ("friction", one)).chain(inputs.map(|one| ("input", one))) {
+            outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
+        }
+        outputs
     }
 
     /// The plan of expressions, by name.

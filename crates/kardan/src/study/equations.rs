@@ -10,7 +10,8 @@ use crate::diagnostics::Diagnostic;
 use crate::equations::{Domain, InputKind};
 use crate::names::Quantity;
 use crate::num::{Matrix, Rational, Scalar, rational_to_f64};
-use crate::reduce::{Kinematics, LinearModel, linearise};
+use crate::plan;
+use crate::reduce::{Kinematics, LinearModel, Motion, linearise};
 use crate::results::{ConstraintEquation, Equation, ExactMatrix, MotionEquations};
 
 /// How equations are written.
@@ -20,6 +21,8 @@ pub enum EquationsForm {
     Text,
     /// For a document.
     Latex,
+    /// The list of operations that evaluates them ([`crate::plan`]).
+    Plan,
 }
 
 /// The reduced equations of motion `H_r q̈_r + D_r q̇_r + S_r q_r = F_r τ` of the first variant, with its constraints,
@@ -46,6 +49,7 @@ impl Project {
         let text = match form {
             EquationsForm::Text => text(variant, &model),
             EquationsForm::Latex => latex(variant, &model),
+            EquationsForm::Plan => operations(variant),
         };
         Ok((text, diagnostics))
     }
@@ -87,6 +91,22 @@ impl Project {
         };
         Ok((found, diagnostics))
     }
+}
+
+/// The plan of the equations of motion, with what it costs; [`crate::plan::parse`] reads it.
+fn operations(variant: &PreparedVariant) -> String {
+    let motion = Motion::new(&variant.reduced);
+    let compiled = motion.compile(&motion.outputs(&variant.reduced));
+    let counts: Vec<String> =
+        compiled.counts().iter().map(|(operator, count)| format!("{count} {}", plan::word(*operator))).collect();
+    format!(
+        "# Equations of motion of {}: H q'' = force + forces of frictions and inputs along their directions; SI units.\n\
+         # {} operations, {} floating-point operations: {}\n{compiled}",
+        variant.model.name,
+        compiled.operations(),
+        compiled.flops(),
+        counts.join(", "),
+    )
 }
 
 fn sum(terms: impl Iterator<Item = (Rational, String)>) -> String {
