@@ -219,7 +219,7 @@ impl<D: Domain> Lowering<'_, D> {
         }
         let half = self.raised(value.clone(), power / 2);
         let square = self.domain.operation(Operator::Multiply, &[half.clone(), half]);
-        if power % 2 == 0 { square } else { self.domain.operation(Operator::Multiply, &[square, value]) }
+        if power.is_multiple_of(2) { square } else { self.domain.operation(Operator::Multiply, &[square, value]) }
     }
 }
 
