@@ -149,7 +149,53 @@ def check(found):
         prime = next(q for q in iter(lambda: secrets.randbits(60) | 1 << 60 | 1, 0) if all(pow(k, q - 1, q) == 1 for k in (2, 3, 5, 7)))
         need(z[-1] == 1 and common_minor(x, y, rank, n, prime) == residues([z], prime)[0], "zeros")
         told.append("zeros")
+    if found.get("descriptor"):
+        separated(found["descriptor"], (a, b, c, d))
+        told.append("separation of the singular E")
+    for key, g1, b1 in [("controllability", g, at_b), ("observability", turn(g, n), turn(c, n))]:
+        near = (found.get("matrix_distance") or {}).get(key)
+        if near:
+            nearest(near, g1, b1)
+            told.append("distance, " + key)
     return told
+
+
+def separated(found, explicit):
+    """S E T = diag(I, N), S A T = diag(J, I), and the state space of the certificate made of them."""
+    proof, n, k = found["proof"], found["variables"], found["finite_eigenvalues"]
+    s, t = ([[F(x) for x in row] for row in proof[key]] for key in ("left", "right"))
+    given = lambda key: {(i, j): F(x) for i, j, x in proof["pencil"][key]}
+    full = lambda key, rows, columns: [[given(key).get((i, j), F(0)) for j in range(columns)] for i in range(rows)]
+    a, b, c, d = explicit
+    inputs, outputs = len(b[0]) if k else len(d[0]) if d else 0, 1 + max([i for key in "CD" for i, _ in given(key)], default=-1)
+    need(echelon(s)[0] == echelon(t)[0] == n, "regular factors")
+    left, right = (times(times(s, full(key, n, n)), t) for key in "EA")
+    unit = lambda m, span: all(m[i][j] == (i == j) for i in span for j in span)
+    apart = lambda m: not any(m[i][j] or m[j][i] for i in range(k) for j in range(k, n))
+    need(apart(left) and apart(right) and unit(left, range(k)) and unit(right, range(k, n)), "separation")
+    block = power = [row[k:] for row in left[k:]]
+    for order in range(1, n - k + 2):
+        need(echelon(power)[0] == sum(max(0, size - order) for size in found["infinite_blocks"]), "blocks at infinity")
+        power = times(power, block)
+    at_b, at_c = times(s, full("B", n, inputs)), times(full("C", outputs, n), t)
+    chain, step = [], at_b[k:]
+    for _ in range(n - k):
+        chain.append(times([row[k:] for row in at_c], step))
+        step = times(block, step)
+    kept = [i for i in range(outputs) if not any(x for later in chain[1:] for x in later[i])]
+    need(a == [row[:k] for row in right[:k]] and b == at_b[:k] and c == [at_c[i][:k] for i in kept], "state space")
+    direct = full("D", outputs, inputs)
+    need(d == [[x - y for x, y in zip(direct[i], chain[0][i] if chain else [0] * inputs)] for i in kept], "feedthrough")
+
+
+def nearest(found, a, b):
+    """The change of [a, b] after which the rows Y are not reached is not larger than `upper`."""
+    y, m = ([[F(x) for x in row] for row in found["proof"][key]] for key in ("rows", "action"))
+    kept, turned = times(m, y), [list(column) for column in zip(*y)]
+    miss = [[v - w for v, w in zip(*rows)] + list(at_b) for *rows, at_b in zip(times(y, a), kept, times(y, b))]
+    change = times(turned, solve(times(y, turned), miss))
+    need(echelon(y)[0] == len(y) and sum(x * x for row in change for x in row) <= F(found["upper"]) ** 2, "distance")
+    need(0 <= found["lower"] <= found["upper"], "bounds of the distance")
 
 
 def residues(rows, p):

@@ -73,7 +73,7 @@ pub struct RunArgs {
     #[arg(default_value = "sia-steering")]
     pub model: PathBuf,
     /// Folder for all files; made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "kardan-out")]
+    #[arg(long, short, value_name = "DIR", default_value = "kardan-out")]
     pub out: PathBuf,
     /// Format of the tables.
     #[arg(long, value_enum, default_value = "csv")]
@@ -342,7 +342,7 @@ pub struct BenchArgs {
     #[arg(default_value = "harmonic-drive-bench")]
     pub model: PathBuf,
     /// Folder for the logs, `plan.txt` and `truth.toml` (and what a study writes); made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "kardan-out")]
+    #[arg(long, short, value_name = "DIR", default_value = "kardan-out")]
     pub out: PathBuf,
     /// Formats of the logs, separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "csv")]
@@ -442,7 +442,7 @@ pub struct LineariseArgs {
     #[arg(long, value_enum, default_value = "json")]
     pub format: LinearFormat,
     /// Write to this file, replaced if it exists, instead of standard output.
-    #[arg(long, value_name = "FILE", required_if_eq("format", "mat"))]
+    #[arg(long, short, value_name = "FILE", required_if_eq("format", "mat"))]
     pub out: Option<PathBuf>,
     /// Variant; the first if not given.
     #[arg(long, value_name = "NAME")]

@@ -12,6 +12,8 @@ use kardan::results::{
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;
+/// How far pictures shrink: letters of 12 px to 9.
+const SMALLEST: f64 = 0.75;
 /// More modes are in the table only.
 pub(super) const MODES: usize = 24;
 /// Elements of one kind with a colour of their own; one more colour is that of the others.
@@ -19,10 +21,12 @@ const COLOURS: usize = ON_WHITE.len() - 1;
 /// More sets of places are in the table only.
 const SETS: usize = 12;
 
+/// A picture drawn at this size. On a narrow page it shrinks until letters are hard to read ([`SMALLEST`]), and scrolls from there.
 pub(super) fn drawing(width: f64, height: f64, label: &str, body: &str) -> String {
     format!(
         "<div class=\"drawing\"><svg viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
+         height=\"{height:.0}\" style=\"min-width:{:.0}px\" role=\"img\" aria-label=\"{}\">\n{body}</svg></div>\n",
+        SMALLEST * width,
         escape(label)
     )
 }

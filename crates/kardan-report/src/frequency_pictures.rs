@@ -3,7 +3,7 @@
 use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
-use super::ticks;
+use super::{ticks, words};
 use kardan::results::{
     ChannelMargin, LoopFunction, LoopGain, LoopResponses, MarginsAlong, PositionMargins, ReferenceResponse,
     SingularValues, StepResponse,
@@ -298,20 +298,14 @@ impl Drawn<'_> {
     /// Name and margins.
     fn legend(&self) -> String {
         let Some(margin) = self.margin else { return self.name.clone() };
-        let [low, high] = margin.gain;
-        let high = if high.is_finite() { figure(high, 3) } else { "any".into() };
+        let [low, high] = words::factors(margin.gain, |_, factor| figure(factor, 3));
         let phase =
             if margin.phase.is_finite() { format!("{}°", figure(margin.phase.to_degrees(), 3)) } else { "any".into() };
         let delay = match margin.delay {
             Some(delay) if delay.is_finite() => format!(", delay {} s", figure(delay, 3)),
             _ => String::new(),
         };
-        format!(
-            "{}: gain × {} to {high}, phase {phase}{delay}, disk margin {}",
-            self.name,
-            figure(low, 3),
-            figure(margin.disk, 3)
-        )
+        format!("{}: gain × {low} to {high}, phase {phase}{delay}, disk margin {}", self.name, figure(margin.disk, 3))
     }
 }
 

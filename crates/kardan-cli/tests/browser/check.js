@@ -61,7 +61,14 @@
     for (const svg of document.querySelectorAll("svg")) {
       const text = [...svg.querySelectorAll("text")].find((text) => text.getBBox().width > 0 && cut(svg, text));
       if (visible(svg) && text) say(mode, `a text of a picture is cut: "${text.textContent}" in ${named(svg.closest("figure") ?? svg)}`);
+      const small = mode === "print" ? null : [...svg.querySelectorAll("text")].find((text) => letters(svg, text) < 8);
+      if (visible(svg) && small) say(mode, `letters of ${letters(svg, small).toFixed(1)} px: "${small.textContent}" in ${named(svg)}`);
     }
+  }
+
+  // Size of letters as they are seen.
+  function letters(svg, text) {
+    return parseFloat(getComputedStyle(text).fontSize) * (svg.getScreenCTM()?.a ?? 1);
   }
 
   // Whether a text of a picture lies beyond its edges.

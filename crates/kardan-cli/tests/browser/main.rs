@@ -19,7 +19,7 @@ const LIMIT: Duration = Duration::from_secs(90);
 
 /// The reports by their folders, as arguments of the command; each writes `report.html` there. Of the control unit of the steering
 /// system one run and one design stand for all.
-const REPORTS: [(&str, &[&str]); 30] = [
+const REPORTS: [(&str, &[&str]); 31] = [
     ("bench", &["bench", "harmonic-drive-bench", "--study", "--out", "."]),
     ("run-steering-ecu", &["run", "sia-steering-ecu", "--variant", "rack", "--out", "."]),
     (
@@ -47,6 +47,7 @@ const REPORTS: [(&str, &[&str]); 30] = [
     ("analysis-ladder", &["analyze", "rlc-ladder", "--report", PAGE]),
     ("analysis-pinion", &["analyze", "rack-and-pinion", "--report", PAGE]),
     ("analysis-motors", &["analyze", "two-motor-drive", "--report", PAGE]),
+    ("analysis-steering-ecu", &["analyze", "sia-steering-ecu", "--report", PAGE]),
     ("analysis-many", &["analyze", "many.toml", "--report", PAGE]),
     ("design-steering", &["design", "sia-steering", "--report", PAGE]),
     ("design-joint", &["design", "sia-joint-angle", "--report", PAGE]),

@@ -3,6 +3,7 @@
 use crate::model::{Body, row};
 use crate::pareto::pareto;
 use crate::text::number;
+use crate::words;
 use kardan::results::{
     Alternative, BoxMargin, Exploration, Interaction, Interval, Robustness, Spread, VariedParameter, WithSensor,
 };
@@ -89,10 +90,9 @@ pub(super) fn robustness(found: &Robustness) -> Body {
 fn margins(found: &Robustness) -> Body {
     let Some(first) = found.margins.first() else { return Body::default() };
     let row = |one: &BoxMargin| {
-        let [low, high] = one.gain;
-        let high = if high.is_finite() { number(high) } else { "any".into() };
+        let [low, high] = words::factors(one.gain, |_, factor| number(factor));
         let phase = if one.phase.is_finite() { format!("{}°", number(one.phase.to_degrees())) } else { "any".into() };
-        row![&one.motor, format!("{} to {high}", number(low)), phase, one.disk, one.nominal]
+        row![&one.motor, format!("{low} to {high}"), phase, one.disk, one.nominal]
     };
     let unstable = match first.unstable {
         0 => String::new(),

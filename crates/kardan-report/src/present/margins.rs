@@ -2,6 +2,7 @@
 
 use crate::model::{Body, Cell, row};
 use crate::text::number;
+use crate::words;
 use kardan::results::{ChannelMargin, Margins, MotorStrain, TorquePeak};
 
 /// What sampling, delay, lag and limits leave of a loop.
@@ -50,8 +51,7 @@ fn channels(margins: &Margins) -> Body {
         _ => String::new(),
     };
     let row = |one: &ChannelMargin| {
-        let [low, high] = one.gain;
-        let high = if high.is_finite() { number(high) + &at(one.gain_frequency[1]) } else { "any".into() };
+        let [low, high] = words::factors(one.gain, |side, factor| number(factor) + &at(one.gain_frequency[side]));
         let degrees = |turn: f64| format!("{}°", number(turn.to_degrees()));
         let phase = if one.phase.is_finite() { degrees(one.phase) + &at(one.phase_frequency) } else { "any".into() };
         let delay = match one.delay {
@@ -62,11 +62,9 @@ fn channels(margins: &Margins) -> Body {
         };
         let disk = number(one.disk) + &at(one.disk_frequency);
         let disk = if one.searched { format!("{disk}, searched") } else { disk };
-        let [from, to] = one.disk_gain;
-        let to = if to.is_finite() { number(to) } else { "any".into() };
-        let held = format!("{} to {to}, {}", number(from), degrees(one.disk_phase));
+        let [from, to] = words::factors(one.disk_gain, |_, factor| number(factor));
+        let held = format!("{from} to {to}, {}", degrees(one.disk_phase));
         let what = if one.reading { format!("reading {}", one.name) } else { format!("torque of {}", one.name) };
-        let low = number(low) + &at(one.gain_frequency[0]);
         row![what, format!("{low} to {high}"), phase, delay, disk, held]
     };
     let headers =

@@ -32,7 +32,7 @@ pub use class::class;
 pub use constraint_forces::constraint_forces;
 pub use construction::construction;
 pub use descriptor::{DescriptorError, MOST_VARIABLES, SingularPencil, TakenApart, descriptor};
-pub use distance::{MOST_STATES, distance_of_matrices};
+pub use distance::{MOST_FROM_BELOW, MOST_STATES, distance_of_matrices};
 pub use failing::{Mechanics, failing_modes};
 pub use family::{Family, Parameter, Pencil, SystemAt, uncontrollability_pencil};
 pub use gramian::{Gramian, gramian, smallest_eigenvalue, transfer_energy};

@@ -41,22 +41,30 @@ impl Span {
             self.coordinates = vec![Vec::new(); vector.len()];
         }
         assert_eq!(self.coordinates.len(), vector.len(), "a vector of another length");
-        // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it.
+        // How often each basis vector is contained: triangular, as a vector has zeros at the pivots of those before it. Where
+        // nothing is contained yet, nothing is to be summed (vectors of a chain of integrators are units).
         let mut factors: Vec<Residue> = Vec::with_capacity(self.dimension());
+        let mut first = self.dimension();
         for (k, &pivot) in self.pivots.iter().enumerate() {
-            let before = field.dot(&factors, &self.coordinates[pivot][..k]);
-            factors.push(field.minus(vector[pivot], before));
+            let from = first.min(k);
+            let factor = field.minus(vector[pivot], field.dot(&factors[from..], &self.coordinates[pivot][from..k]));
+            if factor != 0 {
+                first = from;
+            }
+            factors.push(factor);
         }
         let mut v = vector.to_vec();
         self.pivots.iter().for_each(|&pivot| v[pivot] = 0);
-        let mut is_pivot = vec![false; v.len()];
-        self.pivots.iter().for_each(|&pivot| is_pivot[pivot] = true);
-        for (i, x) in v.iter_mut().enumerate().filter(|(i, _)| !is_pivot[*i]) {
-            *x = field.minus(*x, field.dot(&factors, &self.coordinates[i]));
+        if first < self.dimension() {
+            let mut is_pivot = vec![false; v.len()];
+            self.pivots.iter().for_each(|&pivot| is_pivot[pivot] = true);
+            for (i, x) in v.iter_mut().enumerate().filter(|(i, _)| !is_pivot[*i]) {
+                *x = field.minus(*x, field.dot(&factors[first..], &self.coordinates[i][first..]));
+            }
         }
         let mut combination = vec![0; self.chain];
         if self.chain > 0 {
-            for (factor, made_of) in factors.into_iter().zip(&self.made_of) {
+            for (factor, made_of) in factors.into_iter().zip(&self.made_of).skip(first) {
                 field.subtract(&mut combination, field.negate(factor), made_of);
             }
         }

@@ -661,7 +661,7 @@ pub struct UncontrollablePoint {
 /// How far plain matrices are from losing controllability or observability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct MatrixDistances {
-    /// To the nearest system that is not controllable; `null` if it is one, without inputs, or for more than 80 states.
+    /// To the nearest system that is not controllable; `null` if it is one, without inputs, or for more than 200 states.
     pub controllability: Option<MatrixDistance>,
     /// To the nearest system that is not observable, from the transposed matrices: its `change_of_B` is that of C, transposed.
     pub observability: Option<MatrixDistance>,

@@ -421,3 +421,53 @@ fn the_documented_checker_confirms_and_refuses() {
         }
     }
 }
+
+/// It follows a singular E to the state space of the certificate, and the change to the nearest system that loses a mode.
+#[test]
+fn the_documented_checker_follows_a_singular_e_and_distances() {
+    let singular = state_space(json!({
+        "E": [[1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]],
+        "A": [[-1, 0, 0, 2], [0, 1, 0, 0], [1, 0, 1, 0], [0, 0, 0, 3]],
+        "B": [[1, 0], [0, 1], [1, 1], [0, 1.5]],
+        "C": [[1, 0, 0, 0], [0, 1, 0, 1], [1, 0, 0, 1]],
+        "D": [[0, 0], [0, 1], [1, 0]],
+    }));
+    let plain = state_space(json!({"A": [[0.1, 1.3], [0.25, -1]], "B": [[1], [0.2]], "C": [[1, 0]]}));
+    let cases = [
+        (
+            singular,
+            "separation of the singular E",
+            [
+                "/descriptor/proof/left/0/0",
+                "/descriptor/proof/right/2/2",
+                "/descriptor/proof/pencil/A/3/2",
+                "/descriptor/proof/pencil/D/1/2",
+                "/descriptor/infinite_blocks/0",
+                "/descriptor/finite_eigenvalues",
+            ]
+            .as_slice(),
+        ),
+        (
+            plain,
+            "distance, controllability, distance, observability",
+            [
+                "/matrix_distance/controllability/proof/action/0/0",
+                "/matrix_distance/controllability/proof/rows/0/1",
+                "/matrix_distance/observability/proof/rows/0/0",
+            ]
+            .as_slice(),
+        ),
+    ];
+    for (text, confirmed, broken) in cases {
+        let Some((agrees, said)) = python(&text) else { return };
+        assert!(agrees && said.trim_end().ends_with(confirmed), "{said}");
+        let whole: Value = serde_json::from_str(&text).unwrap();
+        for path in broken {
+            let mut other = whole.clone();
+            let place = other.pointer_mut(path).unwrap_or_else(|| panic!("{path}"));
+            *place = changed(place);
+            let (agrees, said) = python(&other.to_string()).unwrap();
+            assert!(!agrees && said.starts_with("refused"), "{path}: {said}");
+        }
+    }
+}

@@ -166,3 +166,31 @@ fn the_last_digit_of_decimals_decides() {
     let exact = near(json!([0, "11/10", "1/50"]));
     assert!(!exact.below_last_digit && exact.last_digit == 0.0);
 }
+
+/// Above the states that are bounded from below the upper bound is still exhibited: a mode that the input reaches by 1e-7 in a system
+/// of 120 states is found, and the changed system loses exactly the rows of the proof.
+#[test]
+fn many_states_are_bounded_from_above() {
+    let n = 120;
+    let mut seed = 9u64;
+    let mut unit = move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut a: Vec<Vec<f64>> = (0..n).map(|_| (0..n).map(|_| unit()).collect()).collect();
+    let mut b: Vec<Vec<f64>> = (0..n).map(|_| vec![unit()]).collect();
+    (0..n).filter(|&j| j != 40).for_each(|j| a[40][j] = 0.0);
+    b[40][0] = 1e-7;
+    let system = LinearSystem::state_space(floats(&a), floats(&b), Matrix::zeros(0, n));
+    let found = distance_of_matrices(&system, Side::Inputs).unwrap();
+    assert!(found.upper <= 1e-7 * (1.0 + 1e-9) && found.lower == 0.0, "{} {}", found.lower, found.upper);
+    let near = changed(&system, &found);
+    let lost = structure(&near).unwrap();
+    assert_eq!(lost.controllable_rank, n - found.proof.rows.len());
+    // A chain of integrators, whose only eigenvector leads to no minimum: not above ten times the sine of its distance.
+    let a = Matrix::from_fn(n, n, |i, j| if j == i + 1 { Rational::ONE } else { Rational::ZERO });
+    let b = Matrix::from_fn(n, 1, |i, _| if i + 1 == n { Rational::ONE } else { Rational::ZERO });
+    let found = distance_of_matrices(&LinearSystem::state_space(a, b, Matrix::zeros(0, n)), Side::Inputs).unwrap();
+    let sine = (std::f64::consts::PI / (n as f64 + 1.0)).sin();
+    assert!(found.upper >= sine && found.upper <= 10.0 * sine, "{} {sine}", found.upper);
+}

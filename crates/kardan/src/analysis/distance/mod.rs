@@ -7,7 +7,7 @@
 //! `Δ = −Y (YᵀY)⁻¹ [YᵀA − M Yᵀ, YᵀB]` makes `Yᵀ (A + ΔA) = M Yᵀ` and `Yᵀ (B + ΔB) = 0` hold exactly, over the rationals.
 //! **From below** squares of the complex plane are split until what is proven at their corners covers them, for half of the
 //! least value known, then for nine tenths; `lower.rs` has the inequality and counts the rounding. That works up to about 50
-//! full states; beyond, the work that is spent may end with a tenth or nothing.
+//! full states; beyond, the work that is spent may end with a tenth or nothing, and above [`MOST_FROM_BELOW`] it is not tried.
 
 mod lower;
 mod smallest;
@@ -18,14 +18,18 @@ use super::LinearSystem;
 use super::system::Side;
 use crate::num::{Matrix, Rational, Scalar, eigenvalues, rational_from_f64, rational_to_f64};
 use crate::results::{Complex, Invariant, MatrixDistance, NamedShare};
-use smallest::{Given, Smallest, smallest};
+pub use smallest::MOST_FROM_BELOW;
+use smallest::{Given, Smallest, left_eigenvectors, smallest};
 
 /// More states are not looked at.
-pub const MOST_STATES: usize = 80;
+pub const MOST_STATES: usize = 200;
 /// Local minima that are followed to their end.
 const FOLLOWED: usize = 6;
 /// Steps towards a local minimum.
 const STEPS: usize = 40;
+/// Both for a system above [`MOST_FROM_BELOW`].
+const FOLLOWED_OF_MANY: usize = 1;
+const STEPS_OF_MANY: usize = 3;
 
 /// The distance of a system from the nearest one that is not controllable, or with [`Side::Outputs`] not observable.
 ///
@@ -57,21 +61,32 @@ pub fn distance_of_matrices(system: &LinearSystem, side: Side) -> Option<MatrixD
     let (a, b) = (explicit.a.to_f64(), explicit.b.to_f64());
     let finite = a.as_slice().iter().chain(b.as_slice()).all(|x| x.is_finite());
     let given = Given { exact: [explicit.a, explicit.b], a, b };
-    let starts: Vec<c64> =
-        eigenvalues(&given.a).filter(|_| finite)?.iter().map(|(re, im)| c64::new(*re, *im)).collect();
-    let minima = minima(&given, &starts)?;
+    let starts = starts(&given).filter(|_| finite)?;
+    let minima = minima(&given, starts)?;
     let least = minima.iter().map(|one| one.value).fold(f64::INFINITY, f64::min);
     let changes = minima.iter().filter_map(|one| Change::of(&given, one));
     let best = changes.min_by(|one, other| one.size.total_cmp(&other.size))?;
-    let lower = lower::proven(&given, least).min(best.size);
+    let lower = if n > MOST_FROM_BELOW { 0.0 } else { lower::proven(&given, least).min(best.size) };
     Some(best.described(&given, &explicit.states, lower))
 }
 
-/// Local minima of σ_min, those of real λ too, found from the eigenvalues.
-fn minima(given: &Given, starts: &[c64]) -> Option<Vec<Smallest>> {
-    let upper = starts.iter().filter(|start| start.im >= 0.0);
-    let real = starts.iter().filter(|start| start.im > 0.0).map(|start| c64::new(start.re, 0.0));
-    let mut all: Vec<Smallest> = upper.copied().chain(real).filter_map(|start| smallest(given, start)).collect();
+/// Where the search begins: at the eigenvalues, and at the real parts of pairs.
+fn starts(given: &Given) -> Option<Vec<Smallest>> {
+    if given.a.rows() > MOST_FROM_BELOW {
+        return left_eigenvectors(given);
+    }
+    let values = eigenvalues(&given.a)?;
+    let upper = values.iter().filter(|(_, im)| *im >= 0.0).map(|(re, im)| c64::new(*re, *im));
+    let real = values.iter().filter(|(_, im)| *im > 0.0).map(|(re, _)| c64::new(*re, 0.0));
+    Some(upper.chain(real).filter_map(|start| smallest(given, start)).collect())
+}
+
+/// Local minima of σ_min, those of real λ too.
+fn minima(given: &Given, mut all: Vec<Smallest>) -> Option<Vec<Smallest>> {
+    let (followed, steps) = match given.a.rows() > MOST_FROM_BELOW {
+        true => (FOLLOWED_OF_MANY, STEPS_OF_MANY),
+        false => (FOLLOWED, STEPS),
+    };
     let by_value = |one: &Smallest, other: &Smallest| one.value.total_cmp(&other.value);
     all.sort_by(by_value);
     // An eigenvalue may be a place from which no way leads down, as for a chain of integrators: its neighbours too.
@@ -79,21 +94,21 @@ fn minima(given: &Given, starts: &[c64]) -> Option<Vec<Smallest>> {
         let step = one.value / 2.0;
         [(step, 0.0), (0.0 - step, 0.0), (0.0, step)].map(|(x, y)| c64::new(one.at.re + x, one.at.im + y))
     };
-    let neighbours: Vec<c64> = all.iter().take(FOLLOWED).flat_map(beside).collect();
+    let neighbours: Vec<c64> = all.iter().take(followed).flat_map(beside).collect();
     all.extend(neighbours.into_iter().filter_map(|at| smallest(given, at)));
     all.sort_by(by_value);
     // Of each kind the best ones.
     let (mut real, mut pairs): (Vec<_>, Vec<_>) = all.into_iter().partition(|one| one.at.im == 0.0);
-    real.truncate(FOLLOWED);
-    pairs.truncate(FOLLOWED);
-    let followed: Vec<Smallest> = real.into_iter().chain(pairs).map(|one| follow(given, one)).collect();
+    real.truncate(followed);
+    pairs.truncate(followed);
+    let followed: Vec<Smallest> = real.into_iter().chain(pairs).map(|one| follow(given, one, steps)).collect();
     (!followed.is_empty()).then_some(followed)
 }
 
 /// With the left vector kept, the best λ is its Rayleigh quotient; with λ kept, the best vector is the singular one. The
 /// value falls in every step.
-fn follow(given: &Given, mut one: Smallest) -> Smallest {
-    for _ in 0..STEPS {
+fn follow(given: &Given, mut one: Smallest, steps: usize) -> Smallest {
+    for _ in 0..steps {
         let quotient = one.rayleigh_quotient(given);
         let at = if one.at.im == 0.0 { c64::new(quotient.re, 0.0) } else { quotient };
         match smallest(given, at) {

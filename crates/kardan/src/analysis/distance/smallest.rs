@@ -1,6 +1,7 @@
 //! The smallest singular value of `[A − λI, B]` in floating point.
 
-use faer::{Mat, c64};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side, c64};
 
 use crate::num::{Matrix, Rational};
 
@@ -29,15 +30,63 @@ pub(super) fn pencil(given: &Given, at: c64) -> Mat<c64> {
     })
 }
 
+/// For more states nothing is proven from below, and only the eigenvalues that look worst are followed.
+pub const MOST_FROM_BELOW: usize = 80;
+/// Steps of inverse iteration.
+const ITERATIONS: usize = 4;
+
 /// `None` if the decomposition fails.
 pub(super) fn smallest(given: &Given, at: c64) -> Option<Smallest> {
     let n = given.a.rows();
+    if n > MOST_FROM_BELOW {
+        return by_iteration(given, at);
+    }
     let svd = pencil(given, at).thin_svd().ok()?;
     let left: Vec<c64> = (0..n).map(|i| svd.U()[(i, n - 1)]).collect();
-    // The phase is free: the largest entry is made real.
+    Some(Smallest { at, value: svd.S()[n - 1].re, left: with_real_largest(left)? })
+}
+
+/// Not below the smallest singular value, and close to it: inverse iteration with the decomposition of Cholesky of
+/// `[A − λI, B] [A − λI, B]ᴴ`.
+fn by_iteration(given: &Given, at: c64) -> Option<Smallest> {
+    let n = given.a.rows();
+    let pencil = pencil(given, at);
+    let mut gram = &pencil * pencil.adjoint();
+    let shift = n as f64 * f64::EPSILON * (0..n).map(|i| gram[(i, i)].re).sum::<f64>();
+    (0..n).for_each(|i| gram[(i, i)] += c64::new(shift, 0.0));
+    let factors = gram.llt(Side::Lower).ok()?;
+    let mut left = Mat::from_fn(n, 1, |i, _| c64::new(1.0 / (1.0 + i as f64), 0.0));
+    for _ in 0..ITERATIONS {
+        factors.solve_in_place(&mut left);
+        let size = left.norm_l2();
+        left.col_mut(0).iter_mut().for_each(|x| *x /= size);
+    }
+    let value = (left.adjoint() * &pencil).norm_l2();
+    let left = with_real_largest(left.col(0).iter().copied().collect())?;
+    value.is_finite().then_some(Smallest { at, value, left })
+}
+
+/// The left eigenvectors of A to eigenvalues with imaginary part ≥ 0, with what B makes of them.
+pub(super) fn left_eigenvectors(given: &Given) -> Option<Vec<Smallest>> {
+    let (n, m) = (given.a.rows(), given.b.columns());
+    let turned = Mat::from_fn(n, n, |i, j| given.a[(j, i)]);
+    let eigen = turned.is_all_finite().then(|| turned.eigen().ok())??;
+    let one = |k: usize| {
+        let left: Vec<c64> = (0..n).map(|i| eigen.U()[(i, k)].conj()).collect();
+        let size = left.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+        let left = with_real_largest(left.into_iter().map(|x| x / size).collect())?;
+        let on_b = |j: usize| (0..n).fold(c64::ZERO, |sum, i| sum + left[i].conj() * given.b[(i, j)]);
+        let value = (0..m).map(|j| on_b(j).norm_sqr()).sum::<f64>().sqrt();
+        value.is_finite().then_some(Smallest { at: eigen.S()[k], value, left })
+    };
+    Some((0..n).filter(|&k| eigen.S()[k].im >= 0.0).filter_map(one).collect())
+}
+
+/// The phase is free: the largest entry is made real.
+fn with_real_largest(left: Vec<c64>) -> Option<Vec<c64>> {
     let largest = left.iter().copied().max_by(|x, y| x.norm().total_cmp(&y.norm()))?;
     let phase = largest.conj() / largest.norm();
-    Some(Smallest { at, value: svd.S()[n - 1].re, left: left.into_iter().map(|x| x * phase).collect() })
+    Some(left.into_iter().map(|x| x * phase).collect())
 }
 
 impl Smallest {

@@ -6,23 +6,39 @@ use faer::{Mat, MatRef, c64};
 use super::shape::{largest, normalised};
 use crate::num::null_vectors;
 
+/// A band counts as narrow where the matrix has more than so many times its rows.
+const NARROW: usize = 8;
+
 /// Independent null vectors of a matrix whose defect is known, each with largest entry 1.
 pub(super) fn null_space(matrix: &Mat<c64>, count: usize) -> Option<Vec<Vec<c64>>> {
     let vector = |v: &Vec<(f64, f64)>| normalised(&v.iter().map(|(re, im)| c64::new(*re, *im)).collect::<Vec<_>>());
     null_vectors(matrix.as_ref(), count)?.vectors.iter().map(vector).collect()
 }
 
-/// The eigenvector to a known eigenvalue: one step of inverse iteration, `(A − λ)x = b`, whose residual is `‖b‖/‖x‖`; if that
-/// is not small or x overflows, the singular value decomposition.
+/// The eigenvector to a known eigenvalue: one step of inverse iteration, `(A − λ)x = b`, whose residual is `‖b‖/‖x‖`, within the
+/// band where that is narrow; if the residual is not small or x overflows, the singular value decomposition.
 pub(super) fn null_vector(a: MatRef<'_, f64>, value: c64, tolerance: f64) -> Option<Vec<c64>> {
     let n = a.nrows();
-    let value = value + c64::new(f64::EPSILON * a.norm_l2(), 0.0);
-    let shifted = Mat::from_fn(n, n, |i, j| c64::new(a[(i, j)], 0.0) - if i == j { value } else { c64::ZERO });
+    let norm = a.norm_l2().max(value.norm());
     // No symmetry of the system is in the way of this right-hand side.
-    let right = Mat::from_fn(n, 1, |i, _| c64::new(1.0 / (1.0 + i as f64), 0.0));
+    let right: Vec<c64> = (0..n).map(|i| c64::new(1.0 / (1.0 + i as f64), 0.0)).collect();
+    let before = right.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
+    let occupied = (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).filter(|&(i, j)| a[(i, j)] != 0.0);
+    let band = occupied.map(|(i, j)| i.abs_diff(j)).max().unwrap_or(0);
+    if NARROW * band < n && norm > 0.0 {
+        let entry = |i: usize, j: usize| (c64::from(a[(i, j)]) - if i == j { value } else { c64::ZERO }) / norm;
+        let x = solve_banded(n, band, entry, right.clone());
+        let size = largest(&x).norm();
+        if size.is_finite() && before * norm <= tolerance * size {
+            return normalised(&x);
+        }
+    }
+    let value = value + c64::from(f64::EPSILON * a.norm_l2());
+    let shifted = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]) - if i == j { value } else { c64::ZERO });
+    let right = Mat::from_fn(n, 1, |i, _| right[i]);
     let x: Vec<c64> = PartialPivLu::new(shifted.as_ref()).solve(&right).col(0).iter().copied().collect();
     let size = largest(&x).norm();
-    if size.is_finite() && right.norm_l2() <= tolerance * size {
+    if size.is_finite() && before <= tolerance * size {
         return normalised(&x);
     }
     let null = null_vectors(shifted.as_ref(), 1)?;
