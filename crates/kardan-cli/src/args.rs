@@ -96,10 +96,34 @@ pub struct RunArgs {
     /// Only the runs: neither the structure of the model nor the designs of its controllers beside them. Faster.
     #[arg(long)]
     pub runs_only: bool,
+    /// How the runs are integrated.
+    #[arg(long, value_enum, default_value = "dop853")]
+    pub method: RunMethod,
+    /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
+    #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
+    pub tolerance: Option<f64>,
     #[command(flatten)]
     pub limits: Limits,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+/// How runs are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RunMethod {
+    /// The Runge-Kutta method of order 8 of Dormand and Prince for everything: the reference.
+    Dop853,
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; all others by dop853.
+    Automatic,
+}
+
+fn relative_tolerance(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().map_err(|_| "not a number, such as 1e-8".to_string())?;
+    let from_to = kardan::study::TOLERANCES;
+    match from_to.contains(&number) {
+        true => Ok(number),
+        false => Err(format!("from {:e} to {:e}", from_to.start(), from_to.end())),
+    }
 }
 
 /// Analyse the structure of a model: modes, controllability, observability, zeros, least numbers and places of motors

@@ -13,14 +13,13 @@ const POINTS: usize = 4000;
 const MARKS: usize = 12;
 
 /// A plot with the picture that stands for it on paper; `index` is its place in the data.
-pub(super) fn chart(study: &Study, index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
-    let note = curves::curves(study, plot).note;
+pub(super) fn chart(index: usize, plot: &Plot, picture: &PlotFile) -> Chart {
     Chart {
         anchor: picture.name.trim_end_matches(".svg").into(),
         title: if plot.title.is_empty() { plot.id.clone() } else { plot.title.clone() },
         index,
         svg: picture.svg.clone(),
-        caption: [plot.caption.as_str(), &note]
+        caption: [plot.caption.as_str(), &picture.note]
             .into_iter()
             .filter(|text| !text.is_empty())
             .collect::<Vec<_>>()

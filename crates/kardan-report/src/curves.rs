@@ -240,8 +240,16 @@ fn coincide(one: &Curve, other: &Curve, accuracy: f64) -> bool {
 
 /// Whether every value of a curve lies between the values that another one has about that time.
 fn within(one: &Curve, other: &Curve, near: f64, accuracy: f64) -> bool {
-    let (mut from, mut until) = (0, 0);
+    let (mut from, mut until, mut next) = (0, 0, 0);
     one.time.iter().zip(one.values.iter()).all(|(&time, &value)| {
+        // Mostly there is a sample at that time, and it is near enough.
+        while next < other.time.len() && other.time[next] < time {
+            next += 1;
+        }
+        let there = other.time.get(next).is_some_and(|at| *at == time);
+        if there && (value - other.values[next]).abs() <= accuracy {
+            return true;
+        }
         while until < other.time.len() && other.time[until] <= time + near {
             until += 1;
         }

@@ -104,6 +104,8 @@ pub struct PlotFile {
     pub name: String,
     /// The picture: an SVG document without references to anything outside it.
     pub svg: String,
+    /// What the reader is told about its curves, such as which ones coincide; may be empty.
+    pub note: String,
 }
 
 /// One SVG for each of the study's plots, in their order.

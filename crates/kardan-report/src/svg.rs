@@ -30,8 +30,8 @@ const FONTS: &str = "Helvetica Neue, Helvetica, Arial, Liberation Sans, DejaVu S
 pub(super) fn plots(study: &Study) -> Vec<PlotFile> {
     let stems = curves::stems(study);
     let file = |(plot, stem): (&Plot, String)| {
-        let svg = finish(&draw(study, plot), &stem);
-        PlotFile { name: format!("{stem}.svg"), svg }
+        let (svg, note) = draw(study, plot);
+        PlotFile { name: format!("{stem}.svg"), svg: finish(&svg, &stem), note }
     };
     study.plots.par_iter().zip(stems).map(file).collect()
 }
@@ -50,8 +50,9 @@ fn finish(svg: &str, stem: &str) -> String {
     }
 }
 
-fn draw(study: &Study, plot: &Plot) -> String {
-    let curves::Curves { all: curves, least_span, .. } = curves::curves(study, plot);
+/// The picture, and what the reader is told about its curves.
+fn draw(study: &Study, plot: &Plot) -> (String, String) {
+    let curves::Curves { all: curves, least_span, note, .. } = curves::curves(study, plot);
     let Clock { per_second, unit } = curves::clock(study);
     let time = ticks::axis(curves.iter().flat_map(|curve| curve.time.iter().map(|time| time * per_second)), 0.0, 9);
     let values = || curves.iter().flat_map(|curve| curve.values.iter().copied()).filter(|value| value.is_finite());
@@ -98,7 +99,7 @@ fn draw(study: &Study, plot: &Plot) -> String {
             .with_legend_entries(entries);
     }
     let lines: Vec<Drawn> = curves.iter().flat_map(|curve| lines(curve, per_second)).map(Drawn::Line).collect();
-    SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height)))
+    (SvgBackend::new().render_scene(&render_multiple(lines, layout.with_height(height))), note)
 }
 
 /// What `kuva` adds below the axis for the legend's rows at width [`WIDTH`], px.

@@ -495,6 +495,20 @@ pub fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Beyond it a factor says nothing but how numbers round.
+const FARTHEST: f64 = 1e9;
+
+/// The factors between which something holds, in words; `write` is given the side and the number.
+pub(crate) fn factors([low, high]: [f64; 2], write: impl Fn(usize, f64) -> String) -> [String; 2] {
+    let low = if low > 0.0 && low * FARTHEST < 1.0 { "less than 1e-9".into() } else { write(0, low) };
+    let high = match high {
+        high if high.is_infinite() => "any".into(),
+        high if high > FARTHEST => "more than 1e9".into(),
+        high => write(1, high),
+    };
+    [low, high]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -537,18 +551,4 @@ mod tests {
     fn lines_break_between_entries() {
         assert_eq!(together("a 1 %, b 2 % and 3 more"), "a\u{a0}1\u{a0}%, b\u{a0}2\u{a0}% and 3 more");
     }
-}
-
-/// Beyond it a factor says nothing but how numbers round.
-const FARTHEST: f64 = 1e9;
-
-/// The factors between which something holds, in words; `write` is given the side and the number.
-pub(crate) fn factors([low, high]: [f64; 2], write: impl Fn(usize, f64) -> String) -> [String; 2] {
-    let low = if low > 0.0 && low * FARTHEST < 1.0 { "less than 1e-9".into() } else { write(0, low) };
-    let high = match high {
-        high if high.is_infinite() => "any".into(),
-        high if high > FARTHEST => "more than 1e9".into(),
-        high => write(1, high),
-    };
-    [low, high]
 }

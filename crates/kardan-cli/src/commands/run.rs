@@ -5,12 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use kardan::diagnostics::{Diagnostic, Severity};
 use kardan::export::{self, Files};
 use kardan::results::{Outcome, Run, Study};
+use kardan::simulate::Method;
 use kardan::study;
 use kardan::study::{Part, Settings};
 use kardan_report as report;
 use rayon::prelude::*;
 
-use crate::args::{Format, RunArgs};
+use crate::args::{Format, RunArgs, RunMethod};
 use crate::exit::{DONE, ERROR, REQUIREMENT_FAILED, exit_code};
 use crate::folder::{Folder, tell_gone};
 use crate::input;
@@ -38,7 +39,16 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             _ => ERROR,
         }
     });
-    let settings = Settings { variants: args.variants.clone(), force: args.force, runs_only: args.runs_only };
+    let settings = Settings {
+        variants: args.variants.clone(),
+        force: args.force,
+        runs_only: args.runs_only,
+        method: match args.method {
+            RunMethod::Automatic => Method::Automatic,
+            RunMethod::Dop853 => Method::Dop853,
+        },
+        tolerance: args.tolerance,
+    };
     let study = project.run(&settings, &bars);
     bars.finish();
     let study = study.map_err(|mut diagnostics| {

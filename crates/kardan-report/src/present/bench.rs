@@ -22,7 +22,7 @@ pub fn page(study: &BenchStudy) -> Page {
     let pictured = pictured(study);
     let (data, drawn) = rayon::join(|| charts::data(&pictured), || crate::plots(&pictured));
     let all = pictured.plots.iter().zip(&drawn).enumerate();
-    let mut charts = all.map(|(k, (plot, picture))| Block::Chart(charts::chart(&pictured, k, plot, picture)));
+    let mut charts = all.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture)));
     let experiments = closed_loop.experiments.iter().enumerate().map(|(k, experiment)| {
         let own = Body(charts.by_ref().take(experiment.responses.len()).collect());
         let title = format!("Simulation and bench: {}", experiment.name);

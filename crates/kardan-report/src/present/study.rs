@@ -141,8 +141,7 @@ fn or_none(body: Body, none: &str) -> Body {
 
 fn plots(study: &Study, drawn: &[PlotFile]) -> Body {
     let charts = study.plots.iter().zip(drawn).enumerate();
-    let charts: Vec<Block> =
-        charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(study, k, plot, picture))).collect();
+    let charts: Vec<Block> = charts.map(|(k, (plot, picture))| Block::Chart(charts::chart(k, plot, picture))).collect();
     if study.plots.is_empty() {
         return Body::default().say("The model file asks for no plots.");
     }

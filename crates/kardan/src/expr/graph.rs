@@ -490,6 +490,32 @@ impl Graph {
         move |expr| varying[expr.0 as usize]
     }
 
+    /// Of each expression, whether it is constant or a sum of symbols times constants and a constant.
+    pub fn affine(&self) -> impl Fn(Expr) -> bool + use<> {
+        // Degree in all symbols together; two stands for everything else.
+        let mut degrees = vec![0u8; self.nodes.len()];
+        for k in 0..self.nodes.len() {
+            let expr = Expr(k as u32);
+            let degree = |part: &Expr| degrees[part.0 as usize];
+            degrees[k] = match self.node(expr) {
+                Node::Number(_) | Node::Pi => 0,
+                Node::Symbol(_) => 1,
+                Node::Sum { terms, .. } => terms.iter().map(|(term, _)| degree(term)).max().unwrap_or(0),
+                Node::Group(part) => degree(part),
+                Node::Product(factors) => {
+                    let of_factor = |(factor, power): &(Expr, i32)| match (degree(factor), *power) {
+                        (0, _) => 0,
+                        (1, 1) => 1,
+                        _ => 2,
+                    };
+                    factors.iter().map(of_factor).fold(0, |sum: u8, one| sum.saturating_add(one)).min(2)
+                }
+                _ => 2 * self.parts(expr).iter().map(degree).max().unwrap_or(0).min(1),
+            };
+        }
+        move |expr| degrees[expr.0 as usize] <= 1
+    }
+
     /// The same node made of other parts.
     pub(super) fn rebuilt(&mut self, expr: Expr, part: impl Fn(Expr) -> Expr) -> Expr {
         match self.node(expr).clone() {

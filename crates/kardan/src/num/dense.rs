@@ -1,38 +1,48 @@
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
+///
+/// Zeros at the beginning of the rows of M stay zeros of L and cost nothing: a matrix of a chain, numbered along it, is factored and solved
+/// in time proportional to its length.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
     n: usize,
     lower: Vec<f64>,
+    /// First column of each row that is not zero.
+    first: Vec<usize>,
 }
 
 impl Cholesky {
     /// Memory for `n × n` matrices.
     pub fn new(n: usize) -> Self {
-        Self { n, lower: vec![0.0; n * n] }
+        Self { n, lower: vec![0.0; n * n], first: vec![0; n] }
     }
 
     /// Factors a symmetric matrix given row by row; returns whether it is numerically positive definite.
     ///
-    /// Only the lower triangle is read. A pivot must exceed 1e-13 of its diagonal entry. Cost n³/3 flops.
+    /// Only the lower triangle is read. A pivot must exceed 1e-13 of its diagonal entry. Cost n³/3 flops, less where rows begin with zeros.
     pub fn factor(&mut self, matrix: &[f64]) -> bool {
         let n = self.n;
-        for j in 0..n {
-            let mut pivot = matrix[j * n + j];
-            for k in 0..j {
-                pivot -= self.lower[j * n + k] * self.lower[j * n + k];
+        for i in 0..n {
+            let given = &matrix[i * n..=i * n + i];
+            let first = given.iter().position(|x| *x != 0.0).unwrap_or(i);
+            self.first[i] = first;
+            let (above, row) = self.lower.split_at_mut(i * n);
+            row[..first].fill(0.0);
+            for j in first..i {
+                let from = first.max(self.first[j]);
+                let mut sum = given[j];
+                for (x, y) in row[from..j].iter().zip(&above[j * n + from..j * n + j]) {
+                    sum -= x * y;
+                }
+                row[j] = sum / above[j * n + j];
             }
-            if !(pivot > 1e-13 * matrix[j * n + j].abs()) {
+            let mut pivot = given[i];
+            for x in &row[first..i] {
+                pivot -= x * x;
+            }
+            if !(pivot > 1e-13 * given[i].abs()) {
                 return false;
             }
-            let root = pivot.sqrt();
-            self.lower[j * n + j] = root;
-            for i in j + 1..n {
-                let mut sum = matrix[i * n + j];
-                for k in 0..j {
-                    sum -= self.lower[i * n + k] * self.lower[j * n + k];
-                }
-                self.lower[i * n + j] = sum / root;
-            }
+            row[i] = pivot.sqrt();
         }
         true
     }
@@ -50,25 +60,25 @@ impl Cholesky {
 
     /// Overwrites `b` with `L⁻¹ b`, so that `bᵀ M⁻¹ b` becomes a sum of squares.
     pub fn half_solve(&self, b: &mut [f64]) {
-        let n = self.n;
-        for i in 0..n {
+        for (i, &first) in self.first.iter().enumerate() {
+            let row = &self.lower[i * self.n..];
             let mut sum = b[i];
-            for k in 0..i {
-                sum -= self.lower[i * n + k] * b[k];
+            for (x, y) in row[first..i].iter().zip(&b[first..i]) {
+                sum -= x * y;
             }
-            b[i] = sum / self.lower[i * n + i];
+            b[i] = sum / row[i];
         }
     }
 
     /// Overwrites `b` with `L⁻ᵀ b`.
     pub fn other_half_solve(&self, b: &mut [f64]) {
-        let n = self.n;
-        for i in (0..n).rev() {
-            let mut sum = b[i];
-            for k in i + 1..n {
-                sum -= self.lower[k * n + i] * b[k];
+        for (i, &first) in self.first.iter().enumerate().rev() {
+            let row = &self.lower[i * self.n..];
+            let x = b[i] / row[i];
+            b[i] = x;
+            for (sum, entry) in b[first..i].iter_mut().zip(&row[first..i]) {
+                *sum -= entry * x;
             }
-            b[i] = sum / self.lower[i * n + i];
         }
     }
 }

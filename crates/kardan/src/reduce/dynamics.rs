@@ -62,10 +62,13 @@ pub struct Dynamics {
     rests: Vec<f64>,
     frictions: Directions,
     breakaways: Vec<f64>,
+    /// Reduced coordinates that each friction direction has a part in.
+    friction_entries: Vec<Vec<usize>>,
     /// What the friction of each direction has more when motion begins (N m), and the speed that it falls with (rad/s).
     stribeck: Vec<(f64, f64)>,
     inputs: Directions,
     constant: bool,
+    linear: bool,
     plan: Arc<MotionPlan>,
 }
 
@@ -178,15 +181,22 @@ impl Dynamics {
         let mut kinematics = kinematics;
         kinematics.update(&vec![0.0; r], &vec![0.0; r]);
         let passive = constants(&motion.passive);
+        let rows = motion.basis.iter().chain(&motion.frictions).chain(&motion.inputs).flat_map(|row| row.values());
+        let mut fixed = rows.chain(motion.inertia.values()).chain(&motion.bias).chain(&motion.friction_bias);
+        let affine = motion.graph.affine();
+        let linear =
+            fixed.all(|expr| !varying(*expr)) && motion.passive.iter().chain(&motion.angles).all(|expr| affine(*expr));
         let out = Self {
             degrees_of_freedom: r,
             constant: plan.inertia.is_empty(),
+            linear,
             rests,
             inertias,
             dampers,
             springs,
             frictions,
             breakaways,
+            friction_entries: motion.frictions.iter().map(|row| row.keys().copied().collect()).collect(),
             stribeck,
             inputs,
             plan: Arc::new(plan),
@@ -205,6 +215,17 @@ impl Dynamics {
             memory: out.plan.plan.memory(),
         };
         (out, work)
+    }
+
+    /// Whether the inertia is the same at every position.
+    pub fn has_constant_inertia(&self) -> bool {
+        self.constant
+    }
+
+    /// Whether, but for friction, angles, accelerations and all directions are linear in position, speed and inputs (with constants),
+    /// decided on the exact expressions.
+    pub fn is_linear(&self) -> bool {
+        self.linear
     }
 
     /// Number of friction directions.
@@ -289,6 +310,17 @@ impl Dynamics {
         self.dampers.rows.iter().zip(&self.dampers.coefficients).map(loss).sum()
     }
 
+    /// Number of viscous dampers.
+    pub fn damper_count(&self) -> usize {
+        self.dampers.rows.len()
+    }
+
+    /// Torque (N m) and speed (rad/s) of a damper by its number, at the last update.
+    pub fn damper_factors(&self, damper: usize, work: &Work) -> [f64; 2] {
+        let speed = along(&self.dampers.rows[damper], &work.kinematics.speeds);
+        [self.dampers.coefficients[damper] * speed, speed]
+    }
+
     /// Speed along an input direction, rad/s, at the last update.
     pub fn input_speed(&self, input: usize, work: &Work) -> f64 {
         along(&self.inputs.rows[input], &work.kinematics.speeds)
@@ -302,6 +334,18 @@ impl Dynamics {
     /// Speed along a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
         along(&self.frictions.rows[friction], &work.kinematics.speeds)
+    }
+
+    /// A vector over the reduced coordinates along a friction direction, at the last update.
+    pub fn along_friction(&self, friction: usize, vector: &[f64], work: &Work) -> f64 {
+        let row = &work.friction_rows[friction * self.degrees_of_freedom..];
+        self.friction_entries[friction].iter().map(|&i| row[i] * vector[i]).sum()
+    }
+
+    /// Adds a friction direction times a number to a vector over the reduced coordinates, at the last update.
+    pub fn add_along_friction(&self, friction: usize, factor: f64, vector: &mut [f64], work: &Work) {
+        let row = &work.friction_rows[friction * self.degrees_of_freedom..];
+        self.friction_entries[friction].iter().for_each(|&i| vector[i] += factor * row[i]);
     }
 
     /// Whether the coefficients of a friction direction change with the angles.

@@ -243,6 +243,25 @@ impl Dop853 {
         }
     }
 
+    /// Whether the slope at [`Dop853::time`] is exactly zero: a system without explicit time then stays where it is.
+    pub fn rests(&self) -> bool {
+        self.slopes[if self.slope_at_end { LAST } else { 0 }].iter().all(|slope| *slope == 0.0)
+    }
+
+    /// Stays where it is until a time: the exact solution where [`Dop853::rests`] and nothing depends on time. Dense output is ready; the
+    /// proposal for the next step is kept.
+    ///
+    /// # Panics
+    /// If `until` is not finite or not after `time()`, or the slope is not zero.
+    pub fn rest(&mut self, until: f64) {
+        assert!(until.is_finite() && until > self.time && self.rests(), "cannot rest from {} to {until}", self.time);
+        self.forget_step();
+        self.time = until;
+        self.dense.iter_mut().for_each(|coefficients| coefficients.fill(0.0));
+        self.dense_ready = true;
+        self.counts.accepted += 1;
+    }
+
     /// Start of the last accepted step; equal to [`Dop853::time`] when there is none.
     pub fn previous_time(&self) -> f64 {
         self.previous_time

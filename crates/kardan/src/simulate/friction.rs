@@ -122,7 +122,7 @@ impl BoxProblem {
                 None => {
                     if curvature > DEPENDENT * own {
                         self.free.push(enter);
-                        self.factor(w, m);
+                        self.factor(w, m, self.free.len() - 1);
                     }
                     return;
                 }
@@ -133,7 +133,7 @@ impl BoxProblem {
                 Some(Some(a)) => {
                     lambda[self.free[a]] = c[self.free[a]].copysign(-sense * self.response[a]);
                     self.free.remove(a);
-                    self.factor(w, m);
+                    self.factor(w, m, a);
                 }
             }
         }
@@ -150,10 +150,10 @@ impl BoxProblem {
         }
     }
 
-    /// Cholesky factor of W over the free variables.
-    fn factor(&mut self, w: &[f64], m: usize) {
+    /// Cholesky factor of W over the free variables, those before `from` being factored already.
+    fn factor(&mut self, w: &[f64], m: usize, from: usize) {
         let count = self.free.len();
-        for a in 0..count {
+        for a in from..count {
             for b in 0..=a {
                 let mut sum = w[self.free[a] * m + self.free[b]];
                 for k in 0..b {
@@ -205,10 +205,41 @@ pub(super) const OUTSIDE: f64 = 1e-20;
 /// Independent directions with an orthonormal basis of what they span, in the metric of the inverse inertia.
 pub(super) struct Span {
     pub(super) members: Vec<usize>,
-    pub(super) basis: Vec<Vec<f64>>,
+    basis: Vec<Vec<f64>>,
 }
 
 impl Span {
+    /// The span of directions with their rows, built from independent ones, the clearest first; at most so many are independent.
+    pub(super) fn new(directions: impl Iterator<Item = (usize, Vec<f64>)>, most: usize) -> Self {
+        let mut span = Self { members: Vec::new(), basis: Vec::new() };
+        // Each row with what of it lies outside the span so far, and its size squared.
+        let mut rows: Vec<(usize, Vec<f64>, f64)> = directions
+            .map(|(k, row)| {
+                let size = dot(&row, &row);
+                (k, row, size)
+            })
+            .collect();
+        while !rows.is_empty() && span.basis.len() < most {
+            // A direction along which nothing can move depends on everything.
+            let left =
+                |(_, rest, size): &(usize, Vec<f64>, f64)| if *size == 0.0 { 0.0 } else { dot(rest, rest) / size };
+            let left: Vec<f64> = rows.iter().map(left).collect();
+            let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
+            if left[best] <= OUTSIDE {
+                break;
+            }
+            let (member, mut vector, _) = rows.remove(best);
+            // What rounding has left of the others in it.
+            span.reject(&mut vector);
+            let size = dot(&vector, &vector).sqrt();
+            vector.iter_mut().for_each(|x| *x /= size);
+            rows.iter_mut().for_each(|(_, rest, _)| reject(rest, &vector));
+            span.members.push(member);
+            span.basis.push(vector);
+        }
+        span
+    }
+
     /// The part of a row outside the span, relative to its size and squared.
     pub(super) fn left(&self, mut row: Vec<f64>) -> f64 {
         let size = dot(&row, &row);
@@ -220,19 +251,16 @@ impl Span {
         dot(&row, &row) / size
     }
 
-    pub(super) fn reject(&self, row: &mut [f64]) {
+    fn reject(&self, row: &mut [f64]) {
         // Twice is enough.
-        for vector in self.basis.iter().chain(&self.basis) {
-            let share = dot(row, vector);
-            row.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
-        }
+        self.basis.iter().chain(&self.basis).for_each(|vector| reject(row, vector));
     }
+}
 
-    pub(super) fn add(&mut self, member: usize, mut row: Vec<f64>) {
-        self.reject(&mut row);
-        let size = dot(&row, &row).sqrt();
-        row.iter_mut().for_each(|x| *x /= size);
-        self.members.push(member);
-        self.basis.push(row);
+/// Takes what a row has of a vector of length one away.
+fn reject(row: &mut [f64], vector: &[f64]) {
+    let share = dot(row, vector);
+    if share != 0.0 {
+        row.iter_mut().zip(vector).for_each(|(x, v)| *x -= share * v);
     }
 }

@@ -4,6 +4,7 @@ mod clocked;
 pub mod dop853;
 mod drive;
 pub mod friction;
+mod linear;
 mod machine;
 mod outputs;
 mod run;
@@ -13,6 +14,6 @@ mod simulation;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
-pub use run::{RunResult, Tolerance, simulate};
+pub use run::{Method, RunResult, Tolerance, simulate};
 pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

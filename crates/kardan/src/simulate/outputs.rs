@@ -245,6 +245,8 @@ pub(super) struct Outputs {
     samplers: Vec<(Read, Sampler)>,
     multipliers: Multipliers,
     needs_multipliers: bool,
+    /// Whether any signal or sensor needs more than angles, speeds and sources.
+    needs_forces: bool,
     lambda: Vec<f64>,
     constraint_force: Vec<f64>,
 }
@@ -278,8 +280,16 @@ impl Outputs {
             |read: &Read| matches!(read, Read::Multiplier(_) | Read::ConstraintTorque(..) | Read::Potentials(_));
         let used = |k: usize| reads.iter().any(|read| matches!(read, Read::Sensor(number) if *number == k));
         let sampled = samplers.iter().enumerate().any(|(k, (read, _))| used(k) && constrained(read));
+        let of_motion = |read: &Read| {
+            matches!(
+                read,
+                Read::Angle(_) | Read::Speed(_) | Read::SpringDamper { .. } | Read::Source(_) | Read::Sensor(_)
+            )
+        };
+        let of_motion_alone = reads.iter().chain(samplers.iter().map(|(read, _)| read)).all(of_motion);
         Self {
             needs_multipliers: sampled || reads.iter().any(constrained),
+            needs_forces: !of_motion_alone,
             reads,
             signals,
             samplers,
@@ -287,6 +297,16 @@ impl Outputs {
             lambda: vec![0.0; constraints],
             constraint_force: vec![0.0; shafts],
         }
+    }
+
+    /// Whether sensors read at times of their own.
+    pub fn samples(&self) -> bool {
+        !self.samplers.is_empty()
+    }
+
+    /// Appends to one signal.
+    pub fn push(&mut self, signal: usize, value: f64) {
+        self.signals[signal].values.push(value);
     }
 
     /// What the next readings of the sensors depend on.
@@ -304,8 +324,18 @@ impl Outputs {
         self.samplers.iter().filter_map(|(_, sampler)| sampler.next_time()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Finds the constraint torques at the point that the machine has observed; before `sample` and `record`.
-    pub fn solve_multipliers(&mut self, machine: &Machine) {
+    /// Evaluates at a point what signals and sensors are read from, and no more; before `sample` and `record`.
+    pub fn observe(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        if self.needs_forces {
+            machine.observe(time, state);
+            self.solve_multipliers(machine);
+        } else {
+            machine.observe_motion(time, state);
+        }
+    }
+
+    /// Finds the constraint torques at the point that the machine has observed.
+    fn solve_multipliers(&mut self, machine: &Machine) {
         if !self.needs_multipliers {
             return;
         }

@@ -1,6 +1,7 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
 use super::dop853::{Dop853, StepError};
+use super::linear::{self, LinearSegment};
 use super::outputs::Outputs;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
@@ -16,11 +17,36 @@ pub struct Tolerance {
     pub absolute: f64,
     /// Steps after which a run is given up.
     pub most_steps: usize,
+    /// How it is integrated.
+    pub method: Method,
+}
+
+/// How a run is integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Everything by the Runge-Kutta method of order 8 of Dormand and Prince: the reference, and what [`Simulation`](super::Simulation)
+    /// does step by step.
+    #[default]
+    Dop853,
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by the reference.
+    Automatic,
+}
+
+impl Tolerance {
+    /// A relative error allowed per step, and a hundredth of it in rad and rad/s.
+    ///
+    /// ```
+    /// use kardan::simulate::Tolerance;
+    /// assert_eq!(Tolerance::relative(1e-10), Tolerance::default());
+    /// ```
+    pub fn relative(relative: f64) -> Self {
+        Self { relative, absolute: 1e-2 * relative, most_steps: MOST_STEPS, method: Method::default() }
+    }
 }
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { relative: 1e-10, absolute: 1e-12, most_steps: MOST_STEPS }
+        Self::relative(1e-10)
     }
 }
 
@@ -45,6 +71,14 @@ pub struct RunResult {
 
 /// Places inside a step where events are looked for; between two of them a direction may reverse at most once.
 const LOOKS: usize = 6;
+/// At least so many in a step that was cut short.
+const LEAST_LOOKS: usize = 2;
+/// Part of a step to which an event is located that the step is to be shortened for.
+const ROUGHLY: f64 = 1e-6;
+/// Steps of regula falsi towards an event.
+const FALSE_POSITIONS: usize = 30;
+/// Widenings of the interval about a zero until the modes agree that the event lies in it.
+const CONFIRMATIONS: usize = 6;
 /// Golden sections of the time between two looks for the least margin: 1e-8 of it, where a parabola is flat to rounding.
 const SECTIONS: usize = 40;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
@@ -64,6 +98,8 @@ const ENERGY: f64 = 10.0;
 const SMALL: f64 = 1e-6;
 /// Relative difference of two times that are one.
 const SAME: f64 = 1e-14;
+/// What a segment that is solved at once may leave of its energy, in tolerances.
+const OUT_OF_BALANCE: f64 = 10.0;
 /// The longest step where nothing ends the equations of now, s.
 const LONGEST: f64 = 1e9;
 /// A speed that no drivetrain reaches, rad/s.
@@ -73,6 +109,15 @@ const DIVERGED: f64 = 1e6;
 pub(super) struct RunningLoop {
     pub(super) machine: Machine,
     solver: Dop853,
+    /// The segment that is solved at once, if the loop is linear; none otherwise.
+    segment: Option<LinearSegment>,
+    /// Whether segments may be.
+    linear: bool,
+    tolerance: f64,
+    /// Segments that were, and the evaluations they took.
+    segments: Effort,
+    /// Whether the last step only waited: nothing has changed in it.
+    resting: bool,
     pub(super) outputs: Outputs,
     pub(super) scenario: Scenario,
     names: Vec<String>,
@@ -162,7 +207,7 @@ impl Looks {
 ///
 /// Between events the modes are fixed and the equations smooth: DOP853 with the tolerance given. Steps and ramps of the
 /// scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
-/// located on the dense output by bisection to the last bits of the time.
+/// located on the dense output to the last bits of the time.
 ///
 /// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
 /// [`Outcome::Failed`] and everything computed so far.
@@ -227,6 +272,14 @@ impl RunningLoop {
         machine.start_laws(&mut state);
         RunningLoop {
             solver: Dop853::new(tolerance.relative, &absolute),
+            segment: None,
+            linear: tolerance.method == Method::Automatic
+                && scenario.duration.is_finite()
+                && size - 2 <= linear::MOST_STATES
+                && machine.is_linear(),
+            tolerance: tolerance.relative,
+            segments: Effort::default(),
+            resting: false,
             machine,
             outputs,
             names,
@@ -301,8 +354,7 @@ impl RunningLoop {
         } else {
             self.looked.copy_from_slice(&self.state);
         }
-        self.machine.observe(at, &self.looked);
-        self.outputs.solve_multipliers(&self.machine);
+        self.outputs.observe(&mut self.machine, at, &self.looked);
         self.outputs.sample(at, &self.machine);
     }
 
@@ -314,7 +366,7 @@ impl RunningLoop {
         for time in [&mut self.time, &mut self.segment_end, &mut self.breakpoint, &mut self.tick] {
             keeper.number(time);
         }
-        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary] {
+        for flag in [&mut self.due.start, &mut self.due.event, &mut self.due.boundary, &mut self.resting] {
             keeper.flag(flag);
         }
         keeper.number(&mut self.chatter.since);
@@ -387,6 +439,17 @@ impl RunningLoop {
             ));
         }
         let end = self.segment_end.min(self.time + LONGEST);
+        self.segment = None;
+        self.resting = self.rests();
+        if !self.resting && self.linear && self.solve_segment(end) {
+            return self.tell(progress);
+        }
+        if self.resting {
+            self.solver.rest(end);
+            self.time = end;
+            self.due.boundary = end >= self.segment_end;
+            return self.tell(progress);
+        }
         let machine = &mut self.machine;
         let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
         if let Err(error) = step {
@@ -400,10 +463,10 @@ impl RunningLoop {
         let machine = &mut self.machine;
         self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
         let length = self.solver.time() - self.solver.previous_time();
-        let mut event = self.look_for_event(length);
+        let mut event = self.look_for_event(length, false);
         if let Some(at) = event {
             self.shorten_step(at)?;
-            event = self.look_for_event(length);
+            event = self.look_for_event(length, true);
         }
         self.time = event.unwrap_or(self.solver.time());
         self.due.event = event.is_some();
@@ -416,6 +479,49 @@ impl RunningLoop {
             }
             None => self.state.copy_from_slice(self.solver.state()),
         }
+        self.tell(progress)
+    }
+
+    /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
+    /// locates in time.
+    fn solve_segment(&mut self, end: f64) -> bool {
+        let span = (self.time, end);
+        let Some(segment) = LinearSegment::new(&mut self.machine, &mut self.outputs, span, &self.state, self.tolerance)
+        else {
+            return false;
+        };
+        segment.finish(&mut self.looked);
+        let r = self.machine.degrees_of_freedom();
+        if self.looked[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
+            return false;
+        }
+        // The balance of energy sees what the states do not.
+        let size = self.looked.len();
+        let [input, loss] = [size - 2, size - 1].map(|k| self.looked[k] - self.state[k]);
+        let [before, after] = [self.machine.energy(&self.state), self.machine.energy(&self.looked)];
+        let sizes = input.abs() + loss.abs() + before.abs() + after.abs();
+        if (input - loss - (after - before)).abs() > OUT_OF_BALANCE * self.tolerance * sizes {
+            return false;
+        }
+        self.state.copy_from_slice(&self.looked);
+        self.segments.steps += 1;
+        self.segments.evaluations += segment.evaluations as usize;
+        self.segment = Some(segment);
+        self.time = end;
+        self.due.boundary = end >= self.segment_end;
+        true
+    }
+
+    /// Whether the state stays what it is, exactly, until the segment ends: everything stands still, and nothing that acts changes.
+    fn rests(&mut self) -> bool {
+        self.solver.rests() && self.machine.is_steady() && {
+            self.looked.copy_from_slice(&self.state);
+            !self.leaves_there(self.time)
+        }
+    }
+
+    /// Tells the progress now and then; an error if that asks for the end.
+    fn tell(&mut self, progress: &mut dyn FnMut(f64) -> Option<String>) -> Result<(), Outcome> {
         self.unheard += 1;
         if self.unheard >= STEPS_UNHEARD {
             self.unheard = 0;
@@ -510,15 +616,20 @@ impl RunningLoop {
     /// Whether a mode is left at this time within the last step; fills the lists of what leaves.
     fn leaves(&mut self, time: f64) -> bool {
         self.solver.interpolate(time, &mut self.looked);
+        self.leaves_there(time)
+    }
+
+    /// The same for the state that was looked at last.
+    fn leaves_there(&mut self, time: f64) -> bool {
         self.machine.reversed(&self.looked, &mut self.reversed);
         self.machine.drives_switch(time, &self.looked, &mut self.derivative, &mut self.moved, &mut self.switching);
         !self.reversed.is_empty() || !self.switching.is_empty() || self.machine.breaks_away(time, &self.looked)
     }
 
-    /// The first event within the last step, located to the last bits of the time.
+    /// The first event within the last step: `exactly`, to the last bits of the time, or to a [`ROUGHLY`] of the step.
     ///
     /// `length` is that of the step before it was shortened, s.
-    fn look_for_event(&mut self, length: f64) -> Option<f64> {
+    fn look_for_event(&mut self, length: f64, exactly: bool) -> Option<f64> {
         self.machine.measure_step(length, self.solver.previous_state(), self.solver.state());
         let (from, to) = (self.solver.previous_time(), self.solver.time());
         let friction = self.machine.has_friction();
@@ -527,9 +638,12 @@ impl RunningLoop {
             self.machine.evaluate(from, &self.looked);
             self.looks.take(0, from, &self.machine);
         }
+        // A step that was cut short needs fewer looks: as many as its part of a whole one.
+        let whole = length.max(self.solver.next_step());
+        let looks = ((LOOKS as f64 * (to - from) / whole).ceil() as usize).clamp(LEAST_LOOKS, LOOKS);
         let (mut before, mut left) = (from, None);
-        for k in 1..=LOOKS {
-            let at = if k == LOOKS { to } else { from + (to - from) * k as f64 / LOOKS as f64 };
+        for k in 1..=looks {
+            let at = if k == looks { to } else { from + (to - from) * k as f64 / looks as f64 };
             if at <= before {
                 continue;
             }
@@ -544,11 +658,38 @@ impl RunningLoop {
         }
         let dip = if friction { self.dip() } else { None };
         let (low, high) = dip.or(left.map(|at| (before, at)))?;
-        let (mut low, mut high) = (low, high);
-        for _ in 0..200 {
+        let least = if exactly { 0.0 } else { ROUGHLY * (to - from) };
+        let high = self.locate(low, high, least);
+        self.leaves(high);
+        Some(high)
+    }
+
+    /// The first time at which a mode is left, between one at which none is and one at which one is: the later end of an interval that
+    /// is no longer than `least`, or of two neighbouring numbers.
+    ///
+    /// What is left gives a number that changes its sign: its zero by regula falsi (Illinois: Dowell and Jarratt, BIT 11, 1971, 168). The
+    /// modes themselves decide on both sides of it, and bisection takes what is left.
+    fn locate(&mut self, mut low: f64, mut high: f64, least: f64) -> f64 {
+        if let Some(zero) = self.leaving_zero(low, high, least) {
+            let mut apart = (4.0 * f64::EPSILON * zero.abs()).max(0.25 * least);
+            for _ in 0..CONFIRMATIONS {
+                let (before, after) = (zero - apart, zero + apart);
+                if low < before && before < high {
+                    if self.leaves(before) { high = before } else { low = before }
+                }
+                if low < after && after < high {
+                    if self.leaves(after) { high = after } else { low = after }
+                }
+                if before <= low && high <= after {
+                    break;
+                }
+                apart *= 32.0;
+            }
+        }
+        loop {
             let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
+            if middle <= low || middle >= high || high - low <= least {
+                return high;
             }
             if self.leaves(middle) {
                 high = middle;
@@ -556,8 +697,56 @@ impl RunningLoop {
                 low = middle;
             }
         }
+    }
+
+    /// Where what leaves its mode at the later of two times stands at its limit; `None` if it is not within its limit at the first.
+    fn leaving_zero(&mut self, low: f64, high: f64, least: f64) -> Option<f64> {
         self.leaves(high);
-        Some(high)
+        let what = match (self.reversed.first(), self.switching.is_empty()) {
+            (Some(&direction), _) => Some(direction),
+            (None, true) => None,
+            (None, false) => return None,
+        };
+        let (mut a, mut b) = ((low, self.room(low, what)), (high, self.room(high, what)));
+        if !(a.1 > 0.0 && b.1 <= 0.0) {
+            return None;
+        }
+        let close = least.max(f64::EPSILON * high.abs());
+        let mut zero = high;
+        // Which end was kept by the last step: its value then counts half.
+        let mut kept = 0;
+        for _ in 0..FALSE_POSITIONS {
+            let next = b.0 - b.1 * (b.0 - a.0) / (b.1 - a.1);
+            if !(a.0 < next && next < b.0) {
+                break;
+            }
+            let value = self.room(next, what);
+            let moved = (next - zero).abs();
+            zero = next;
+            if moved <= close || value == 0.0 || b.0 - a.0 <= close {
+                break;
+            }
+            if value > 0.0 {
+                a = (next, value);
+                b.1 *= if kept == 1 { 0.5 } else { 1.0 };
+                kept = 1;
+            } else {
+                b = (next, value);
+                a.1 *= if kept == -1 { 0.5 } else { 1.0 };
+                kept = -1;
+            }
+        }
+        Some(zero)
+    }
+
+    /// How far a slipping direction is from standing still at a time within the last step (rad/s), or, without a direction, what holds the
+    /// others from its limit (as a part of it).
+    fn room(&mut self, time: f64, direction: Option<usize>) -> f64 {
+        self.solver.interpolate(time, &mut self.looked);
+        match direction {
+            Some(direction) => self.machine.slip_room(&self.looked, direction),
+            None => self.machine.hold_room(time, &self.looked),
+        }
     }
 
     /// An excess that comes and goes between two looks: a margin that has its minimum there and may fall below zero. Gives
@@ -615,6 +804,7 @@ impl RunningLoop {
 
     /// Records all rows and sensor readings before a time; with `last`, those at the end from the final state.
     fn observe_until(&mut self, time: f64, last: Option<f64>) {
+        let mut known = false;
         loop {
             let row = self.scenario.times.get(self.next_row).copied().unwrap_or(f64::INFINITY);
             let sample = self.outputs.next_sample();
@@ -626,13 +816,24 @@ impl RunningLoop {
             if !due {
                 return;
             }
-            if last.is_some() {
+            if let Some(segment) = self.segment.as_mut().filter(|segment| segment.covers(at)) {
+                segment.advance(at);
+                if segment.read(|signal, value| self.outputs.push(signal, value)) {
+                    self.time_grid.push(row);
+                    self.next_row += 1;
+                    continue;
+                }
+                segment.write(&mut self.looked);
+            } else if last.is_some() {
                 self.looked.copy_from_slice(&self.state);
-            } else {
+            } else if !known {
                 self.solver.interpolate(at, &mut self.looked);
             }
-            self.machine.observe(at, &self.looked);
-            self.outputs.solve_multipliers(&self.machine);
+            if last.is_some() || !known {
+                self.outputs.observe(&mut self.machine, at, &self.looked);
+            }
+            // While everything waits, all rows are the same.
+            known = self.resting;
             self.outputs.sample(at, &self.machine);
             if row <= at {
                 self.outputs.record(&self.machine);
@@ -728,9 +929,9 @@ impl RunningLoop {
             outcome,
             notes: self.notes,
             effort: Effort {
-                steps: counts.accepted as usize,
+                steps: counts.accepted as usize + self.segments.steps,
                 rejected: counts.rejected as usize,
-                evaluations: counts.evaluations as usize,
+                evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
             },
         }

@@ -350,6 +350,9 @@ pub(super) fn plots(known: &Known<'_>, variants: &[String], out: &mut Vec<Diagno
     plots
 }
 
+/// Relative tolerances that make sense: below the first there is nothing but rounding.
+pub const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-13..=1e-3;
+
 pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Tolerance {
     let reader = TableReader::new(document, &[]);
     let relative = quantity(
@@ -361,12 +364,12 @@ pub(super) fn tolerance(document: &Document, out: &mut Vec<Diagnostic>) -> Toler
         out,
     );
     let Some(relative) = relative.map(|x| x.to_f64()) else { return Tolerance::default() };
-    if !(1e-13..=1e-3).contains(&relative) {
+    if !TOLERANCES.contains(&relative) {
         out.push(
             Diagnostic::error("scenario::tolerance", format!("a relative tolerance of {relative:e} is out of range"))
                 .at(TableReader::place(&document.scenario, "relative_tolerance"), "from 1e-13 to 1e-3")
                 .help("leave it out for 1e-10, which suits almost every study"),
         );
     }
-    Tolerance { relative, absolute: 1e-2 * relative, ..Tolerance::default() }
+    Tolerance::relative(relative)
 }

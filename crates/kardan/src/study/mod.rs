@@ -40,6 +40,7 @@ mod summary;
 
 pub use analysis::{AnalysisSpec, Site};
 pub use analyze::{analyze, analyze_state_space};
+pub use asked::TOLERANCES;
 pub use bench::{
     BenchRun, BenchSettings, PreparedBench, bench, bench_controller, closed_loop, given_truth, prepare_bench,
     read_truth,

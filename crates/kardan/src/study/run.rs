@@ -16,7 +16,7 @@ use super::{
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
-use crate::simulate::{Setup, Tolerance, signal_names};
+use crate::simulate::{Method, Setup, Tolerance, signal_names};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -31,6 +31,10 @@ pub struct Settings {
     /// Whether only the runs are asked for, without the structure of the model and the designs of its controllers beside them.
     /// For many runs in a row: margins and bounds of a design take longer than a run.
     pub runs_only: bool,
+    /// How runs are integrated.
+    pub method: Method,
+    /// Relative error allowed per step, in place of that of the file.
+    pub tolerance: Option<f64>,
 }
 
 /// Runs the study of a model file: every variant through the scenario, in parallel.
@@ -115,7 +119,8 @@ fn run_all(
     warnings: &[String],
     progress: &dyn Progress,
 ) -> Arc<Study> {
-    let runs = chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, prepared, progress));
+    let runs =
+        chosen.par_iter().enumerate().map(|(k, variant)| run_variant(k, variant, (prepared, settings), progress));
     let study = Arc::new(Study {
         model: prepared.variants.first().map(|variant| summarise(prepared, variant)).unwrap_or_default(),
         runs: runs.collect(),
@@ -260,9 +265,15 @@ fn chosen_plots(prepared: &Prepared, chosen: &[String]) -> Vec<Plot> {
     plots
 }
 
-fn run_variant(number: usize, variant: &PreparedVariant, prepared: &Prepared, progress: &dyn Progress) -> Run {
+fn run_variant(
+    number: usize,
+    variant: &PreparedVariant,
+    (prepared, settings): (&Prepared, &Settings),
+    progress: &dyn Progress,
+) -> Run {
     let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
-    let tolerance = Tolerance { most_steps: progress.most_steps(), ..prepared.tolerance };
+    let asked = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
+    let tolerance = Tolerance { most_steps: progress.most_steps(), method: settings.method, ..asked };
     let result = simulate_heard(setup, tolerance, (number, &variant.name), progress);
     let completed = result.outcome == Outcome::Completed;
     let requirements = prepared

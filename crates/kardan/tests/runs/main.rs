@@ -8,6 +8,7 @@ mod figures;
 mod friction;
 mod golden;
 mod limits;
+mod linear;
 mod motor_limits;
 mod noise;
 mod ripple;

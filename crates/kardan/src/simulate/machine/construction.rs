@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Machine;
+use super::sharing::Sharing;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
@@ -99,8 +100,13 @@ impl Machine {
             hold_matrix: vec![0.0; m * m],
             hold_factor: Cholesky::new(0),
             hold_torque: vec![0.0; m],
+            hold_constant: false,
+            hold_known: false,
+            sharing_known: false,
+            sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
             scratch: vec![0.0; r.max(m)],
+            correction: vec![0.0; r],
             friction_torques: vec![0.0; m],
             drives,
             dynamics,

@@ -72,14 +72,11 @@ impl Machine {
 
     /// Adds the friction of slipping directions to the force.
     pub(super) fn slip_forces(&mut self) {
-        let r = self.degrees_of_freedom;
         for (k, mode) in self.modes.iter().enumerate() {
             if *mode != Mode::Stick {
                 let speed = self.dynamics.friction_speed(k, &self.work);
                 let torque = mode.sign() * self.dynamics.sliding_torque(k, speed);
-                for (force, g) in self.force.iter_mut().zip(&self.work.friction_rows[k * r..(k + 1) * r]) {
-                    *force -= torque * g;
-                }
+                self.dynamics.add_along_friction(k, -torque, &mut self.force, &self.work);
             }
         }
     }
@@ -101,36 +98,47 @@ impl Machine {
         }
         self.factor_holding();
         for a in 0..count {
-            let k = self.holding[a];
-            self.hold_torque[a] =
-                dot(&self.work.friction_rows[k * r..(k + 1) * r], &self.acceleration) + self.work.friction_bias[k];
+            self.hold_torque[a] = self.hold_defect(a);
         }
         self.hold_factor.solve(&mut self.hold_torque[..count]);
-        for a in 0..count {
-            for i in 0..r {
-                self.acceleration[i] -= self.weighted[a * r + i] * self.hold_torque[a];
-            }
-        }
+        self.scratch[..count].copy_from_slice(&self.hold_torque[..count]);
+        self.take_from_acceleration();
         // One refinement keeps the sticking speeds at zero to the last bits.
         for a in 0..count {
-            let k = self.holding[a];
-            self.scratch[a] =
-                dot(&self.work.friction_rows[k * r..(k + 1) * r], &self.acceleration) + self.work.friction_bias[k];
+            self.scratch[a] = self.hold_defect(a);
         }
         self.hold_factor.solve(&mut self.scratch[..count]);
         for a in 0..count {
             self.hold_torque[a] += self.scratch[a];
-            for i in 0..r {
-                self.acceleration[i] -= self.weighted[a * r + i] * self.scratch[a];
-            }
         }
+        self.take_from_acceleration();
         for &i in &self.still {
             self.acceleration[i] = 0.0;
         }
     }
 
-    /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions.
+    /// Acceleration along a holding direction.
+    fn hold_defect(&self, a: usize) -> f64 {
+        let k = self.holding[a];
+        self.dynamics.along_friction(k, &self.acceleration, &self.work) + self.work.friction_bias[k]
+    }
+
+    /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
+    fn take_from_acceleration(&mut self) {
+        self.correction.fill(0.0);
+        for (&k, torque) in self.holding.iter().zip(&self.scratch) {
+            self.dynamics.add_along_friction(k, *torque, &mut self.correction, &self.work);
+        }
+        self.work.factor.solve(&mut self.correction);
+        self.acceleration.iter_mut().zip(&self.correction).for_each(|(x, taken)| *x -= taken);
+    }
+
+    /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions; where neither depends on the position, once.
     pub(super) fn factor_holding(&mut self) {
+        if self.hold_constant && self.hold_known {
+            return;
+        }
+        self.hold_known = true;
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
         for a in 0..count {
             let k = self.holding[a];
@@ -219,6 +227,25 @@ impl Machine {
         if !self.following.is_empty() {
             self.split_friction();
         }
+    }
+
+    /// Angles, speeds and sources at one point.
+    pub fn observe_motion(&mut self, time: f64, state: &[f64]) {
+        let r = self.degrees_of_freedom;
+        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        self.set_sources(time);
+    }
+
+    /// Pairs of numbers whose products add up to the power of the inputs, and to that of the viscous loss, W, at the point last evaluated.
+    pub fn power_factors(&self) -> [Vec<[f64; 2]>; 2] {
+        let input = |k: usize| [self.applied[k], self.dynamics.input_speed(k, &self.work)];
+        let damper = |k: usize| self.dynamics.damper_factors(k, &self.work);
+        [(0..self.applied.len()).map(input).collect(), (0..self.dynamics.damper_count()).map(damper).collect()]
+    }
+
+    /// Whether nothing depends on time until the segment ends: all sources keep their values, and sampled laws their torques.
+    pub fn is_steady(&self) -> bool {
+        self.lines.iter().all(|(_, slope, _)| *slope == 0.0)
     }
 
     /// Evaluates forces and accelerations in the present modes.

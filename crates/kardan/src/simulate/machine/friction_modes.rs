@@ -1,6 +1,7 @@
 //! Which friction directions stick, which slip, and how.
 
 use super::Machine;
+use super::sharing::{Holding, Sharing};
 use crate::num::{Cholesky, dot};
 use crate::simulate::friction::{Mode, OUTSIDE, Span};
 
@@ -15,51 +16,33 @@ const NOISE: f64 = 64.0 * f64::EPSILON;
 
 impl Machine {
     /// Shares the holding torque among sticking directions that depend on each other: the smallest torques relative to
-    /// what each direction can hold at rest, `min Σ (λ/c)²`.
+    /// what each direction can hold at rest where that suffices, else those of the convex problem.
     pub(super) fn split_friction(&mut self) {
-        let (r, count) = (self.degrees_of_freedom, self.holding.len());
-        self.factor_holding();
-        let c = self.dynamics.breakaway_torques();
-        // Rows of B: each sticking direction as a combination of the holding ones.
-        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
-        let mut combination = vec![0.0; sticking.len() * count];
-        for (row, &k) in sticking.iter().enumerate() {
-            let coefficients = &mut combination[row * count..(row + 1) * count];
-            for (a, value) in coefficients.iter_mut().enumerate() {
-                *value = dot(&self.weighted[a * r..(a + 1) * r], &self.work.friction_rows[k * r..(k + 1) * r]);
-            }
-            self.hold_factor.solve(coefficients);
+        if self.share_holds(1.0 + 1e-9) {
+            let Sharing { sticking, torques, .. } = &self.sharing;
+            sticking.iter().zip(torques).for_each(|(&k, torque)| self.friction_torques[k] = *torque);
+            return;
         }
-        // (Bᵀ C² B) z = μ, λ = C² B z.
-        let mut normal = vec![0.0; count * count];
-        for (row, &k) in sticking.iter().enumerate() {
-            let b = &combination[row * count..(row + 1) * count];
-            for i in 0..count {
-                for j in 0..count {
-                    normal[i * count + j] += c[k] * c[k] * b[i] * b[j];
-                }
-            }
-        }
-        let mut z = self.hold_torque[..count].to_vec();
-        let mut factor = Cholesky::new(count);
-        if factor.factor(&normal) {
-            factor.solve(&mut z);
-            let shares: Vec<f64> = sticking
-                .iter()
-                .enumerate()
-                .map(|(row, &k)| c[k] * c[k] * dot(&combination[row * count..(row + 1) * count], &z))
-                .collect();
-            if shares.iter().zip(&sticking).all(|(share, &k)| share.abs() <= c[k] * (1.0 + 1e-9)) {
-                for (share, &k) in shares.iter().zip(&sticking) {
-                    self.friction_torques[k] = *share;
-                }
-                return;
-            }
-        }
+        let sticking = self.sharing.sticking.clone();
         let (_, torques) = self.solve_box(&sticking);
         for (torque, &k) in torques.iter().zip(&sticking) {
             self.friction_torques[k] = *torque;
         }
+    }
+
+    /// Whether the sticking directions hold with the smallest torques relative to what each can hold, none above that times `most`.
+    /// Needs the torques of the holding directions.
+    fn share_holds(&mut self, most: f64) -> bool {
+        self.factor_holding();
+        let c = self.dynamics.breakaway_torques();
+        if !(self.hold_constant && self.sharing_known) {
+            let holding = Holding { directions: &self.holding, weighted: &self.weighted, factor: &self.hold_factor };
+            self.sharing.prepare(&holding, &self.work.friction_rows, c);
+            self.sharing_known = true;
+        }
+        let determined = self.sharing.share(&self.hold_torque[..self.holding.len()], c);
+        let Sharing { sticking, torques, .. } = &self.sharing;
+        determined && sticking.iter().zip(torques).all(|(&k, torque)| torque.abs() <= c[k] * most)
     }
 
     /// What the directions given, all at rest, do next; and the friction torques that hold or oppose them.
@@ -100,8 +83,11 @@ impl Machine {
             weighted[a * r..(a + 1) * r].copy_from_slice(row(k));
             self.work.factor.solve(&mut weighted[a * r..(a + 1) * r]);
         }
-        let w: Vec<f64> =
-            (0..m * m).map(|i| dot(&weighted[i / m * r..(i / m + 1) * r], row(directions[i % m]))).collect();
+        // Directions have few entries.
+        let entries = |&k: &usize| row(k).iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect::<Vec<_>>();
+        let sparse: Vec<Vec<(usize, f64)>> = directions.iter().map(entries).collect();
+        let along = |weighted: &[f64], row: &[(usize, f64)]| row.iter().map(|(i, x)| weighted[*i] * x).sum::<f64>();
+        let w: Vec<f64> = (0..m * m).map(|i| along(&weighted[i / m * r..(i / m + 1) * r], &sparse[i % m])).collect();
         let right: Vec<f64> = directions.iter().map(|&k| dot(row(k), &free) + self.work.friction_bias[k]).collect();
         let cancels = |k: usize| {
             let terms = row(k).iter().zip(&free).map(|(g, x)| (g * x).abs()).sum::<f64>();
@@ -136,7 +122,15 @@ impl Machine {
         if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
             return false;
         }
-        let sticking: Vec<usize> = self.holding.iter().chain(&self.following).copied().collect();
+        if !self.following.is_empty() && self.share_holds(1.0 - 1e-12) {
+            // Torques within their bounds that hold everything: there is no acceleration.
+            return false;
+        }
+        let sticking = self.sharing.sticking.clone();
+        if self.following.is_empty() {
+            // None depends on the others, so that whatever accelerates slips.
+            return self.solve_box(&sticking).0.iter().any(|acceleration| *acceleration != 0.0);
+        }
         self.decide(&sticking).0.iter().any(|mode| *mode != Mode::Stick)
     }
 
@@ -174,6 +168,27 @@ impl Machine {
             || self.slip_margin(direction),
             |(&k, torque)| 1.0 - torque.abs() / self.dynamics.breakaway_torques()[k],
         )
+    }
+
+    /// How far a slipping direction is from standing still at a state, rad/s: negative beyond.
+    pub fn slip_room(&mut self, state: &[f64], direction: usize) -> f64 {
+        let r = self.degrees_of_freedom;
+        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        self.slip_margin(direction)
+    }
+
+    /// How far the sticking directions are from their limits at a state, as a part of those: negative beyond. Where they share torques,
+    /// with the smallest torques that hold, which is less than what holds at best.
+    pub fn hold_room(&mut self, time: f64, state: &[f64]) -> f64 {
+        self.evaluate(time, state);
+        if !self.following.is_empty() {
+            self.share_holds(1.0);
+        }
+        let c = self.dynamics.breakaway_torques();
+        let shared = self.sharing.sticking.iter().zip(&self.sharing.torques);
+        let alone = self.holding.iter().zip(&self.hold_torque);
+        let least = |room: f64, (&k, torque): (&usize, &f64)| room.min(1.0 - torque.abs() / c[k]);
+        if self.following.is_empty() { alone.fold(1.0, least) } else { shared.fold(1.0, least) }
     }
 
     pub(super) fn slip_margin(&self, direction: usize) -> f64 {
@@ -357,18 +372,17 @@ impl Machine {
 
     /// The span of directions, built from independent ones, the clearest first.
     pub(super) fn span(&self, directions: &[usize]) -> Span {
-        let mut span = Span { members: Vec::new(), basis: Vec::new() };
-        let mut rows: Vec<(usize, Vec<f64>)> = directions.iter().map(|&k| (k, self.metric_row(k))).collect();
-        while !rows.is_empty() && span.basis.len() < self.degrees_of_freedom {
-            let left: Vec<f64> = rows.iter().map(|(_, row)| span.left(row.clone())).collect();
-            let best = (0..rows.len()).max_by(|&a, &b| left[a].total_cmp(&left[b]).then(b.cmp(&a))).unwrap_or(0);
-            if left[best] <= OUTSIDE {
-                break;
-            }
-            let (k, row) = rows.remove(best);
-            span.add(k, row);
-        }
-        span
+        Span::new(directions.iter().map(|&k| (k, self.metric_row(k))), self.degrees_of_freedom)
+    }
+
+    /// Memory for the holding directions, of which nothing is known yet.
+    pub(super) fn prepare_holding(&mut self) {
+        self.hold_factor = Cholesky::new(self.holding.len());
+        self.sharing.choose(&self.holding, &self.following);
+        (self.hold_known, self.sharing_known) = (false, false);
+        let sticking = self.sharing.sticking.iter();
+        self.hold_constant =
+            self.dynamics.has_constant_inertia() && sticking.copied().all(|k| !self.dynamics.friction_varies(k));
     }
 
     /// Chooses independent directions among those given and notes which coordinates stand still.
@@ -376,7 +390,7 @@ impl Machine {
         let r = self.degrees_of_freedom;
         self.holding = self.span(sticking).members;
         self.following = sticking.iter().copied().filter(|k| !self.holding.contains(k)).collect();
-        self.hold_factor = Cholesky::new(self.holding.len());
+        self.prepare_holding();
         self.still.clear();
         if self.holding.len() == r {
             self.still.extend(0..r);

@@ -6,6 +6,17 @@ use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Profile;
 
 impl Machine {
+    /// Whether the whole loop is linear between the breakpoints of the scenario, and nothing in it ever changes its mode: no friction,
+    /// no limit, no ripple, no law that bends or has a clock.
+    pub fn is_linear(&self) -> bool {
+        let linear =
+            |wired: &Wired| wired.clocked().is_none() && !wired.law.bends() && wired.law.friction_width().is_none();
+        self.dynamics.is_linear()
+            && self.modes.is_empty()
+            && self.laws.iter().all(linear)
+            && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
+    }
+
     /// From a time on a source has one value, whatever the scenario says.
     pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
         self.profiles[source].hold(from, value);

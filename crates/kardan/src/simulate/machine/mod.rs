@@ -5,6 +5,7 @@ mod forces;
 mod friction_modes;
 mod laws;
 mod motor_modes;
+mod sharing;
 mod wired;
 
 pub use wired::Setup;
@@ -14,6 +15,7 @@ use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceTarget};
 use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
+use sharing::Sharing;
 use wired::{Computer, Wired};
 
 /// The closed loop: plant, motors, laws and sources, with the current modes.
@@ -53,8 +55,15 @@ pub struct Machine {
     hold_matrix: Vec<f64>,
     hold_factor: Cholesky,
     hold_torque: Vec<f64>,
+    /// Whether `weighted` and `hold_factor` are the same at every position, and known.
+    hold_constant: bool,
+    hold_known: bool,
+    sharing_known: bool,
+    sharing: Sharing,
     box_problem: BoxProblem,
     scratch: Vec<f64>,
+    /// What torques that hold take from the accelerations.
+    correction: Vec<f64>,
     pub(super) friction_torques: Vec<f64>,
 }
 
@@ -69,7 +78,7 @@ impl Machine {
         for list in [&mut self.holding, &mut self.following, &mut self.still] {
             keeper.counts(list);
         }
-        self.hold_factor = Cholesky::new(self.holding.len());
+        self.prepare_holding();
         keeper.number(&mut self.step_length);
         for list in [&mut self.step_speeds, &mut self.hold_torque, &mut self.sources, &mut self.commands] {
             keeper.numbers(list);

@@ -1,0 +1,342 @@
+//! Exact solution of loops that are linear between the breakpoints of the scenario.
+//!
+//! With `z = (x, 1, t − t₀)` a segment is `ż = M z`, so `z(t) = e^{M (t − t₀)} z₀`: one matrix exponential for each spacing of the rows and a
+//! product for each row, however stiff the loop is. Every signal is affine in x and t, and the work of the inputs and the loss have quadratic
+//! rates `zᵀ Q z`, whose integral over `2h` follows from that over h: `G(2h) = G(h) + Φ(h)ᵀ G(h) Φ(h)` with `Φ(h) = e^{Mh}`. The
+//! integral over a short h is that of Van Loan (IEEE Trans. Autom. Control 23, 1978, 395).
+//!
+//! The matrices are read from the machine by evaluating it at unit vectors. Whether it is linear is decided before, on exact expressions.
+//! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
+//! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
+
+use super::{Machine, outputs::Outputs};
+use crate::num::{Matrix, balance, dot, exponential};
+use faer::Mat;
+
+/// More states are left to the integrator: a product for each row grows with their square.
+pub(super) const MOST_STATES: usize = 16;
+/// Spacings of rows whose exponentials are kept.
+const MOST_SPACINGS: usize = 8;
+/// Norm of `M h` up to which the integrals are taken at once.
+const SHORT: f64 = 0.5;
+/// Doublings of a step that are taken as steps: 2 to that power.
+const STEPS: f64 = 8.0;
+/// Halvings of the segment; beyond, the loop is left to the integrator.
+const MOST_HALVINGS: f64 = 80.0;
+/// Length of the vectors that the equations are read with a second time.
+const OTHER_LENGTH: f64 = 0.7;
+/// Difference of two spacings, in units in the last place of the time, that is that of the times' rounding.
+const ROUNDED: f64 = 8.0;
+
+/// The loop between two breakpoints.
+pub(super) struct LinearSegment {
+    /// States without the two energies.
+    states: usize,
+    from: f64,
+    until: f64,
+    /// M, of order states + 2.
+    generator: Matrix<f64>,
+    /// z at the end.
+    end: Vec<f64>,
+    /// Work of the inputs and loss, J.
+    energies: [f64; 2],
+    /// Signals over z, row by row; `None`: each row is evaluated, as a sensor reads at times of its own.
+    readout: Option<Matrix<f64>>,
+    spacings: Vec<(f64, Matrix<f64>)>,
+    /// The row reached.
+    at: f64,
+    z: Vec<f64>,
+    scratch: Vec<f64>,
+    pub(super) evaluations: u64,
+}
+
+impl LinearSegment {
+    /// The segment that begins at a state; `None` if numbers overflow on the way to its end, or rounding changes a state by more than
+    /// a `tolerance` of its largest size on the way.
+    pub(super) fn new(
+        machine: &mut Machine,
+        outputs: &mut Outputs,
+        (from, until): (f64, f64),
+        state: &[f64],
+        tolerance: f64,
+    ) -> Option<Self> {
+        let states = machine.size() - 2;
+        let order = states + 2;
+        let mut probe =
+            Probe { machine, from, state: vec![0.0; states + 2], slope: vec![0.0; states + 2], evaluations: 0 };
+        let (generator, powers) = probe.equations(states, 1.0);
+        let (other, _) = probe.equations(states, OTHER_LENGTH);
+        let z: Vec<f64> =
+            (0..order).map(|i| if i < states { state[i] } else { f64::from(u8::from(i == states)) }).collect();
+        let [mut walk, mut beside] =
+            [Walk::new(&generator, &powers, &z, until - from)?, Walk::new(&other, &[], &z, until - from)?];
+        let (mut largest, mut apart) = (vec![0.0f64; states], vec![0.0f64; states]);
+        while walk.left > 0 {
+            walk.step();
+            beside.step();
+            for i in 0..states {
+                largest[i] = largest[i].max(walk.z[i].abs());
+                apart[i] = apart[i].max((walk.z[i] - beside.z[i]).abs());
+            }
+        }
+        // Angles and speeds are judged beside the others of their kind.
+        let kinds = kinds(states, probe.machine.degrees_of_freedom());
+        let exact = kinds.into_iter().all(|kind| {
+            let most = largest[kind.clone()].iter().copied().fold(0.0, f64::max);
+            apart[kind].iter().all(|x| *x <= tolerance * most)
+        });
+        if !exact {
+            return None;
+        }
+        let (readout, evaluations) = (probe.readout(states, outputs), probe.evaluations);
+        let end = walk.z;
+        let energies = [state[states] + walk.work[0], state[states + 1] + walk.work[1]];
+        let finite = end.iter().chain(&energies).all(|x| x.is_finite());
+        finite.then(|| Self {
+            states,
+            from,
+            until,
+            generator,
+            end,
+            energies,
+            readout,
+            spacings: Vec::new(),
+            at: from,
+            scratch: vec![0.0; order],
+            z,
+            evaluations,
+        })
+    }
+
+    /// Writes the state at the end.
+    pub(super) fn finish(&self, state: &mut [f64]) {
+        state[..self.states].copy_from_slice(&self.end[..self.states]);
+        state[self.states..].copy_from_slice(&self.energies);
+    }
+
+    /// Whether a time lies before its end, and not before its begin.
+    pub(super) fn covers(&self, time: f64) -> bool {
+        self.from <= time && time < self.until
+    }
+
+    /// Goes on to a later time of the segment.
+    pub(super) fn advance(&mut self, time: f64) {
+        let step = time - self.at;
+        if step <= 0.0 {
+            return;
+        }
+        let near = ROUNDED * f64::EPSILON * time.abs();
+        let known = self.spacings.iter().position(|(spacing, _)| (spacing - step).abs() <= near);
+        let place = match known {
+            Some(place) => place,
+            None => {
+                // Up to the end nothing overflows, so that nothing does before.
+                let order = self.z.len();
+                let matrix = exponential(&self.generator.scale(&step));
+                let matrix = matrix.unwrap_or_else(|| Matrix::from_fn(order, order, |_, _| f64::NAN));
+                if self.spacings.len() == MOST_SPACINGS {
+                    self.spacings.remove(0);
+                }
+                self.spacings.push((step, matrix));
+                self.spacings.len() - 1
+            }
+        };
+        let (spacing, matrix) = &self.spacings[place];
+        apply(matrix, &self.z, &mut self.scratch);
+        std::mem::swap(&mut self.z, &mut self.scratch);
+        let late = step - spacing;
+        if late != 0.0 {
+            // What the rounding of the times leaves, to first order.
+            apply(&self.generator, &self.z, &mut self.scratch);
+            self.z.iter_mut().zip(&self.scratch).for_each(|(z, rate)| *z += late * rate);
+        }
+        self.at = time;
+    }
+
+    /// The signals at the time reached, one after the other; false if they must be evaluated.
+    pub(super) fn read(&self, mut out: impl FnMut(usize, f64)) -> bool {
+        let Some(readout) = &self.readout else { return false };
+        (0..readout.rows()).for_each(|k| out(k, dot(readout.row(k), &self.z)));
+        true
+    }
+
+    /// Writes the state at the time reached, without the energies.
+    pub(super) fn write(&self, state: &mut [f64]) {
+        state[..self.states].copy_from_slice(&self.z[..self.states]);
+    }
+}
+
+fn apply(matrix: &Matrix<f64>, x: &[f64], out: &mut [f64]) {
+    out.iter_mut().enumerate().for_each(|(i, out)| *out = dot(matrix.row(i), x));
+}
+
+/// Angles, speeds and what else there is.
+fn kinds(states: usize, r: usize) -> [std::ops::Range<usize>; 3] {
+    [0..r, r..2 * r, 2 * r..states]
+}
+
+/// z and both integrals of `zᵀ Q z` on the way through a segment. Each doubling of a step doubles the rounding, so that the last ones are
+/// steps.
+struct Walk {
+    z: Vec<f64>,
+    work: [f64; 2],
+    left: usize,
+    step: Matrix<f64>,
+    integrals: Vec<Matrix<f64>>,
+    next: Vec<f64>,
+}
+
+impl Walk {
+    fn new(m: &Matrix<f64>, powers: &[Matrix<f64>], z: &[f64], time: f64) -> Option<Self> {
+        let n = m.rows();
+        let scales = balance(&Mat::from_fn(n, n, |i, j| m[(i, j)]));
+        let size = |i: usize| (0..n).map(|j| (m[(i, j)] * scales[j] / scales[i]).abs()).sum::<f64>();
+        let norm = (0..n).map(size).fold(0.0, f64::max) * time;
+        let halvings = (norm / SHORT).log2().ceil().max(STEPS);
+        if !(halvings <= MOST_HALVINGS) {
+            return None;
+        }
+        let (step, integrals) = over(m, powers, time * (-halvings).exp2(), (halvings - STEPS) as usize)?;
+        Some(Self {
+            z: z.to_vec(),
+            work: [0.0; 2],
+            left: STEPS.exp2() as usize,
+            step,
+            integrals,
+            next: vec![0.0; z.len()],
+        })
+    }
+
+    fn step(&mut self) {
+        for (work, integral) in self.work.iter_mut().zip(&self.integrals) {
+            apply(integral, &self.z, &mut self.next);
+            *work += dot(&self.z, &self.next);
+        }
+        apply(&self.step, &self.z, &mut self.next);
+        std::mem::swap(&mut self.z, &mut self.next);
+        self.left -= 1;
+    }
+}
+
+/// `e^{Mh}` and `∫₀ʰ e^{Mᵀs} Q e^{Ms} ds` for both Q, h being a short time doubled so many times.
+fn over(
+    m: &Matrix<f64>,
+    powers: &[Matrix<f64>],
+    short: f64,
+    doublings: usize,
+) -> Option<(Matrix<f64>, Vec<Matrix<f64>>)> {
+    let n = m.rows();
+    // [−Mᵀ Q; 0 M]: F₃ᵀ F₂ of its exponential is the integral.
+    let integral = |q: &Matrix<f64>| {
+        let both = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => -m[(j, i)] * short,
+            (true, false) => q[(i, j - n)] * short,
+            (false, false) => m[(i - n, j - n)] * short,
+            (false, true) => 0.0,
+        });
+        let both = exponential(&both)?;
+        let right = Matrix::from_fn(n, n, |i, j| both[(n + j, n + i)]);
+        Some(right.multiply(&Matrix::from_fn(n, n, |i, j| both[(i, n + j)])))
+    };
+    let mut integrals: Vec<Matrix<f64>> = powers.iter().map(integral).collect::<Option<_>>()?;
+    let mut whole = exponential(&m.scale(&short))?;
+    for _ in 0..doublings {
+        let turned = whole.transpose();
+        for sum in &mut integrals {
+            *sum = sum.plus(&turned.multiply(&sum.multiply(&whole)));
+        }
+        whole = whole.multiply(&whole);
+    }
+    Some((whole, integrals))
+}
+
+/// Reads the equations from the machine.
+struct Probe<'a> {
+    machine: &'a mut Machine,
+    from: f64,
+    state: Vec<f64>,
+    slope: Vec<f64>,
+    evaluations: u64,
+}
+
+impl Probe<'_> {
+    /// Rates at a sum of unit vectors of (x, t − t₀), each times a number.
+    fn rates(&mut self, at: &[(usize, f64)]) -> &[f64] {
+        let time = self.place(at);
+        self.machine.derivative(time, &self.state, &mut self.slope);
+        self.evaluations += 1;
+        &self.slope
+    }
+
+    /// Puts the state there; gives the time.
+    fn place(&mut self, at: &[(usize, f64)]) -> f64 {
+        let states = self.state.len() - 2;
+        self.state.fill(0.0);
+        let mut time = self.from;
+        for &(k, x) in at {
+            if k < states { self.state[k] += x } else { time += x }
+        }
+        time
+    }
+
+    /// M, and Q of the power of the inputs and of the loss, read with vectors of a length.
+    fn equations(&mut self, states: usize, length: f64) -> (Matrix<f64>, [Matrix<f64>; 2]) {
+        let order = states + 2;
+        let rest = self.rates(&[]).to_vec();
+        let factors = |probe: &Self| probe.machine.power_factors();
+        let mut rows: [Vec<[Vec<f64>; 2]>; 2] =
+            factors(self).map(|pairs| pairs.iter().map(|_| [vec![0.0; order], vec![0.0; order]]).collect());
+        let still = factors(self);
+        let mut generator = Matrix::zeros(order, order);
+        (0..states).for_each(|i| generator[(i, states)] = rest[i]);
+        generator[(states + 1, states)] = 1.0;
+        for (rows, still) in rows.iter_mut().zip(&still) {
+            rows.iter_mut().zip(still).for_each(|(row, pair)| (0..2).for_each(|e| row[e][states] = pair[e]));
+        }
+        let steady = self.machine.is_steady();
+        for variable in (0..=states).filter(|&k| k < states || !steady) {
+            let column = if variable < states { variable } else { states + 1 };
+            let plus = self.rates(&[(variable, length)]).to_vec();
+            let ahead = factors(self);
+            let minus = self.rates(&[(variable, -length)]).to_vec();
+            let behind = factors(self);
+            let slope = |plus: f64, minus: f64| (plus - minus) / (2.0 * length);
+            (0..states).for_each(|i| generator[(i, column)] = slope(plus[i], minus[i]));
+            for (rows, (ahead, behind)) in rows.iter_mut().zip(ahead.iter().zip(&behind)) {
+                for (row, (ahead, behind)) in rows.iter_mut().zip(ahead.iter().zip(behind)) {
+                    (0..2).for_each(|e| row[e][column] = slope(ahead[e], behind[e]));
+                }
+            }
+        }
+        // The power is a sum of products of two of these.
+        let quadratic = |pairs: &Vec<[Vec<f64>; 2]>| {
+            let entry = |i: usize, j: usize| pairs.iter().map(|[a, b]| 0.5 * (a[i] * b[j] + a[j] * b[i])).sum();
+            Matrix::from_fn(order, order, entry)
+        };
+        (generator, rows.each_ref().map(quadratic))
+    }
+
+    /// The signals over z.
+    fn readout(&mut self, states: usize, outputs: &mut Outputs) -> Option<Matrix<f64>> {
+        if outputs.samples() {
+            return None;
+        }
+        let mut values = |probe: &mut Self, at: &[(usize, f64)]| -> Vec<f64> {
+            let time = probe.place(at);
+            outputs.observe(probe.machine, time, &probe.state);
+            probe.evaluations += 1;
+            (0..outputs.signals.len()).map(|k| outputs.value(k, probe.machine)).collect()
+        };
+        let rest = values(self, &[]);
+        let mut readout = Matrix::zeros(rest.len(), states + 2);
+        rest.iter().enumerate().for_each(|(k, value)| readout[(k, states)] = *value);
+        for place in (0..=states).filter(|&k| k < states || !self.machine.is_steady()).collect::<Vec<_>>() {
+            let (plus, minus) = (values(self, &[(place, 1.0)]), values(self, &[(place, -1.0)]));
+            let column = if place < states { place } else { states + 1 };
+            for (k, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+                readout[(k, column)] = 0.5 * (plus - minus);
+            }
+        }
+        Some(readout)
+    }
+}

@@ -1,0 +1,182 @@
+//! With `--method automatic` loops that are linear between the breakpoints of the scenario are solved by matrix exponentials: the same motion as by the reference
+//! method at its tightest, whatever stands in the loop.
+
+use kardan::results::{Outcome, Run};
+use kardan::simulate::Method;
+use kardan::study::Project;
+use kardan::study::{Settings, Silent};
+
+use super::common::runs_only;
+
+fn runs(source: &str, method: Method, tolerance: Option<f64>) -> Vec<Run> {
+    let settings = Settings { method, tolerance, ..runs_only() };
+    let study = Project::open(source).run(&settings, &Silent);
+    study.unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{source}")).runs
+}
+
+/// Largest difference of a signal in two runs, in parts of the largest value of all signals of its kind; and which one it is.
+fn difference(one: &Run, other: &Run) -> (f64, String) {
+    assert_eq!(one.series.time, other.series.time);
+    let mut worst = (0.0, String::new());
+    for signal in &one.series.signals {
+        let alike = one.series.signals.iter().filter(|other| other.physical == signal.physical);
+        let size = alike.flat_map(|other| &other.values).fold(0.0f64, |most, x| most.max(x.abs()));
+        let there = other.series.signal(&signal.name).unwrap();
+        assert_eq!(signal.values.len(), there.values.len(), "{}", signal.name);
+        for (a, b) in signal.values.iter().zip(&there.values) {
+            let part = (a - b).abs() / size.max(f64::MIN_POSITIVE);
+            if part > worst.0 {
+                worst = (part, signal.name.clone());
+            }
+        }
+    }
+    worst
+}
+
+/// Whether the run took hardly more steps than the scenario has breakpoints.
+fn was_exact(run: &Run) -> bool {
+    run.effort.steps <= 50
+}
+
+/// A motor with a lag drives two shafts over a spring; the references and a disturbance rise in ramps, and a law follows them.
+const RAMPS: &str = r#"
+[model]
+name = "ramps"
+
+[shaft.a]
+inertia = "0.02 kg m^2"
+damping = "0.01 N m s/rad"
+
+[shaft.b]
+inertia = "0.1 kg m^2"
+damping = "0.05 N m s/rad"
+
+[spring_damper.k]
+shaft_1 = "a"
+shaft_2 = "b"
+stiffness = "20 N m/rad"
+damping = "0.1 N m s/rad"
+
+[motor.m]
+shaft = "a"
+lag = "3 ms"
+
+[motor.n]
+shaft = "b"
+
+[disturbance.load]
+shaft = "b"
+
+[control.follow]
+law = "noninteracting"
+
+[[control.follow.channels]]
+output = "b.phi"
+input = "n"
+kind = "position"
+reference = "r"
+
+[scenario]
+duration = "1.5 s"
+output_step = "2 ms"
+
+[[scenario.event]]
+at = "0.1 s"
+signal = "r"
+to = "1 rad"
+over = "0.4 s"
+
+[[scenario.event]]
+at = "0.3 s"
+signal = "load"
+to = "-2 N m"
+over = "0.3 s"
+
+[[scenario.event]]
+at = "0.7 s"
+signal = "m.tau"
+to = "0.5 N m"
+"#;
+
+/// The stiff drive has torques that are made of angles a thousand times as large: 5e-9 of them is 1e-13 rad.
+#[test]
+fn linear_loops_move_as_with_the_reference_method() {
+    let builtin = |name: &str| kardan::model::builtin(name).unwrap().source.to_string();
+    for (source, allowed) in [
+        (builtin("two-bodies"), 1e-11),
+        (builtin("rlc-ladder"), 1e-9),
+        (builtin("harmonic-drive-spring"), 2e-8),
+        (RAMPS.to_string(), 1e-10),
+    ] {
+        let reference = runs(&source, Method::Dop853, Some(1e-13));
+        let exact = runs(&source, Method::Automatic, None);
+        for (one, other) in reference.iter().zip(&exact) {
+            assert!(was_exact(other) && !was_exact(one), "{}: {:?} {:?}", one.name, one.effort, other.effort);
+            let (worst, signal) = difference(one, other);
+            assert!(worst < allowed, "{} {signal}: {worst:e}", one.name);
+            for (a, b) in [
+                (one.energy.input, other.energy.input),
+                (one.energy.dissipated, other.energy.dissipated),
+                (one.energy.stored, other.energy.stored),
+            ] {
+                assert!((a - b).abs() < 1e-9 * one.energy.input.abs(), "{}: {a} {b}", one.name);
+            }
+            let residual = other.energy.residual.abs();
+            assert!(residual < 1e-9 * other.energy.input.abs(), "{}: {residual:e}", other.name);
+        }
+    }
+}
+
+/// Readings with a resolution at times of their own are those of the reference method.
+#[test]
+fn sensors_read_in_linear_loops() {
+    let source = RAMPS.replace(
+        "[scenario]",
+        "[sensor.encoder]\nmeasures = \"angle\"\nshaft = \"b\"\nresolution = \"0.01 rad\"\nsample_time = \"7 ms\"\n\n[scenario]",
+    );
+    let (reference, exact) =
+        (&runs(&source, Method::Dop853, Some(1e-13))[0], &runs(&source, Method::Automatic, None)[0]);
+    assert!(was_exact(exact));
+    let readings = |run: &Run| run.series.signal("encoder.phi").unwrap().values.clone();
+    assert_eq!(readings(reference), readings(exact));
+    assert!(readings(exact).iter().any(|x| *x > 0.5));
+}
+
+/// What grows without bound is left to the reference method, which tells when it does; and what is not linear, always.
+#[test]
+fn what_diverges_or_bends_is_integrated() {
+    let growing = r#"
+[model]
+name = "growing"
+
+[shaft.a]
+inertia = "1 kg m^2"
+
+[motor.m]
+shaft = "a"
+
+[scenario]
+duration = "2 s"
+
+[[scenario.event]]
+at = "0.1 s"
+signal = "m.tau"
+to = "1e7 N m"
+"#;
+    let ends: Vec<Run> =
+        [Method::Dop853, Method::Automatic].into_iter().map(|method| runs(growing, method, None).remove(0)).collect();
+    assert_eq!(ends[0].outcome, ends[1].outcome);
+    assert!(
+        matches!(&ends[1].outcome, Outcome::Failed { cause, .. } if cause.contains("diverges")),
+        "{:?}",
+        ends[1].outcome
+    );
+    assert_eq!(ends[0].series.time, ends[1].series.time);
+    let friction = RAMPS.replace("inertia = \"0.1 kg m^2\"", "inertia = \"0.1 kg m^2\"\nfriction = \"0.1 N m\"");
+    let limited = RAMPS.replace("lag = \"3 ms\"", "torque_limit = \"5 N m\"");
+    for source in [friction, limited] {
+        let [one, other] = [Method::Dop853, Method::Automatic].map(|method| runs(&source, method, None).remove(0));
+        assert_eq!(one, other);
+        assert!(!was_exact(&one));
+    }
+}
