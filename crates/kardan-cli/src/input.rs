@@ -16,6 +16,8 @@ use crate::source::{Origin, Source};
 
 /// The largest model file that is read, bytes.
 const LIMIT: u64 = 16 << 20;
+/// The largest file of matrices: 2000 states with all digits in A and E.
+const MATRICES_LIMIT: u64 = 256 << 20;
 
 /// The model that the user named, with the values of `--set`.
 pub fn open(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source, Project), Failure> {
@@ -42,7 +44,7 @@ pub fn prepared(model: &Path, changes: &Changes, quiet: bool) -> Result<(Source,
 /// Reads the model that the user named.
 pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
     if model.as_os_str() == "-" {
-        let text = decode("standard input", &bounded("standard input", std::io::stdin().lock())?)?;
+        let text = decode("standard input", &bounded("standard input", std::io::stdin().lock(), LIMIT)?)?;
         return Ok(Source::new("standard input".into(), text, Origin::Stdin));
     }
     if let Some(builtin) = BUILTIN.iter().find(|builtin| model.as_os_str() == builtin.name) {
@@ -60,7 +62,7 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
         Diagnostic::error("file::not-found", format!("there is no file and no built-in model `{name}`"))
             .help(builtin_hint(&stem))
     };
-    let text = decode(&name, &file(model, &name, &no_model)?)?;
+    let text = decode(&name, &file(model, &name, LIMIT, &no_model)?)?;
     Ok(Source::new(name, text, Origin::File))
 }
 
@@ -68,11 +70,11 @@ pub fn read(model: &Path, quiet: bool) -> Result<Source, Diagnostic> {
 pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
     let (name, bytes) = if path.as_os_str() == "-" {
         let name = "standard input".to_owned();
-        let bytes = bounded(&name, std::io::stdin().lock())?;
+        let bytes = bounded(&name, std::io::stdin().lock(), MATRICES_LIMIT)?;
         (name, bytes)
     } else {
         let name = path.display().to_string();
-        let bytes = file(path, &name, &|name| {
+        let bytes = file(path, &name, MATRICES_LIMIT, &|name| {
             Diagnostic::error("file::not-found", format!("there is no file `{name}`"))
                 .help("name a JSON or MAT file with the matrices, or `-` for standard input")
         })?;
@@ -87,7 +89,7 @@ pub fn read_matrices(path: &Path) -> Result<(String, Vec<u8>), Diagnostic> {
 /// Reads a file of text that is no model.
 pub fn read_text(path: &Path) -> Result<String, Diagnostic> {
     let name = path.display().to_string();
-    let bytes = file(path, &name, &|name| {
+    let bytes = file(path, &name, LIMIT, &|name| {
         Diagnostic::error("file::not-found", format!("there is no file `{name}`")).help("check the path")
     })?;
     decode(&name, &bytes)
@@ -113,7 +115,7 @@ pub fn builtin_hint(name: &str) -> String {
 }
 
 /// Reads a file; `missing` says that it is not there.
-fn file(path: &Path, name: &str, missing: &dyn Fn(&str) -> Diagnostic) -> Result<Vec<u8>, Diagnostic> {
+fn file(path: &Path, name: &str, limit: u64, missing: &dyn Fn(&str) -> Diagnostic) -> Result<Vec<u8>, Diagnostic> {
     let unreadable = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => missing(name),
         _ => Diagnostic::error("file::unreadable", format!("cannot read `{name}`: {}", reason(&error))),
@@ -123,24 +125,24 @@ fn file(path: &Path, name: &str, missing: &dyn Fn(&str) -> Diagnostic) -> Result
         return Err(Diagnostic::error("file::directory", format!("`{name}` is a directory, not a file"))
             .help("name a file inside it"));
     }
-    if metadata.len() > LIMIT {
-        return Err(too_large(name));
+    if metadata.len() > limit {
+        return Err(too_large(name, limit));
     }
     protect(path);
-    bounded(name, File::open(path).map_err(unreadable)?)
+    bounded(name, File::open(path).map_err(unreadable)?, limit)
 }
 
-/// Reads to the end, but never much more than [`LIMIT`]: pipes and devices do not tell their size.
-fn bounded(name: &str, from: impl Read) -> Result<Vec<u8>, Diagnostic> {
+/// Reads to the end, but never much more than a limit: pipes and devices do not tell their size.
+fn bounded(name: &str, from: impl Read, limit: u64) -> Result<Vec<u8>, Diagnostic> {
     let mut bytes = Vec::new();
-    from.take(LIMIT + 1)
+    from.take(limit + 1)
         .read_to_end(&mut bytes)
         .map_err(|error| Diagnostic::error("file::unreadable", format!("cannot read {name}: {}", reason(&error))))?;
-    if bytes.len() as u64 > LIMIT { Err(too_large(name)) } else { Ok(bytes) }
+    if bytes.len() as u64 > limit { Err(too_large(name, limit)) } else { Ok(bytes) }
 }
 
-fn too_large(name: &str) -> Diagnostic {
-    let message = format!("`{name}` is larger than {} MiB, too large to be read", LIMIT >> 20);
+fn too_large(name: &str, limit: u64) -> Diagnostic {
+    let message = format!("`{name}` is larger than {} MiB, too large to be read", limit >> 20);
     Diagnostic::error("file::too-large", message).help("is it the file that you meant?")
 }
 
@@ -179,7 +181,7 @@ mod tests {
 
     #[test]
     fn an_endless_source_is_refused() {
-        assert_eq!(bounded("zeros", std::io::repeat(0)).unwrap_err().code, "file::too-large");
-        assert_eq!(bounded("just fits", std::io::repeat(b' ').take(LIMIT)).unwrap().len() as u64, LIMIT);
+        assert_eq!(bounded("zeros", std::io::repeat(0), LIMIT).unwrap_err().code, "file::too-large");
+        assert_eq!(bounded("just fits", std::io::repeat(b' ').take(LIMIT), LIMIT).unwrap().len() as u64, LIMIT);
     }
 }

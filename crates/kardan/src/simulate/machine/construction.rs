@@ -106,7 +106,6 @@ impl Machine {
             sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
             scratch: vec![0.0; r.max(m)],
-            correction: vec![0.0; r],
             friction_torques: vec![0.0; m],
             drives,
             dynamics,

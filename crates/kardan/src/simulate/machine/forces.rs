@@ -125,12 +125,10 @@ impl Machine {
 
     /// Takes what torques along the holding directions (in `scratch`) do from the accelerations.
     fn take_from_acceleration(&mut self) {
-        self.correction.fill(0.0);
-        for (&k, torque) in self.holding.iter().zip(&self.scratch) {
-            self.dynamics.add_along_friction(k, *torque, &mut self.correction, &self.work);
+        let r = self.degrees_of_freedom;
+        for (torque, weighted) in self.scratch[..self.holding.len()].iter().zip(self.weighted.chunks_exact(r)) {
+            self.acceleration.iter_mut().zip(weighted).for_each(|(x, weight)| *x -= weight * torque);
         }
-        self.work.factor.solve(&mut self.correction);
-        self.acceleration.iter_mut().zip(&self.correction).for_each(|(x, taken)| *x -= taken);
     }
 
     /// `weighted = H⁻¹ Gᵀ` and the factor of `G H⁻¹ Gᵀ` over the holding directions; where neither depends on the position, once.

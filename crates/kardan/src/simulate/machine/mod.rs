@@ -62,8 +62,6 @@ pub struct Machine {
     sharing: Sharing,
     box_problem: BoxProblem,
     scratch: Vec<f64>,
-    /// What torques that hold take from the accelerations.
-    correction: Vec<f64>,
     pub(super) friction_torques: Vec<f64>,
 }
 
