@@ -114,7 +114,7 @@ impl LinearSegment {
         state[self.states..].copy_from_slice(&self.energies);
     }
 
-    /// Whether a time lies before its end, and not before its begin.
+    /// Whether a time lies in it, before its end.
     pub(super) fn covers(&self, time: f64) -> bool {
         self.from <= time && time < self.until
     }
