@@ -296,3 +296,19 @@ fn texts_that_are_no_plans_are_refused_with_their_line() {
         assert!(error.line == line && error.what.contains(word), "{text}: {error}");
     }
 }
+
+/// Sums of symbols times constants are affine; products of symbols, powers and functions of them are not.
+#[test]
+fn affine_is_told_from_the_rest() {
+    let mut g = Graph::default();
+    let (x, y, pi) = (g.symbol("x", Dimension::NONE), g.symbol("y", Dimension::NONE), g.pi());
+    let scaled = g.multiply(pi, y);
+    let sum = g.add(x, scaled);
+    let twist = g.group(sum);
+    let (product, square, ratio) = (g.multiply(x, y), g.power(x, 2), g.divide(x, y));
+    let bent = g.apply(Function::Sin, sum);
+    let mixed = g.add(sum, square);
+    let affine = g.affine();
+    assert!([x, pi, scaled, sum, twist].into_iter().all(&affine));
+    assert!(![product, square, ratio, bent, mixed].into_iter().any(affine));
+}

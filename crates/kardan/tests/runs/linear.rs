@@ -174,7 +174,11 @@ to = "1e7 N m"
     assert_eq!(ends[0].series.time, ends[1].series.time);
     let friction = RAMPS.replace("inertia = \"0.1 kg m^2\"", "inertia = \"0.1 kg m^2\"\nfriction = \"0.1 N m\"");
     let limited = RAMPS.replace("lag = \"3 ms\"", "torque_limit = \"5 N m\"");
-    for source in [friction, limited] {
+    let bent = RAMPS.replace(
+        "[shaft.b]",
+        "[shaft.c]\n\n[universal_joint.joint]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nangle = \"20 deg\"\n\n[shaft.b]",
+    );
+    for source in [friction, limited, bent] {
         let [one, other] = [Method::Dop853, Method::Automatic].map(|method| runs(&source, method, None).remove(0));
         assert_eq!(one, other);
         assert!(!was_exact(&one));
