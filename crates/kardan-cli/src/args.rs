@@ -113,7 +113,9 @@ pub struct RunArgs {
 pub enum RunMethod {
     /// The Runge-Kutta method of order 8 of Dormand and Prince for everything: the reference.
     Dop853,
-    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; all others by dop853.
+    /// Taylor series of the equations: fewest evaluations. Loops with a law that computes by itself at every instant by dop853.
+    Taylor,
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; all others by taylor.
     Automatic,
 }
 

@@ -45,6 +45,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
         runs_only: args.runs_only,
         method: match args.method {
             RunMethod::Automatic => Method::Automatic,
+            RunMethod::Taylor => Method::Taylor,
             RunMethod::Dop853 => Method::Dop853,
         },
         tolerance: args.tolerance,

@@ -5,10 +5,12 @@
 
 mod compile;
 mod operators;
+mod series;
 mod text;
 
 pub use compile::compile;
 pub use operators::word;
+pub use series::{Series, convolution};
 pub use text::{PlanTextError, parse};
 
 use kardan_rt::{Operator, Run, Table};

@@ -1,11 +1,12 @@
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
 use crate::assemble::{Along, FrictionLaw};
-use crate::expr::{Expr, Floating, lower};
+use crate::expr::{Expr, Floating, Symbol, lower};
 use crate::num::{Cholesky, dot};
-use crate::plan::Plan;
+use crate::plan::{Plan, compile};
 
 /// Directions of one kind of term over the shafts, as numbers.
 #[derive(Debug, Clone)]
@@ -73,23 +74,40 @@ pub struct Dynamics {
 }
 
 /// What an evaluation of [`Dynamics`] computes, and where it goes: for each list the place in it and the number of the output.
+///
+/// The inputs of the plan are the reduced coordinates, their speeds, and those of an [`Extension`].
 #[derive(Debug)]
-struct MotionPlan {
-    plan: Plan,
+pub struct MotionPlan {
+    /// What is evaluated.
+    pub plan: Plan,
     angles: Vec<(usize, usize)>,
     speeds: Vec<(usize, usize)>,
     basis: Vec<(usize, usize)>,
     bias: Vec<(usize, usize)>,
     passive: Vec<(usize, usize)>,
-    inertia: Vec<(usize, usize)>,
-    friction_rows: Vec<(usize, usize)>,
-    friction_bias: Vec<(usize, usize)>,
+    /// Entries of H_r that depend on the position, row by row.
+    pub inertia: Vec<(usize, usize)>,
+    /// Entries of the friction directions that do, row by row.
+    pub friction_rows: Vec<(usize, usize)>,
+    /// aᵀk along the friction directions.
+    pub friction_bias: Vec<(usize, usize)>,
     input_rows: Vec<(usize, usize)>,
+    /// Numbers of the outputs of an extension.
+    pub more: Range<usize>,
+}
+
+/// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
+#[derive(Debug, Clone, Default)]
+pub struct Extension {
+    /// What is given.
+    pub inputs: Vec<Symbol>,
+    /// What is wanted, by name.
+    pub outputs: Vec<(String, Expr)>,
 }
 
 impl MotionPlan {
     /// Everything that depends on the motion; what is constant is in the memory already.
-    fn new(motion: &Motion, r: usize) -> Self {
+    fn new(motion: &Motion, r: usize, extension: Extension) -> Self {
         let mut outputs: Vec<(String, Expr)> = Vec::new();
         let varying = motion.graph.varying();
         let mut list = |name: &str, entries: &mut dyn Iterator<Item = (usize, Expr)>| -> Vec<(usize, usize)> {
@@ -119,8 +137,11 @@ impl MotionPlan {
         let friction_rows = list("friction", &mut rows(&motion.frictions));
         let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
         let input_rows = list("input", &mut rows(&motion.inputs));
-        let plan = motion.compile(&outputs);
-        Self { plan, angles, speeds, basis, bias, passive, inertia, friction_rows, friction_bias, input_rows }
+        let more = outputs.len()..outputs.len() + extension.outputs.len();
+        outputs.extend(extension.outputs);
+        let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
+        let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
+        Self { plan, angles, speeds, basis, bias, passive, inertia, friction_rows, friction_bias, input_rows, more }
     }
 }
 
@@ -145,9 +166,36 @@ pub struct Work {
     memory: Vec<f64>,
 }
 
+impl Work {
+    /// Gives the inputs of an [`Extension`], from a number on.
+    pub fn give(&mut self, dynamics: &Dynamics, first: usize, values: impl IntoIterator<Item = f64>) {
+        let first = 2 * dynamics.degrees_of_freedom + first;
+        self.memory[first..].iter_mut().zip(values).for_each(|(place, value)| *place = value);
+    }
+
+    /// An output of an [`Extension`] at the last update.
+    pub fn more(&self, dynamics: &Dynamics, output: usize) -> f64 {
+        let MotionPlan { plan, more, .. } = &*dynamics.plan;
+        self.memory[plan.place(more.start + output)]
+    }
+
+    /// All values of the plan at the last update.
+    pub fn values(&self) -> &[f64] {
+        &self.memory
+    }
+}
+
 impl Dynamics {
     /// Compiles a reduced model; the memory for its evaluation comes with it.
     pub fn new(reduced: &Reduced) -> (Self, Work) {
+        Self::extended(reduced, |_| Extension::default())
+    }
+
+    /// The same with more expressions of the motion and of what else is given.
+    ///
+    /// # Panics
+    /// If these depend on a symbol that is neither of the motion nor among [`Extension::inputs`].
+    pub fn extended(reduced: &Reduced, extend: impl FnOnce(&mut Motion) -> Extension) -> (Self, Work) {
         let kinematics = Kinematics::new(reduced);
         let (r, equations) = (reduced.degrees_of_freedom(), &reduced.equations);
         let inertias = Directions::new(&equations.inertias, |x| x.to_f64(), &kinematics);
@@ -164,8 +212,9 @@ impl Dynamics {
         let stribeck = stribeck.map(|((friction, most), torque)| (most - torque, speed(friction))).collect();
         let inputs = Directions::new(&equations.inputs, |_| 1.0, &kinematics);
         let rests: Vec<f64> = equations.springs.iter().map(|spring| spring.value.rest.to_f64()).collect();
-        let motion = Motion::new(reduced);
-        let plan = MotionPlan::new(&motion, r);
+        let mut motion = Motion::new(reduced);
+        let extension = extend(&mut motion);
+        let plan = MotionPlan::new(&motion, r, extension);
         // What is constant is there from the begin.
         let varying = motion.graph.varying();
         let constants = |exprs: &[Expr]| -> Vec<f64> {
@@ -215,6 +264,11 @@ impl Dynamics {
             memory: out.plan.plan.memory(),
         };
         (out, work)
+    }
+
+    /// The plan that is evaluated, and where its results go.
+    pub fn plan(&self) -> &MotionPlan {
+        &self.plan
     }
 
     /// Whether the inertia is the same at every position.

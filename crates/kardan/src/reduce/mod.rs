@@ -13,7 +13,7 @@ mod motion;
 mod multipliers;
 mod reduced;
 
-pub use dynamics::{Dynamics, Work};
+pub use dynamics::{Dynamics, Extension, MotionPlan, Work};
 pub use error::{Dependency, ReduceError};
 pub use explicit::reduce;
 pub use kinematics::Kinematics;

@@ -120,7 +120,7 @@ impl Motion {
     }
 
     /// `Σ c x_k` over a row.
-    fn sum(&mut self, row: &[(usize, Rational)], of: impl Fn(&Self, usize) -> Expr) -> Expr {
+    pub fn sum(&mut self, row: &[(usize, Rational)], of: impl Fn(&Self, usize) -> Expr) -> Expr {
         let terms: Vec<(Expr, Rational)> = row.iter().map(|(k, c)| (of(self, *k), c.clone())).collect();
         self.graph.sum(Rational::ZERO, &terms)
     }
@@ -206,6 +206,11 @@ impl Motion {
             outputs.extend(row.iter().map(|(i, expr)| (format!("{kind}[{element},{}]", names[*i]), *expr)));
         }
         outputs
+    }
+
+    /// The expression of a rational times a power of π.
+    pub fn exact(&mut self, value: &Exact) -> Expr {
+        exact(&mut self.graph, value)
     }
 
     /// The plan of expressions, by name.

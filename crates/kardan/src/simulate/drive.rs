@@ -120,11 +120,26 @@ impl Drive {
         }
     }
 
-    /// What the rate limiter gives for a command, from its state.
-    pub(super) fn after_rate(&self, command: f64, state: &[f64]) -> f64 {
-        match (self.rate_mode, self.rate_state) {
-            (Rate::Rise | Rate::Fall, Some(place)) => state[place],
-            _ => self.limited(command),
+    /// What its torque limit leaves of a command: a factor and an addend.
+    pub(super) fn leaves(&self) -> [f64; 2] {
+        match (self.limit, self.limit_mode) {
+            (Some(limit), Limit::High) => [0.0, limit],
+            (Some(limit), Limit::Low) => [0.0, -limit],
+            _ => [1.0, 0.0],
+        }
+    }
+
+    /// Whether its torque follows the command, 1, or the state of its rate limiter, 0.
+    pub(super) fn follows(&self) -> f64 {
+        f64::from(u8::from(self.rate_mode == Rate::Follow))
+    }
+
+    /// The rate of its rate limiter's state.
+    pub(super) fn limiter_rate(&self) -> f64 {
+        match self.rate_mode {
+            Rate::Follow => 0.0,
+            Rate::Rise => self.rate.unwrap_or(0.0),
+            Rate::Fall => -self.rate.unwrap_or(0.0),
         }
     }
 

@@ -4,6 +4,7 @@ mod clocked;
 pub mod dop853;
 mod drive;
 pub mod friction;
+mod integrator;
 mod linear;
 mod machine;
 mod outputs;
@@ -11,6 +12,7 @@ mod run;
 mod sampler;
 mod scenario;
 mod simulation;
+mod taylor;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;

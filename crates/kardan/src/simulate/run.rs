@@ -1,6 +1,7 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
-use super::dop853::{Dop853, StepError};
+use super::dop853::StepError;
+use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
 use super::outputs::Outputs;
 use super::{FaultKind, Machine, Scenario, Setup};
@@ -28,7 +29,10 @@ pub enum Method {
     /// does step by step.
     #[default]
     Dop853,
-    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by the reference.
+    /// Taylor series of the loop's expressions, as long as the tolerance asks; loops in which a law computes by itself at every instant,
+    /// or that have kinks, by the reference.
+    Taylor,
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by Taylor series.
     Automatic,
 }
 
@@ -108,7 +112,7 @@ const DIVERGED: f64 = 1e6;
 /// The integration of a closed loop: as far as it has come, and what is due there.
 pub(super) struct RunningLoop {
     pub(super) machine: Machine,
-    solver: Dop853,
+    solver: Integrator,
     /// The segment that is solved at once, if the loop is linear; none otherwise.
     segment: Option<LinearSegment>,
     /// Whether segments may be.
@@ -270,8 +274,12 @@ impl RunningLoop {
         state[..r].copy_from_slice(&scenario.position);
         state[r..2 * r].copy_from_slice(&scenario.speed);
         machine.start_laws(&mut state);
+        let taylor = match tolerance.method {
+            Method::Dop853 => None,
+            Method::Taylor | Method::Automatic => Integrator::taylor(tolerance.relative, &absolute, &mut machine),
+        };
         RunningLoop {
-            solver: Dop853::new(tolerance.relative, &absolute),
+            solver: taylor.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
             segment: None,
             linear: tolerance.method == Method::Automatic
                 && scenario.duration.is_finite()
@@ -450,9 +458,7 @@ impl RunningLoop {
             self.due.boundary = end >= self.segment_end;
             return self.tell(progress);
         }
-        let machine = &mut self.machine;
-        let step = self.solver.step(end, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
-        if let Err(error) = step {
+        if let Err(error) = self.solver.step(&mut self.machine, end) {
             return Err(self.step_failed(error));
         }
         let r = self.machine.degrees_of_freedom();
@@ -460,11 +466,9 @@ impl RunningLoop {
             self.state.copy_from_slice(self.solver.state());
             return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
         }
-        let machine = &mut self.machine;
-        self.solver.prepare_dense(&mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
         let length = self.solver.time() - self.solver.previous_time();
-        let mut event = self.look_for_event(length, false);
-        if let Some(at) = event {
+        let mut event = self.look_for_event(length, !self.solver.shortens());
+        if let Some(at) = event.filter(|_| self.solver.shortens()) {
             self.shorten_step(at)?;
             event = self.look_for_event(length, true);
         }
@@ -571,25 +575,14 @@ impl RunningLoop {
         if end >= to {
             return Ok(());
         }
-        self.looked.copy_from_slice(self.solver.previous_state());
-        let next = self.solver.next_step();
-        let machine = &mut self.machine;
-        let mut rhs = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
-        self.solver.start(from, &self.looked, &mut rhs);
-        self.solver.set_step(end - from);
-        if let Err(error) = self.solver.step(end, &mut rhs) {
-            return Err(self.step_failed(error));
-        }
-        self.solver.prepare_dense(&mut rhs);
-        self.solver.set_step(next);
-        Ok(())
+        let shortened = self.solver.shorten(&mut self.machine, end, &mut self.looked);
+        shortened.map_err(|error| self.step_failed(error))
     }
 
     fn restart(&mut self, time: f64) {
-        let machine = &mut self.machine;
-        self.solver.start(time, &self.state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx));
+        self.solver.start(&mut self.machine, time, &self.state);
         // Which has evaluated the machine there.
-        self.looks.take(0, time, machine);
+        self.looks.take(0, time, &self.machine);
     }
 
     fn settle(&mut self, time: f64, crossing: &[usize]) {

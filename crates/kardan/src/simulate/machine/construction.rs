@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Machine;
+use super::expressions::{Places, extend};
 use super::sharing::Sharing;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
@@ -41,11 +42,15 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
     let source = |name: &str| scenario.sources.iter().position(|s| s.name == name).expect("a reference is a source");
     let references: Vec<usize> = law.references().iter().map(|reference| source(&reference.name)).collect();
     let first = *size;
+    let limits: Vec<Option<f64>> = inputs.iter().map(|&input| drives[input].limit).collect();
+    // A law with states may keep them from winding up at the limits.
+    let winds_up = !law.states().is_empty() && limits.iter().any(Option::is_some);
     let computer = match law.clock() {
         Some(clock) => Computer::Clocked(Box::new(Clocked::new(&**law, clock, setup.reduced, scenario))),
         None => {
             *size += law.states().len();
-            Computer::Continuous(law.run())
+            let linear = !law.bends() && law.friction_width().is_none() && !winds_up;
+            if linear { Computer::Linear(Box::new(law.linear())) } else { Computer::Continuous(law.run()) }
         }
     };
     Wired {
@@ -54,7 +59,7 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
         commands: vec![0.0; inputs.len()],
         torques: vec![0.0; inputs.len()],
         states: first..*size,
-        limits: inputs.iter().map(|&input| drives[input].limit).collect(),
+        limits,
         inputs,
         references,
         law: Arc::clone(law),
@@ -67,19 +72,28 @@ impl Machine {
     /// # Panics
     /// If a law names an input or reference that does not exist (the model checks this before).
     pub fn new(setup: Setup<'_>) -> Self {
-        let (dynamics, work) = Dynamics::new(setup.reduced);
-        let (r, m) = (dynamics.degrees_of_freedom, dynamics.friction_count());
-        let inputs = setup.reduced.equations.inputs.len();
-        let scenario = setup.scenario;
+        let (reduced, scenario) = (setup.reduced, setup.scenario);
+        let (r, m) = (reduced.degrees_of_freedom(), reduced.equations.frictions.len());
+        let inputs = reduced.equations.inputs.len();
         let mut size = 2 * r;
-        let drives = drives(&setup.reduced.equations.inputs, &mut size);
-        let laws = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
+        let drives = drives(&reduced.equations.inputs, &mut size);
+        let laws: Vec<Wired> = setup.laws.iter().map(|law| wired(law, &setup, &drives, &mut size)).collect();
+        let targets: Vec<_> = scenario.sources.iter().map(|source| source.target).collect();
+        let mut places = Places::default();
+        let (dynamics, work) = Dynamics::extended(reduced, |motion| {
+            let (extension, found) = extend(motion, reduced, (&drives, &laws, &targets), 2 * r..size);
+            places = found;
+            extension
+        });
         let profiles = (0..scenario.sources.len())
             .map(|k| Profile::new(scenario.events.iter().filter(|event| event.source == k)))
             .collect::<Vec<_>>();
         Self {
+            own_laws: laws.iter().any(Wired::is_own),
+            held: vec![0.0; inputs],
+            places,
             laws,
-            targets: scenario.sources.iter().map(|source| source.target).collect(),
+            targets,
             lines: vec![(0.0, 0.0, 0.0); profiles.len()],
             sources: vec![0.0; profiles.len()],
             profiles,
@@ -105,6 +119,7 @@ impl Machine {
             sharing_known: false,
             sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
+            expansion: None,
             scratch: vec![0.0; r.max(m)],
             friction_torques: vec![0.0; m],
             drives,

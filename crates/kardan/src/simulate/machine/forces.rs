@@ -1,11 +1,10 @@
 //! Forces and accelerations in one set of modes.
 
 use super::Machine;
+use super::expressions::read;
 use super::wired::{Computer, seen};
 use crate::num::dot;
-use crate::simulate::drive::Rate;
-use crate::simulate::friction::Mode;
-use crate::simulate::scenario::SourceTarget;
+use crate::simulate::drive::Drive;
 
 impl Machine {
     pub(super) fn set_sources(&mut self, time: f64) {
@@ -21,82 +20,73 @@ impl Machine {
         }
     }
 
-    /// Kinematics, sources, commands, torques and the force without friction. False if the inertia is singular.
+    /// Kinematics, sources, commands, torques and the force with the friction of slipping directions. False if the inertia is singular.
     pub(super) fn forces(&mut self, time: f64, state: &[f64]) -> bool {
         let r = self.degrees_of_freedom;
-        let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
-        self.commands.fill(0.0);
-        for (target, value) in self.targets.iter().zip(&self.sources) {
-            if let SourceTarget::Input(input) = target {
-                self.commands[*input] += value;
-            }
+        self.held.fill(0.0);
+        if self.own_laws {
+            self.work.kinematics.update(&state[..r], &state[r..2 * r]);
         }
         for wired in &mut self.laws {
-            let law = match &mut wired.computer {
-                Computer::Continuous(law) => law,
-                Computer::Clocked(clocked) => {
-                    for (&input, command) in wired.inputs.iter().zip(&clocked.held) {
-                        self.commands[input] += command;
+            match &mut wired.computer {
+                Computer::Linear(_) => continue,
+                Computer::Clocked(clocked) => wired.commands.copy_from_slice(&clocked.held),
+                Computer::Continuous(law) => {
+                    for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
+                        *value = self.sources[source];
                     }
-                    continue;
+                    let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
+                    law.command(seen, &mut wired.commands);
                 }
-            };
-            for (value, &source) in wired.reference_values.iter_mut().zip(&wired.references) {
-                *value = self.sources[source];
             }
-            let seen = seen(&self.work.kinematics, &wired.reference_values, &state[wired.states.clone()]);
-            law.command(seen, &mut wired.commands);
-            for (&input, command) in wired.inputs.iter().zip(&wired.commands) {
-                self.commands[input] += command;
-            }
+            wired.inputs.iter().zip(&wired.commands).for_each(|(&input, command)| self.held[input] += command);
         }
-        self.force.copy_from_slice(&self.work.passive);
-        for (k, drive) in self.drives.iter().enumerate() {
-            let torque = match drive.lag_state {
-                Some(place) => state[place],
-                None => drive.after_rate(self.commands[k], state),
-            };
-            self.torques[k] = torque;
-            let torque = match drive.ripple {
-                Some((size, order)) => torque + size * (order * self.dynamics.input_angle(k, &self.work)).sin(),
-                None => torque,
-            };
-            self.applied[k] = torque;
-            for (force, g) in self.force.iter_mut().zip(&self.work.input_rows[k * r..(k + 1) * r]) {
-                *force += torque * g;
-            }
-        }
+        self.give(state);
+        let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        let Self { dynamics, work, places, .. } = self;
+        read(dynamics, work, &places.commands, &mut self.commands);
+        read(dynamics, work, &places.torques, &mut self.torques);
+        read(dynamics, work, &places.applied, &mut self.applied);
+        read(dynamics, work, &places.forces, &mut self.force);
         regular
     }
 
-    /// Adds the friction of slipping directions to the force.
-    pub(super) fn slip_forces(&mut self) {
-        for (k, mode) in self.modes.iter().enumerate() {
-            if *mode != Mode::Stick {
-                let speed = self.dynamics.friction_speed(k, &self.work);
-                let torque = mode.sign() * self.dynamics.sliding_torque(k, speed);
-                self.dynamics.add_along_friction(k, -torque, &mut self.force, &self.work);
-            }
-        }
+    /// What the expressions of the loop are given besides angles and speeds.
+    fn give(&mut self, state: &[f64]) {
+        let Self { dynamics, work, places, .. } = self;
+        work.give(dynamics, places.states.start, state[2 * self.degrees_of_freedom..self.size - 2].iter().copied());
+        work.give(dynamics, places.sources.start, self.sources.iter().copied());
+        work.give(dynamics, places.held.start, self.held.iter().copied());
+        work.give(dynamics, places.limits.start, self.drives.iter().flat_map(Drive::leaves));
+        work.give(dynamics, places.follows.start, self.drives.iter().map(Drive::follows));
+        work.give(dynamics, places.limiter_rates.start, self.drives.iter().map(Drive::limiter_rate));
+        work.give(dynamics, places.senses.start, self.modes.iter().map(|mode| mode.sign()));
     }
 
     /// The accelerations in the current modes, from the force with slip friction.
     pub(super) fn accelerate(&mut self) {
-        let r = self.degrees_of_freedom;
-        self.acceleration.copy_from_slice(&self.force);
-        self.work.factor.solve(&mut self.acceleration);
-        let count = self.holding.len();
-        if count == 0 {
-            return;
+        if !self.holding.is_empty() {
+            self.factor_holding();
         }
-        if count == r {
+        self.accelerate_held();
+    }
+
+    /// The same with the factors that are known.
+    pub(super) fn accelerate_held(&mut self) {
+        let r = self.degrees_of_freedom;
+        let count = self.holding.len();
+        if count == r && count > 0 {
             // Nothing moves: with all speeds zero, every acceleration bias vanishes too.
             self.acceleration.fill(0.0);
             self.hold_torques_of_force();
             return;
         }
-        self.factor_holding();
+        self.acceleration.copy_from_slice(&self.force);
+        self.work.factor.solve(&mut self.acceleration);
+        if count == 0 {
+            return;
+        }
         for a in 0..count {
             self.hold_torque[a] = self.hold_defect(a);
         }
@@ -157,7 +147,6 @@ impl Machine {
     /// Holding torques when everything stands still: `Gᵀ λ = force`.
     pub(super) fn hold_torques_of_force(&mut self) {
         let (r, count) = (self.degrees_of_freedom, self.holding.len());
-        self.factor_holding();
         for a in 0..count {
             self.hold_torque[a] = dot(&self.weighted[a * r..(a + 1) * r], &self.force);
         }
@@ -171,28 +160,14 @@ impl Machine {
             out.fill(f64::NAN);
             return;
         }
-        self.slip_forces();
         self.accelerate();
         out[..r].copy_from_slice(&state[r..2 * r]);
         for &i in &self.still {
             out[i] = 0.0;
         }
         out[r..2 * r].copy_from_slice(&self.acceleration);
-        let mut input_power = 0.0;
-        for (k, drive) in self.drives.iter().enumerate() {
-            if let (Some(place), Some(rate)) = (drive.rate_state, drive.rate) {
-                out[place] = match drive.rate_mode {
-                    Rate::Follow => 0.0,
-                    Rate::Rise => rate,
-                    Rate::Fall => -rate,
-                };
-            }
-            if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
-                out[place] = (drive.after_rate(self.commands[k], state) - state[place]) / lag;
-            }
-            input_power += self.applied[k] * self.dynamics.input_speed(k, &self.work);
-        }
-        for wired in self.laws.iter_mut().filter(|wired| !wired.states.is_empty()) {
+        read(&self.dynamics, &self.work, &self.places.rates, &mut out[2 * r..self.size - 2]);
+        for wired in self.laws.iter_mut().filter(|wired| wired.is_own() && !wired.states.is_empty()) {
             for (torque, &input) in wired.torques.iter_mut().zip(&wired.inputs) {
                 *torque = self.torques[input];
             }
@@ -201,19 +176,12 @@ impl Machine {
                 law.rates(seen, &wired.torques, &mut out[wired.states.clone()]);
             }
         }
-        let mut dissipated = self.dynamics.damping_power(&self.work);
-        for (k, mode) in self.modes.iter().enumerate() {
-            let speed = self.dynamics.friction_speed(k, &self.work);
-            dissipated += mode.sign() * self.dynamics.sliding_torque(k, speed) * speed;
-        }
-        out[self.size - 2] = input_power;
-        out[self.size - 1] = dissipated;
+        read(&self.dynamics, &self.work, &self.places.powers, &mut out[self.size - 2..]);
     }
 
     /// Everything that outputs are read from: accelerations, motor torques, friction torques, at one point.
     pub fn observe(&mut self, time: f64, state: &[f64]) {
         self.forces(time, state);
-        self.slip_forces();
         self.accelerate();
         for (k, mode) in self.modes.iter().enumerate() {
             let speed = self.dynamics.friction_speed(k, &self.work);
@@ -249,7 +217,6 @@ impl Machine {
     /// Evaluates forces and accelerations in the present modes.
     pub fn evaluate(&mut self, time: f64, state: &[f64]) {
         self.forces(time, state);
-        self.slip_forces();
         self.accelerate();
     }
 

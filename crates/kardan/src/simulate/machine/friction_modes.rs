@@ -58,7 +58,9 @@ impl Machine {
                 _ => Mode::Stick,
             })
             .collect();
-        if modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
+        // Where none depends on the others, whatever accelerates slips.
+        let dependent = resting.len() > self.holding.len();
+        if dependent && modes.contains(&Mode::Stick) && modes.iter().any(|mode| *mode != Mode::Stick) {
             let sticking = resting.iter().zip(&modes).filter(|(_, mode)| **mode == Mode::Stick).map(|(&k, _)| k);
             let span = self.span(&sticking.collect::<Vec<_>>());
             for (&k, mode) in resting.iter().zip(&mut modes) {
@@ -115,23 +117,24 @@ impl Machine {
         if self.holding.is_empty() {
             return false;
         }
-        self.forces(time, state);
-        self.slip_forces();
-        self.accelerate();
+        self.evaluate(time, state);
+        self.leave_rest().is_some()
+    }
+
+    /// What the directions at rest do at the point last evaluated, if they do not all go on resting. Decides where an event is looked for
+    /// and where it happens, so that both agree to the last bit.
+    fn leave_rest(&mut self) -> Option<Vec<(usize, Mode)>> {
         let c = self.dynamics.breakaway_torques();
         if self.holding.iter().zip(&self.hold_torque).all(|(&k, torque)| torque.abs() < c[k] * (1.0 - 1e-12)) {
-            return false;
+            return None;
         }
         if !self.following.is_empty() && self.share_holds(1.0 - 1e-12) {
             // Torques within their bounds that hold everything: there is no acceleration.
-            return false;
+            return None;
         }
-        let sticking = self.sharing.sticking.clone();
-        if self.following.is_empty() {
-            // None depends on the others, so that whatever accelerates slips.
-            return self.solve_box(&sticking).0.iter().any(|acceleration| *acceleration != 0.0);
-        }
-        self.decide(&sticking).0.iter().any(|mode| *mode != Mode::Stick)
+        let resting: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
+        let (modes, _) = self.decide(&resting);
+        modes.iter().any(|mode| *mode != Mode::Stick).then(|| resting.into_iter().zip(modes).collect())
     }
 
     /// Takes the step of the integrator that lies between two states as the scale of what happens in it; `length` (s) is that
@@ -235,9 +238,29 @@ impl Machine {
             // Nothing is at rest, and nothing comes to rest.
             return events;
         }
-        self.forces(time, state);
-        self.slip_forces();
-        self.accelerate();
+        self.choose_modes(time, state, crossing, everything);
+        if !everything {
+            let changed = before.iter().zip(&self.modes).zip(names).filter(|((was, is), _)| was != is);
+            events.extend(changed.map(|((_, is), name)| match is {
+                Mode::Stick => format!("{name} sticks"),
+                Mode::Forward => format!("{name} slips forward"),
+                Mode::Backward => format!("{name} slips backward"),
+            }));
+        }
+        events
+    }
+
+    /// The modes of [`Self::settle`], with the speeds that vanish in them.
+    fn choose_modes(&mut self, time: f64, state: &mut [f64], crossing: &[usize], everything: bool) {
+        self.evaluate(time, state);
+        if !everything && crossing.is_empty() {
+            if let Some(modes) = self.leave_rest() {
+                self.stop_along_holding(state);
+                modes.into_iter().for_each(|(k, mode)| self.modes[k] = mode);
+                self.hold_those_that_stick();
+            }
+            return;
+        }
         let (passing, crossing): (Vec<usize>, Vec<usize>) = crossing.iter().partition(|&&k| self.passes(k));
         for k in passing {
             self.slip_with_speed(k);
@@ -258,26 +281,20 @@ impl Machine {
         resting.extend(dependent);
         resting.sort_unstable();
         self.stop_along_holding(state);
-        self.forces(time, state);
         for &k in &resting {
             self.modes[k] = Mode::Stick;
         }
-        self.slip_forces();
+        self.forces(time, state);
         let (modes, _) = self.decide(&resting);
         for (&k, mode) in resting.iter().zip(modes) {
             self.modes[k] = mode;
         }
+        self.hold_those_that_stick();
+    }
+
+    fn hold_those_that_stick(&mut self) {
         let sticking: Vec<usize> = (0..self.modes.len()).filter(|&k| self.modes[k] == Mode::Stick).collect();
         self.choose_holding(&sticking);
-        if !everything {
-            let changed = before.iter().zip(&self.modes).zip(names).filter(|((was, is), _)| was != is);
-            events.extend(changed.map(|((_, is), name)| match is {
-                Mode::Stick => format!("{name} sticks"),
-                Mode::Forward => format!("{name} slips forward"),
-                Mode::Backward => format!("{name} slips backward"),
-            }));
-        }
-        events
     }
 
     /// A direction slips the way that it moves.

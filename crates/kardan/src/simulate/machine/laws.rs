@@ -35,7 +35,7 @@ impl Machine {
         for wired in &mut self.laws {
             match &mut wired.computer {
                 Computer::Clocked(clocked) => clocked.start(&*wired.law, &kinematics.angles, &kinematics.speeds),
-                Computer::Continuous(_) => {
+                Computer::Linear(_) | Computer::Continuous(_) => {
                     wired.law.start(&kinematics.angles, &kinematics.speeds, &mut state[wired.states.clone()])
                 }
             }

@@ -1,6 +1,8 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
 mod construction;
+mod expansion;
+mod expressions;
 mod forces;
 mod friction_modes;
 mod laws;
@@ -15,6 +17,8 @@ use super::friction::{BoxProblem, Mode};
 use super::scenario::{Profile, SourceTarget};
 use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
+use expansion::Expansion;
+use expressions::Places;
 use sharing::Sharing;
 use wired::{Computer, Wired};
 
@@ -25,6 +29,12 @@ pub struct Machine {
     pub(super) dynamics: Dynamics,
     pub(super) work: Work,
     laws: Vec<Wired>,
+    /// Whether any of them computes by itself at every instant.
+    own_laws: bool,
+    /// What such laws and those with a clock command.
+    held: Vec<f64>,
+    /// Where the inputs and outputs of the loop's expressions are.
+    places: Places,
     drives: Vec<Drive>,
     profiles: Vec<Profile>,
     targets: Vec<SourceTarget>,
@@ -62,6 +72,8 @@ pub struct Machine {
     sharing: Sharing,
     box_problem: BoxProblem,
     scratch: Vec<f64>,
+    /// Series of the motion, where they are asked for.
+    expansion: Option<Box<Expansion>>,
     pub(super) friction_torques: Vec<f64>,
 }
 
@@ -91,6 +103,7 @@ impl Machine {
                 keeper.numbers(list);
             }
             match &mut wired.computer {
+                Computer::Linear(_) => {}
                 Computer::Continuous(law) => law.keep(keeper),
                 Computer::Clocked(clocked) => clocked.keep(keeper),
             }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::reduce::{Kinematics, Reduced};
 use crate::simulate::clocked::Clocked;
 use crate::simulate::scenario::Scenario;
-use crate::synthesis::{Law, Running, Seen};
+use crate::synthesis::{Law, LinearLaw, Running, Seen};
 
 /// A law with its wiring.
 pub(super) struct Wired {
@@ -26,15 +26,23 @@ pub(super) struct Wired {
 
 /// What computes a law in a run.
 pub(super) enum Computer {
+    /// At every instant, as part of the expressions of the loop.
+    Linear(Box<LinearLaw>),
+    /// At every instant, by itself.
     Continuous(Running),
     Clocked(Box<Clocked>),
 }
 
 impl Wired {
+    /// Whether it computes by itself at every instant.
+    pub fn is_own(&self) -> bool {
+        matches!(self.computer, Computer::Continuous(_))
+    }
+
     pub fn clocked(&self) -> Option<&Clocked> {
         match &self.computer {
             Computer::Clocked(clocked) => Some(clocked),
-            Computer::Continuous(_) => None,
+            Computer::Linear(_) | Computer::Continuous(_) => None,
         }
     }
 }

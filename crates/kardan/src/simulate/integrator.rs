@@ -1,0 +1,129 @@
+//! The integrator of a run: one of the methods, on the machine.
+
+use super::Machine;
+use super::dop853::{Counts, Dop853, StepError};
+use super::taylor::{self, Taylor};
+use crate::num::Keeper;
+
+/// A method with its memory.
+pub(super) enum Integrator {
+    Dop853(Box<Dop853>),
+    Taylor(Box<Taylor>),
+}
+
+/// Calls the method of the same name.
+macro_rules! both {
+    ($self:ident, $method:ident $(, $argument:expr)*) => {
+        match $self {
+            Self::Dop853(solver) => solver.$method($($argument),*),
+            Self::Taylor(solver) => solver.$method($($argument),*),
+        }
+    };
+}
+
+impl Integrator {
+    /// The reference method.
+    pub(super) fn dop853(relative: f64, absolute: &[f64]) -> Self {
+        Self::Dop853(Box::new(Dop853::new(relative, absolute)))
+    }
+
+    /// Taylor series, if the machine has them.
+    pub(super) fn taylor(relative: f64, absolute: &[f64], machine: &mut Machine) -> Option<Self> {
+        let able = machine.prepare_series(taylor::order(relative));
+        able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute))))
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        both!(self, keep, keeper)
+    }
+
+    /// Stands at a state, which the machine has then evaluated.
+    pub(super) fn start(&mut self, machine: &mut Machine, time: f64, state: &[f64]) {
+        match self {
+            Self::Dop853(solver) => {
+                solver.start(time, state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx))
+            }
+            Self::Taylor(solver) => solver.start(time, state, |x, dx| machine.derivative(time, x, dx)),
+        }
+    }
+
+    /// One step, at most to a time; the states within it are known then.
+    pub(super) fn step(&mut self, machine: &mut Machine, until: f64) -> Result<(), StepError> {
+        match self {
+            Self::Dop853(solver) => {
+                let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
+                solver.step(until, &mut rates)?;
+                solver.prepare_dense(&mut rates);
+                Ok(())
+            }
+            Self::Taylor(solver) => {
+                let time = solver.time();
+                solver.step(until, |k, x| machine.expand(time, k, x))
+            }
+        }
+    }
+
+    /// Makes the last step anew so that it ends earlier, where states within it are less accurate than at its end.
+    /// `scratch` is memory for a state.
+    pub(super) fn shorten(&mut self, machine: &mut Machine, end: f64, scratch: &mut [f64]) -> Result<(), StepError> {
+        let Self::Dop853(solver) = self else { return Ok(()) };
+        let (from, next) = (solver.previous_time(), solver.next_step());
+        scratch.copy_from_slice(solver.previous_state());
+        let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx);
+        solver.start(from, scratch, &mut rates);
+        solver.set_step(end - from);
+        solver.step(end, &mut rates)?;
+        solver.prepare_dense(&mut rates);
+        solver.set_step(next);
+        Ok(())
+    }
+
+    /// Whether [`shorten`](Self::shorten) does something.
+    pub(super) fn shortens(&self) -> bool {
+        matches!(self, Self::Dop853(_))
+    }
+
+    /// The state at a time within the last step.
+    pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
+        both!(self, interpolate, time, out)
+    }
+
+    pub(super) fn rests(&self) -> bool {
+        both!(self, rests)
+    }
+
+    pub(super) fn rest(&mut self, until: f64) {
+        both!(self, rest, until)
+    }
+
+    /// The length that the next step is to have, as far as the method does not find it by itself.
+    pub(super) fn set_step(&mut self, step: f64) {
+        if let Self::Dop853(solver) = self {
+            solver.set_step(step);
+        }
+    }
+
+    pub(super) fn next_step(&self) -> f64 {
+        both!(self, next_step)
+    }
+
+    pub(super) fn previous_time(&self) -> f64 {
+        both!(self, previous_time)
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        both!(self, time)
+    }
+
+    pub(super) fn previous_state(&self) -> &[f64] {
+        both!(self, previous_state)
+    }
+
+    pub(super) fn state(&self) -> &[f64] {
+        both!(self, state)
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        both!(self, counts)
+    }
+}

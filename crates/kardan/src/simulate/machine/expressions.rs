@@ -1,0 +1,294 @@
+//! The loop as expressions of its state and of what is given at an instant: forces, commands, rates and powers in one plan with the motion.
+
+use std::ops::Range;
+
+use super::wired::{Computer, Wired};
+use crate::assemble::{Equations, FrictionLaw};
+use crate::expr::{Expr, Function, Symbol};
+use crate::num::{Matrix, Rational, rational_from_f64};
+use crate::reduce::{Dynamics, Extension, Motion, Reduced, Work};
+use crate::simulate::drive::Drive;
+use crate::simulate::scenario::SourceTarget;
+use crate::units::Dimension;
+
+/// Where the inputs and outputs of the loop are among those of the [`Extension`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct Places {
+    /// Given: the states behind angles and speeds.
+    pub states: Range<usize>,
+    /// Given: values of the sources.
+    pub sources: Range<usize>,
+    /// Given: commands of laws that compute for themselves, for each input.
+    pub held: Range<usize>,
+    /// Given: of each input what its torque limit leaves of the command, a factor and an addend.
+    pub limits: Range<usize>,
+    /// Given: of each input whether its torque follows the command (1) or the rate limiter's state (0).
+    pub follows: Range<usize>,
+    /// Given: of each input the rate of its rate limiter's state.
+    pub limiter_rates: Range<usize>,
+    /// Given: the sense of each friction direction's motion.
+    pub senses: Range<usize>,
+    /// Found: commands, torques reported, torques applied, of each input.
+    pub commands: Range<usize>,
+    pub torques: Range<usize>,
+    pub applied: Range<usize>,
+    /// Found: forces without the friction that holds.
+    pub forces: Range<usize>,
+    /// Found: rates of the states behind angles and speeds; zero of laws that compute for themselves.
+    pub rates: Range<usize>,
+    /// Found: speeds along friction directions.
+    pub friction_speeds: Range<usize>,
+    /// Found: the power of the inputs, and the loss.
+    pub powers: Range<usize>,
+}
+
+/// The loop in the making.
+struct Loop<'a> {
+    motion: &'a mut Motion,
+    inputs: Vec<Symbol>,
+    outputs: Vec<(String, Expr)>,
+}
+
+impl Loop<'_> {
+    fn given(&mut self, name: &str, count: usize) -> (Range<usize>, Vec<Expr>) {
+        let first = self.inputs.len();
+        let symbol = |k: usize| {
+            let symbol = self.motion.graph.new_symbol(format!("{name}.{k}"), Dimension::NONE);
+            self.inputs.extend(self.motion.graph.symbol_of(symbol));
+            symbol
+        };
+        let symbols = (0..count).map(symbol).collect();
+        (first..self.inputs.len(), symbols)
+    }
+
+    fn found(&mut self, name: &str, exprs: Vec<Expr>) -> Range<usize> {
+        let first = self.outputs.len();
+        self.outputs.extend(exprs.into_iter().enumerate().map(|(k, expr)| (format!("{name}.{k}"), expr)));
+        first..self.outputs.len()
+    }
+
+    fn sum(&mut self, terms: &[Expr]) -> Expr {
+        let terms: Vec<(Expr, Rational)> = terms.iter().map(|term| (*term, Rational::ONE)).collect();
+        self.motion.graph.sum(Rational::ZERO, &terms)
+    }
+
+    fn float(&mut self, value: f64) -> Expr {
+        let value = rational_from_f64(value).unwrap_or(Rational::ZERO);
+        self.motion.graph.number(value)
+    }
+}
+
+/// `Σ M_row,j x_j` as terms.
+fn row(matrix: &Matrix<f64>, row: usize, x: &[Expr]) -> Vec<(Expr, Rational)> {
+    let entry = |(j, x): (usize, &Expr)| Some((*x, rational_from_f64(matrix[(row, j)]).filter(|c| !c.is_zero())?));
+    x.iter().enumerate().filter_map(entry).collect()
+}
+
+/// Everything between plant, motors, linear laws and scenario, written into the expressions of the motion.
+pub(super) fn extend(
+    motion: &mut Motion,
+    reduced: &Reduced,
+    (drives, laws, targets): (&[Drive], &[Wired], &[SourceTarget]),
+    more_states: Range<usize>,
+) -> (Extension, Places) {
+    let equations = &reduced.equations;
+    let inputs = drives.len();
+    let mut all = Loop { motion, inputs: Vec::new(), outputs: Vec::new() };
+    let mut places = Places::default();
+    let (states, sources, held, limits, follows, limiter_rates, senses);
+    (places.states, states) = all.given("state", more_states.len());
+    (places.sources, sources) = all.given("source", targets.len());
+    (places.held, held) = all.given("held", inputs);
+    (places.limits, limits) = all.given("limit", 2 * inputs);
+    (places.follows, follows) = all.given("follows", inputs);
+    (places.limiter_rates, limiter_rates) = all.given("limiter_rate", inputs);
+    (places.senses, senses) = all.given("sense", equations.frictions.len());
+    let state = |place: usize| states[place - more_states.start];
+    let commands = commands(&mut all, laws, targets, (&sources, &held, &states, more_states.start));
+    let zero = all.motion.graph.integer(0);
+    let mut rates = vec![zero; more_states.len()];
+    let (mut torques, mut applied) = (Vec::new(), Vec::new());
+    for (k, drive) in drives.iter().enumerate() {
+        let graph = &mut all.motion.graph;
+        let mut torque = commands[k];
+        if drive.limit.is_some() {
+            let free = graph.multiply(limits[2 * k], torque);
+            torque = graph.add(free, limits[2 * k + 1]);
+        }
+        if let Some(place) = drive.rate_state {
+            let follows = follows[k];
+            let free = graph.multiply(follows, torque);
+            let bound = graph.sum(Rational::ONE, &[(follows, Rational::from(-1))]);
+            let bound = graph.multiply(bound, state(place));
+            torque = graph.add(free, bound);
+            rates[place - more_states.start] = limiter_rates[k];
+        }
+        if let (Some(place), Some(lag)) = (drive.lag_state, drive.lag) {
+            let late = graph.subtract(torque, state(place));
+            let late = graph.group(late);
+            let lag = all.float(lag);
+            rates[place - more_states.start] = all.motion.graph.divide(late, lag);
+            torque = state(place);
+        }
+        torques.push(torque);
+        applied.push(match drive.ripple {
+            Some((size, order)) => {
+                let angle = all.motion.sum(&equations.inputs[k].row, |motion, shaft| motion.angles[shaft]);
+                let angle = all.motion.graph.group(angle);
+                let (size, order) = (all.float(size), all.float(order));
+                let graph = &mut all.motion.graph;
+                let argument = graph.multiply(order, angle);
+                let wave = graph.apply(Function::Sin, argument);
+                let ripple = graph.multiply(size, wave);
+                let both = graph.add(torque, ripple);
+                graph.group(both)
+            }
+            None => torque,
+        });
+    }
+    law_rates(&mut all, laws, (&torques, &sources, &states, more_states.start), &mut rates);
+    let (friction, speeds) = sliding(&mut all, equations, &senses);
+    let forces = forces(&mut all, &applied, &friction);
+    let powers = powers(&mut all, equations, &applied, (&friction, &speeds));
+    places.commands = all.found("command", commands);
+    places.torques = all.found("torque", torques);
+    places.applied = all.found("applied", applied);
+    places.forces = all.found("force", forces);
+    places.rates = all.found("rate", rates);
+    places.friction_speeds = all.found("friction_speed", speeds);
+    places.powers = all.found("power", powers.to_vec());
+    (Extension { inputs: all.inputs, outputs: all.outputs }, places)
+}
+
+/// Sources, linear laws, and what other laws command, added up for each input.
+fn commands(
+    all: &mut Loop<'_>,
+    laws: &[Wired],
+    targets: &[SourceTarget],
+    (sources, held, states, first): (&[Expr], &[Expr], &[Expr], usize),
+) -> Vec<Expr> {
+    let mut commands: Vec<Vec<Expr>> = vec![Vec::new(); held.len()];
+    for (target, source) in targets.iter().zip(sources) {
+        if let SourceTarget::Input(input) = target {
+            commands[*input].push(*source);
+        }
+    }
+    for wired in laws {
+        let Computer::Linear(law) = &wired.computer else {
+            wired.inputs.iter().for_each(|&input| {
+                if !commands[input].contains(&held[input]) {
+                    commands[input].push(held[input]);
+                }
+            });
+            continue;
+        };
+        let own = &states[wired.states.start - first..wired.states.end - first];
+        let references: Vec<Expr> = wired.references.iter().map(|&source| sources[source]).collect();
+        for (i, &input) in wired.inputs.iter().enumerate() {
+            let mut terms = row(&law.on_states, i, own);
+            terms.extend(row(&law.on_angles, i, &all.motion.angles));
+            terms.extend(row(&law.on_speeds, i, &all.motion.speeds));
+            terms.extend(row(&law.on_references, i, &references));
+            let command = all.motion.graph.sum(Rational::ZERO, &terms);
+            commands[input].push(command);
+        }
+    }
+    let total = |terms: Vec<Expr>| {
+        let command = all.sum(&terms);
+        all.motion.graph.group(command)
+    };
+    commands.into_iter().map(total).collect()
+}
+
+/// Rates of the states of linear laws.
+fn law_rates(
+    all: &mut Loop<'_>,
+    laws: &[Wired],
+    (torques, sources, states, first): (&[Expr], &[Expr], &[Expr], usize),
+    rates: &mut [Expr],
+) {
+    for wired in laws {
+        let Computer::Linear(law) = &wired.computer else { continue };
+        let own = wired.states.start - first..wired.states.end - first;
+        let references: Vec<Expr> = wired.references.iter().map(|&source| sources[source]).collect();
+        let torques: Vec<Expr> = wired.inputs.iter().map(|&input| torques[input]).collect();
+        for (i, rate) in rates[own.clone()].iter_mut().enumerate() {
+            let mut terms = row(&law.states, i, &states[own.clone()]);
+            terms.extend(row(&law.angles, i, &all.motion.angles));
+            terms.extend(row(&law.speeds, i, &all.motion.speeds));
+            terms.extend(row(&law.torques, i, &torques));
+            terms.extend(row(&law.references, i, &references));
+            *rate = all.motion.graph.sum(Rational::ZERO, &terms);
+        }
+    }
+}
+
+/// Torques of slipping directions, in the sense of their directions' motion, and speeds along all of them.
+fn sliding(all: &mut Loop<'_>, equations: &Equations, senses: &[Expr]) -> (Vec<Expr>, Vec<Expr>) {
+    let (mut torques, mut speeds) = (Vec::new(), Vec::new());
+    for (term, sense) in equations.frictions.iter().zip(senses) {
+        let speed = all.motion.sum(&term.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = all.motion.graph.group(speed);
+        let FrictionLaw { torque, stribeck } = &term.value;
+        let mut size = all.motion.exact(torque);
+        if let Some(stribeck) = stribeck {
+            let (most, scale) = (all.motion.exact(&stribeck.breakaway), all.motion.exact(&stribeck.speed));
+            let graph = &mut all.motion.graph;
+            let more = graph.subtract(most, size);
+            let square = graph.product(&[(speed, 2), (scale, -2)]);
+            let square = graph.negate(square);
+            let fading = graph.apply(Function::Exp, square);
+            let more = graph.multiply(more, fading);
+            size = graph.add(size, more);
+        }
+        torques.push(all.motion.graph.multiply(*sense, size));
+        speeds.push(speed);
+    }
+    (torques, speeds)
+}
+
+fn forces(all: &mut Loop<'_>, applied: &[Expr], friction: &[Expr]) -> Vec<Expr> {
+    let motion = &mut *all.motion;
+    let minus = Rational::from(-1);
+    let mut terms: Vec<Vec<(Expr, Rational)>> = Vec::new();
+    for passive in motion.passive.clone() {
+        terms.push(vec![(motion.graph.group(passive), Rational::ONE)]);
+    }
+    for (rows, torques, sign) in [(&motion.inputs, applied, Rational::ONE), (&motion.frictions, friction, minus)] {
+        for (row, torque) in rows.iter().zip(torques) {
+            for (i, entry) in row {
+                terms[*i].push((motion.graph.multiply(*entry, *torque), sign.clone()));
+            }
+        }
+    }
+    terms.iter().map(|terms| motion.graph.sum(Rational::ZERO, terms)).collect()
+}
+
+/// Power of the inputs; loss in dampers and in slipping directions.
+fn powers(
+    all: &mut Loop<'_>,
+    equations: &Equations,
+    applied: &[Expr],
+    (friction, friction_speeds): (&[Expr], &[Expr]),
+) -> [Expr; 2] {
+    let (mut work, mut loss) = (Vec::new(), Vec::new());
+    for (input, torque) in equations.inputs.iter().zip(applied) {
+        let speed = all.motion.sum(&input.row, |motion, shaft| motion.speeds[shaft]);
+        let speed = all.motion.graph.group(speed);
+        work.push(all.motion.graph.multiply(*torque, speed));
+    }
+    for damper in &equations.dampers {
+        let speed = all.motion.sum(&damper.row, |motion, shaft| motion.speeds[shaft]);
+        let (speed, coefficient) = (all.motion.graph.group(speed), all.motion.exact(&damper.value));
+        loss.push(all.motion.graph.product(&[(coefficient, 1), (speed, 2)]));
+    }
+    for (torque, speed) in friction.iter().zip(friction_speeds) {
+        loss.push(all.motion.graph.multiply(*torque, *speed));
+    }
+    [all.sum(&work), all.sum(&loss)]
+}
+
+/// Copies outputs of the loop.
+pub(super) fn read(dynamics: &Dynamics, work: &Work, places: &Range<usize>, out: &mut [f64]) {
+    out.iter_mut().zip(places.clone()).for_each(|(out, place)| *out = work.more(dynamics, place));
+}

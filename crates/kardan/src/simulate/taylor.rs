@@ -1,0 +1,189 @@
+//! Integration by Taylor series: every step is the series of the motion at its begin, as long as its last terms are within the tolerance.
+//!
+//! The order follows from the tolerance, the length of a step from the last two terms (Jorba and Zou, Experimental Mathematics 14, 2005,
+//! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. No step is rejected, and the
+//! series is the dense output.
+
+use super::dop853::{Counts, StepError};
+use crate::num::Keeper;
+
+/// Part of the length at which the last terms are as large as the tolerance.
+const SAFETY: f64 = 0.9;
+/// Two terms in turn that are so small, in tolerances, are the last ones of a step whose length is known.
+const SMALL_TERM: f64 = 1e-2;
+/// Orders that are used at least and at most.
+const ORDERS: std::ops::RangeInclusive<usize> = 4..=24;
+
+/// Solver of `ẋ = f(t, x)` by Taylor series.
+#[derive(Debug, Clone)]
+pub(super) struct Taylor {
+    relative: f64,
+    absolute: Vec<f64>,
+    /// Coefficients of a component.
+    stride: usize,
+    previous_time: f64,
+    time: f64,
+    previous: Vec<f64>,
+    state: Vec<f64>,
+    /// Coefficients at the begin of the last step, those of one component after the other.
+    coefficients: Vec<f64>,
+    /// The highest order used in the last step.
+    order: usize,
+    slope: Vec<f64>,
+    next: f64,
+    counts: Counts,
+}
+
+/// The order that needs the least work for a relative tolerance.
+pub(super) fn order(relative: f64) -> usize {
+    let order = (-0.5 * relative.max(1e-20).ln() + 2.0).ceil() as usize;
+    order.clamp(*ORDERS.start(), *ORDERS.end())
+}
+
+impl Taylor {
+    pub(super) fn new(relative: f64, absolute: &[f64]) -> Self {
+        let (zero, stride) = (vec![0.0; absolute.len()], order(relative) + 1);
+        Self {
+            relative,
+            absolute: absolute.to_vec(),
+            stride,
+            previous_time: 0.0,
+            time: 0.0,
+            previous: zero.clone(),
+            state: zero.clone(),
+            coefficients: vec![0.0; zero.len() * stride],
+            order: 0,
+            slope: zero,
+            next: 0.0,
+            counts: Counts::default(),
+        }
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        for time in [&mut self.previous_time, &mut self.time, &mut self.next] {
+            keeper.number(time);
+        }
+        for list in [&mut self.previous, &mut self.state, &mut self.coefficients, &mut self.slope] {
+            keeper.numbers(list);
+        }
+        keeper.count(&mut self.order);
+        self.order = self.order.min(self.stride - 1);
+        let Counts { accepted, rejected, evaluations } = &mut self.counts;
+        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
+    }
+
+    /// Stands at a state; `slope` writes the rates there.
+    pub(super) fn start(&mut self, time: f64, state: &[f64], slope: impl FnOnce(&[f64], &mut [f64])) {
+        self.state.copy_from_slice(state);
+        self.previous.copy_from_slice(state);
+        (self.time, self.previous_time) = (time, time);
+        slope(&self.state, &mut self.slope);
+        self.counts.evaluations += 1;
+    }
+
+    /// Makes one step, at most to `until`. `expand(k, x)` writes the coefficients of order k + 1 from those up to k.
+    pub(super) fn step(&mut self, until: f64, mut expand: impl FnMut(usize, &mut [f64])) -> Result<(), StepError> {
+        let room = until - self.time;
+        self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
+        let (most, mut order) = (self.stride - 1, 0);
+        let (mut before, mut small) = (f64::INFINITY, false);
+        while order < most && !small {
+            expand(order, &mut self.coefficients);
+            order += 1;
+            let term = self.largest(order, room) * room.powi(order as i32);
+            small = before.max(term) <= SMALL_TERM;
+            before = term;
+        }
+        self.counts.evaluations += order as u64;
+        self.order = order;
+        if !before.is_finite() && self.coefficients.iter().any(|x| !x.is_finite()) {
+            return Err(StepError::NotFinite { time: self.time });
+        }
+        let length = if small { room } else { self.length(order, room) };
+        if !(length >= (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE)) {
+            return Err(StepError::StepTooSmall { time: self.time, step: length });
+        }
+        self.next = if small { self.next.max(room) } else { length };
+        let end = if room <= 1.01 * length { until } else { self.time + length };
+        (self.previous_time, self.time) = (self.time, end);
+        std::mem::swap(&mut self.previous, &mut self.state);
+        let mut state = std::mem::take(&mut self.state);
+        self.interpolate(end, &mut state);
+        self.state = state;
+        if self.state.iter().any(|x| !x.is_finite()) {
+            self.time = self.previous_time;
+            self.state.copy_from_slice(&self.previous);
+            return Err(StepError::NotFinite { time: self.time });
+        }
+        self.counts.accepted += 1;
+        Ok(())
+    }
+
+    /// The largest coefficient of an order, in tolerances of components that move for so long.
+    fn largest(&self, order: usize, length: f64) -> f64 {
+        let lists = self.coefficients.chunks_exact(self.stride).zip(&self.absolute);
+        lists.fold(0.0, |most, (list, absolute)| {
+            let size = list[0].abs().max((list[0] + length * list[1]).abs());
+            let part = list[order].abs() / (absolute + self.relative * size);
+            // What is no number counts.
+            if part <= most { most } else { part }
+        })
+    }
+
+    /// The length at which the last two terms are as large as the tolerance.
+    fn length(&self, order: usize, room: f64) -> f64 {
+        let mut length = 0.0;
+        // The sizes that tolerances are relative to depend on it, weakly.
+        for _ in 0..2 {
+            let at = |order: usize| self.largest(order, length).recip().powf(1.0 / order as f64);
+            length = (SAFETY * at(order).min(at(order - 1))).min(room);
+        }
+        length
+    }
+
+    /// Whether all rates where it started are exactly zero.
+    pub(super) fn rests(&self) -> bool {
+        self.slope.iter().all(|slope| *slope == 0.0)
+    }
+
+    /// Stays where it is until a time.
+    pub(super) fn rest(&mut self, until: f64) {
+        self.previous.copy_from_slice(&self.state);
+        (self.previous_time, self.time) = (self.time, until);
+        self.order = 0;
+        self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
+        self.counts.accepted += 1;
+    }
+
+    /// The state within the last step.
+    pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
+        let t = time - self.previous_time;
+        for (out, list) in out.iter_mut().zip(self.coefficients.chunks_exact(self.stride)) {
+            *out = list[..=self.order].iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient);
+        }
+    }
+
+    pub(super) fn next_step(&self) -> f64 {
+        self.next
+    }
+
+    pub(super) fn previous_time(&self) -> f64 {
+        self.previous_time
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        self.time
+    }
+
+    pub(super) fn previous_state(&self) -> &[f64] {
+        &self.previous
+    }
+
+    pub(super) fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        self.counts
+    }
+}
