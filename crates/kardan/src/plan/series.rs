@@ -91,7 +91,8 @@ impl Series {
         let stride = order + 1;
         let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
         let values = plan.block().memory();
-        let mut is_steady: Vec<bool> = (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
+        let mut is_steady: Vec<bool> =
+            (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
         let (mut steps, mut done, mut more) = (Vec::new(), inputs + constants, values);
         let mut operands = plan.operands.as_slice();
         for run in &plan.runs {
@@ -182,7 +183,9 @@ impl Series {
                 Rule::Multiply => product(memory, a, b, k),
                 Rule::AddProduct => memory[c + k] + product(memory, a, b, k),
                 Rule::SubtractProduct => memory[c + k] - product(memory, a, b, k),
-                Rule::Divide => (memory[a + k] - convolution(&memory[out..out + k], &memory[b + 1..=b + k])) / memory[b],
+                Rule::Divide => {
+                    (memory[a + k] - convolution(&memory[out..out + k], &memory[b + 1..=b + k])) / memory[b]
+                }
                 Rule::SquareRoot => (memory[a + k] - inner(memory, out, k)) / (2.0 * memory[out]),
                 Rule::Exponential => sloped(memory, a, out, k) * per,
                 Rule::Logarithm => (memory[a + k] - sloped_inner(memory, out, a, k) * per) / memory[a],

@@ -80,8 +80,10 @@ pub struct Dynamics {
 pub struct MotionPlan {
     /// What is evaluated.
     pub plan: Plan,
-    angles: Vec<(usize, usize)>,
-    speeds: Vec<(usize, usize)>,
+    /// Angles of shafts that follow from the coordinates, by shaft.
+    pub angles: Vec<(usize, usize)>,
+    /// Their speeds.
+    pub speeds: Vec<(usize, usize)>,
     basis: Vec<(usize, usize)>,
     bias: Vec<(usize, usize)>,
     passive: Vec<(usize, usize)>,
@@ -94,6 +96,8 @@ pub struct MotionPlan {
     input_rows: Vec<(usize, usize)>,
     /// Numbers of the outputs of an extension.
     pub more: Range<usize>,
+    /// Angles and speeds alone; its outputs are those of `angles`, then those of `speeds`.
+    shafts: Plan,
 }
 
 /// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
@@ -137,11 +141,25 @@ impl MotionPlan {
         let friction_rows = list("friction", &mut rows(&motion.frictions));
         let friction_bias = list("friction_bias", &mut numbered(&motion.friction_bias));
         let input_rows = list("input", &mut rows(&motion.inputs));
+        let shafts = motion.compile(&outputs[..angles.len() + speeds.len()]);
         let more = outputs.len()..outputs.len() + extension.outputs.len();
         outputs.extend(extension.outputs);
         let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
         let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
-        Self { plan, angles, speeds, basis, bias, passive, inertia, friction_rows, friction_bias, input_rows, more }
+        Self {
+            plan,
+            angles,
+            speeds,
+            basis,
+            bias,
+            passive,
+            inertia,
+            friction_rows,
+            friction_bias,
+            input_rows,
+            more,
+            shafts,
+        }
     }
 }
 
@@ -164,6 +182,8 @@ pub struct Work {
     pub input_rows: Vec<f64>,
     /// Memory of the plan.
     memory: Vec<f64>,
+    /// Memory of that of angles and speeds alone.
+    shafts: Vec<f64>,
 }
 
 impl Work {
@@ -262,6 +282,7 @@ impl Dynamics {
             factor,
             passive,
             memory: out.plan.plan.memory(),
+            shafts: out.plan.shafts.memory(),
         };
         (out, work)
     }
@@ -338,6 +359,21 @@ impl Dynamics {
         }
         put(&self.plan.inertia, memory, &mut work.inertia);
         work.factor.factor(&work.inertia)
+    }
+
+    /// Evaluates angles and speeds of the shafts alone: [`Kinematics::angles`] and [`Kinematics::speeds`] of the work.
+    pub fn update_shafts(&self, position: &[f64], speed: &[f64], work: &mut Work) {
+        let r = self.degrees_of_freedom;
+        let MotionPlan { angles, speeds, shafts, .. } = &*self.plan;
+        let Work { kinematics, shafts: memory, .. } = work;
+        memory[..r].copy_from_slice(&position[..r]);
+        memory[r..2 * r].copy_from_slice(&speed[..r]);
+        let _ = shafts.block().evaluate(memory);
+        kinematics.set(position, speed);
+        angles.iter().enumerate().for_each(|(k, (shaft, _))| kinematics.angles[*shaft] = memory[shafts.place(k)]);
+        for (k, (shaft, _)) in speeds.iter().enumerate() {
+            kinematics.speeds[*shaft] = memory[shafts.place(angles.len() + k)];
+        }
     }
 
     /// Kinetic and potential energy, J, at the last update.

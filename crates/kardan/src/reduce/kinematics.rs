@@ -128,6 +128,11 @@ impl Kinematics {
         self.varying[shaft]
     }
 
+    /// The number of the reduced coordinate that a shaft's angle is.
+    pub fn coordinate(&self, shaft: usize) -> Option<usize> {
+        self.coordinates.iter().position(|coordinate| *coordinate == shaft)
+    }
+
     /// Whether the whole basis is constant.
     pub fn is_constant(&self) -> bool {
         !self.varying.contains(&true)
@@ -138,15 +143,19 @@ impl Kinematics {
         &self.basis[shaft * self.r..(shaft + 1) * self.r]
     }
 
+    /// Sets angles (rad) and speeds (rad/s) of the reduced coordinates alone.
+    pub(super) fn set(&mut self, position: &[f64], speed: &[f64]) {
+        for (column, &shaft) in self.coordinates.iter().enumerate() {
+            (self.angles[shaft], self.speeds[shaft]) = (position[column], speed[column]);
+        }
+    }
+
     /// Evaluates angles, speeds, basis and bias at reduced position (rad) and speed (rad/s).
     ///
     /// For a curve `y = γ(x)`: `K_y = γ′ K_x`, `k_y = γ″ ẋ² + γ′ k_x` \[diss. (4.12)-(4.14)\].
     pub fn update(&mut self, position: &[f64], speed: &[f64]) {
         let r = self.r;
-        for (column, &shaft) in self.coordinates.iter().enumerate() {
-            self.angles[shaft] = position[column];
-            self.speeds[shaft] = speed[column];
-        }
+        self.set(position, speed);
         for operation in &self.operations {
             match operation {
                 Operation::Linear { shaft, value, varying } => {

@@ -43,7 +43,7 @@ impl Integrator {
             Self::Dop853(solver) => {
                 solver.start(time, state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx))
             }
-            Self::Taylor(solver) => solver.start(time, state, |x, dx| machine.derivative(time, x, dx)),
+            Self::Taylor(solver) => solver.start(time, state, |k, x| machine.expand(time, k, x)),
         }
     }
 
@@ -58,7 +58,7 @@ impl Integrator {
             }
             Self::Taylor(solver) => {
                 let time = solver.time();
-                solver.step(until, |k, x| machine.expand(time, k, x))
+                solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))
             }
         }
     }
@@ -76,6 +76,23 @@ impl Integrator {
         solver.prepare_dense(&mut rates);
         solver.set_step(next);
         Ok(())
+    }
+
+    /// Whether the machine certainly stays in its modes within the last step.
+    pub(super) fn stays(&self, machine: &mut Machine) -> bool {
+        match self {
+            Self::Dop853(_) => false,
+            Self::Taylor(solver) => machine.stays(solver.time() - solver.previous_time(), solver.order()),
+        }
+    }
+
+    /// Order and begin of the series of the last step; where `complete`, of all values.
+    pub(super) fn series(&self, machine: &mut Machine, complete: bool) -> Option<(usize, f64)> {
+        let Self::Taylor(solver) = self else { return None };
+        if complete {
+            machine.complete_series(solver.order(), solver.coefficients());
+        }
+        Some((solver.order(), solver.previous_time()))
     }
 
     /// Whether [`shorten`](Self::shorten) does something.

@@ -16,6 +16,6 @@ mod taylor;
 
 pub use machine::{Machine, Setup};
 pub use outputs::signal_names;
-pub use run::{Method, RunResult, Tolerance, simulate};
+pub use run::{Method, Ready, RunResult, Tolerance, simulate};
 pub use scenario::{FaultKind, Profile, Scenario, SensorFault, SignalEvent, Source, SourceTarget};
 pub use simulation::{InputId, SignalId, Simulation, SimulationError, Snapshot};

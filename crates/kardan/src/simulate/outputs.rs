@@ -247,6 +247,8 @@ pub(super) struct Outputs {
     needs_multipliers: bool,
     /// Whether any signal or sensor needs more than angles, speeds and sources.
     needs_forces: bool,
+    /// The series that each signal is, if all of them are.
+    series: Vec<usize>,
     lambda: Vec<f64>,
     constraint_force: Vec<f64>,
 }
@@ -294,6 +296,7 @@ impl Outputs {
             signals,
             samplers,
             multipliers,
+            series: Vec::new(),
             lambda: vec![0.0; constraints],
             constraint_force: vec![0.0; shafts],
         }
@@ -302,6 +305,29 @@ impl Outputs {
     /// Whether sensors read at times of their own.
     pub fn samples(&self) -> bool {
         !self.samplers.is_empty()
+    }
+
+    /// Prepares rows from the series of a machine: where all signals are angles and speeds.
+    pub fn prepare_series(&mut self, machine: &Machine) {
+        let of = |read: &Read| match read {
+            Read::Angle(shaft) => Some(machine.shaft_series(*shaft)?[0]),
+            Read::Speed(shaft) => Some(machine.shaft_series(*shaft)?[1]),
+            _ => None,
+        };
+        let series = if self.samples() { None } else { self.reads.iter().map(of).collect() };
+        self.series = series.unwrap_or_default();
+    }
+
+    /// Whether rows follow from the series of the motion.
+    pub fn has_series(&self) -> bool {
+        !self.series.is_empty()
+    }
+
+    /// Appends a row, from series of that order, so long after the last expansion.
+    pub fn record_series(&mut self, machine: &Machine, order: usize, later: f64) {
+        for (signal, place) in self.signals.iter_mut().zip(&self.series) {
+            signal.values.push(machine.series_at(*place, order, later));
+        }
     }
 
     /// Appends to one signal.

@@ -120,6 +120,8 @@ pub(super) struct RunningLoop {
     tolerance: f64,
     /// Segments that were, and the evaluations they took.
     segments: Effort,
+    /// Whether all coefficients of the series of the last step are known.
+    complete: bool,
     /// Whether the last step only waited: nothing has changed in it.
     resting: bool,
     pub(super) outputs: Outputs,
@@ -216,17 +218,32 @@ impl Looks {
 /// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
 /// [`Outcome::Failed`] and everything computed so far.
 pub fn simulate(setup: Setup<'_>, tolerance: Tolerance, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
-    let duration = setup.scenario.duration;
-    let mut running = RunningLoop::new(setup, tolerance);
-    let outcome = match running.proceed(duration, progress) {
-        Ok(()) => {
-            // The last row, at the end itself.
-            running.observe_until(f64::INFINITY, Some(duration));
-            Outcome::Completed
-        }
-        Err(outcome) => outcome,
-    };
-    running.finish(outcome)
+    Ready::new(setup, tolerance).run(progress)
+}
+
+/// A run that is compiled and has not begun.
+pub struct Ready(RunningLoop);
+
+impl Ready {
+    /// Compiles the expressions of a loop.
+    pub fn new(setup: Setup<'_>, tolerance: Tolerance) -> Self {
+        Self(RunningLoop::new(setup, tolerance))
+    }
+
+    /// Runs it; see [`simulate`].
+    pub fn run(self, progress: &mut dyn FnMut(f64) -> Option<String>) -> RunResult {
+        let mut running = self.0;
+        let duration = running.scenario.duration;
+        let outcome = match running.proceed(duration, progress) {
+            Ok(()) => {
+                // The last row, at the end itself.
+                running.observe_until(f64::INFINITY, Some(duration));
+                Outcome::Completed
+            }
+            Err(outcome) => outcome,
+        };
+        running.finish(outcome)
+    }
 }
 
 /// What is to be done where the integration stands, before it goes on.
@@ -256,7 +273,7 @@ impl RunningLoop {
         let names: Vec<String> = reduced.equations.frictions.iter().map(|f| f.element.clone()).collect();
         let directions = names.len();
         let input_names = reduced.equations.inputs.iter().map(|i| i.element.clone()).collect();
-        let outputs = Outputs::new(reduced, scenario);
+        let mut outputs = Outputs::new(reduced, scenario);
         let mut machine = Machine::new(setup);
         let (r, size) = (machine.degrees_of_freedom(), machine.size());
         let mut absolute = vec![tolerance.absolute; size];
@@ -278,6 +295,9 @@ impl RunningLoop {
             Method::Dop853 => None,
             Method::Taylor | Method::Automatic => Integrator::taylor(tolerance.relative, &absolute, &mut machine),
         };
+        if taylor.is_some() {
+            outputs.prepare_series(&machine);
+        }
         RunningLoop {
             solver: taylor.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
             segment: None,
@@ -287,6 +307,7 @@ impl RunningLoop {
                 && machine.is_linear(),
             tolerance: tolerance.relative,
             segments: Effort::default(),
+            complete: false,
             resting: false,
             machine,
             outputs,
@@ -448,6 +469,7 @@ impl RunningLoop {
         }
         let end = self.segment_end.min(self.time + LONGEST);
         self.segment = None;
+        self.complete = false;
         self.resting = self.rests();
         if !self.resting && self.linear && self.solve_segment(end) {
             return self.tell(progress);
@@ -467,7 +489,8 @@ impl RunningLoop {
             return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
         }
         let length = self.solver.time() - self.solver.previous_time();
-        let mut event = self.look_for_event(length, !self.solver.shortens());
+        let quiet = self.solver.stays(&mut self.machine);
+        let mut event = if quiet { None } else { self.look_for_event(length, !self.solver.shortens()) };
         if let Some(at) = event.filter(|_| self.solver.shortens()) {
             self.shorten_step(at)?;
             event = self.look_for_event(length, true);
@@ -809,6 +832,9 @@ impl RunningLoop {
             if !due {
                 return;
             }
+            if last.is_none() && self.record_series(row) {
+                continue;
+            }
             if let Some(segment) = self.segment.as_mut().filter(|segment| segment.covers(at)) {
                 segment.advance(at);
                 if segment.read(|signal, value| self.outputs.push(signal, value)) {
@@ -834,6 +860,19 @@ impl RunningLoop {
                 self.next_row += 1;
             }
         }
+    }
+
+    /// Records a row from the series of the last step, if there are such; false if it must be evaluated.
+    fn record_series(&mut self, row: f64) -> bool {
+        if self.resting || self.segment.is_some() || !self.outputs.has_series() {
+            return false;
+        }
+        let Some((order, begin)) = self.solver.series(&mut self.machine, !self.complete) else { return false };
+        self.complete = true;
+        self.outputs.record_series(&self.machine, order, row - begin);
+        self.time_grid.push(row);
+        self.next_row += 1;
+        true
     }
 
     /// Notes the steps and ramps of the scenario that begin at a time, and the faults that begin or end there.

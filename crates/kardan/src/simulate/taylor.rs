@@ -4,6 +4,8 @@
 //! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. No step is rejected, and the
 //! series is the dense output.
 
+use kardan_rt::Real;
+
 use super::dop853::{Counts, StepError};
 use crate::num::Keeper;
 
@@ -29,7 +31,8 @@ pub(super) struct Taylor {
     coefficients: Vec<f64>,
     /// The highest order used in the last step.
     order: usize,
-    slope: Vec<f64>,
+    /// Whether the first coefficients at the state are known, and nothing has been evaluated since; asked by a number of evaluations.
+    begun: Option<u64>,
     next: f64,
     counts: Counts,
 }
@@ -50,10 +53,10 @@ impl Taylor {
             previous_time: 0.0,
             time: 0.0,
             previous: zero.clone(),
-            state: zero.clone(),
             coefficients: vec![0.0; zero.len() * stride],
+            state: zero,
             order: 0,
-            slope: zero,
+            begun: None,
             next: 0.0,
             counts: Counts::default(),
         }
@@ -63,44 +66,64 @@ impl Taylor {
         for time in [&mut self.previous_time, &mut self.time, &mut self.next] {
             keeper.number(time);
         }
-        for list in [&mut self.previous, &mut self.state, &mut self.coefficients, &mut self.slope] {
+        for list in [&mut self.previous, &mut self.state, &mut self.coefficients] {
             keeper.numbers(list);
         }
         keeper.count(&mut self.order);
+        self.begun = None;
         self.order = self.order.min(self.stride - 1);
         let Counts { accepted, rejected, evaluations } = &mut self.counts;
         [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
     }
 
-    /// Stands at a state; `slope` writes the rates there.
-    pub(super) fn start(&mut self, time: f64, state: &[f64], slope: impl FnOnce(&[f64], &mut [f64])) {
+    /// Stands at a state. `expand(k, x)` writes the coefficients of order k + 1 from those up to k and tells how much the machine has
+    /// evaluated until then.
+    pub(super) fn start(&mut self, time: f64, state: &[f64], expand: impl FnMut(usize, &mut [f64]) -> u64) {
         self.state.copy_from_slice(state);
         self.previous.copy_from_slice(state);
         (self.time, self.previous_time) = (time, time);
-        slope(&self.state, &mut self.slope);
-        self.counts.evaluations += 1;
+        self.begin(expand);
     }
 
-    /// Makes one step, at most to `until`. `expand(k, x)` writes the coefficients of order k + 1 from those up to k.
-    pub(super) fn step(&mut self, until: f64, mut expand: impl FnMut(usize, &mut [f64])) -> Result<(), StepError> {
-        let room = until - self.time;
+    fn begin(&mut self, mut expand: impl FnMut(usize, &mut [f64]) -> u64) {
         self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
-        let (most, mut order) = (self.stride - 1, 0);
+        self.begun = Some(expand(0, &mut self.coefficients));
+        self.counts.evaluations += 1;
+        self.order = 1;
+    }
+
+    /// Makes one step, at most to `until`; `evaluated` is how much the machine has evaluated by now.
+    pub(super) fn step(
+        &mut self,
+        until: f64,
+        evaluated: u64,
+        mut expand: impl FnMut(usize, &mut [f64]) -> u64,
+    ) -> Result<(), StepError> {
+        let room = until - self.time;
+        if self.begun != Some(evaluated) {
+            self.begin(&mut expand);
+        }
+        self.begun = None;
+        // Fewer terms than all suffice at most where the step is shorter than it could be.
+        let short = room <= self.next || self.next == 0.0;
+        let (most, mut order) = (self.stride - 1, 1);
         let (mut before, mut small) = (f64::INFINITY, false);
         while order < most && !small {
             expand(order, &mut self.coefficients);
             order += 1;
-            let term = self.largest(order, room) * room.powi(order as i32);
-            small = before.max(term) <= SMALL_TERM;
-            before = term;
+            if short {
+                let term = self.largest(order, room) * room.powi(order as i32);
+                small = before.max(term) <= SMALL_TERM;
+                before = term;
+            }
         }
-        self.counts.evaluations += order as u64;
+        self.counts.evaluations += order as u64 - 1;
         self.order = order;
-        if !before.is_finite() && self.coefficients.iter().any(|x| !x.is_finite()) {
+        let length = if small { room } else { self.length(order, room) };
+        if !length.is_finite() || length == 0.0 && self.coefficients.iter().any(|x| !x.is_finite()) {
             return Err(StepError::NotFinite { time: self.time });
         }
-        let length = if small { room } else { self.length(order, room) };
-        if !(length >= (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE)) {
+        if length < (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE) {
             return Err(StepError::StepTooSmall { time: self.time, step: length });
         }
         self.next = if small { self.next.max(room) } else { length };
@@ -130,20 +153,18 @@ impl Taylor {
         })
     }
 
-    /// The length at which the last two terms are as large as the tolerance.
+    /// The length at which the last two terms are as large as the tolerance; no number if those are none.
     fn length(&self, order: usize, room: f64) -> f64 {
-        let mut length = 0.0;
-        // The sizes that tolerances are relative to depend on it, weakly.
-        for _ in 0..2 {
-            let at = |order: usize| self.largest(order, length).recip().powf(1.0 / order as f64);
-            length = (SAFETY * at(order).min(at(order - 1))).min(room);
-        }
-        length
+        // The sizes that tolerances are relative to depend on the length, weakly.
+        let about = if self.next == 0.0 { 0.0 } else { self.next.min(room) };
+        let at = |order: usize| Real::exp(-Real::ln(self.largest(order, about)) / order as f64);
+        let (last, before) = (at(order), at(order - 1));
+        if last.is_nan() || before.is_nan() { f64::NAN } else { (SAFETY * last.min(before)).min(room) }
     }
 
-    /// Whether all rates where it started are exactly zero.
+    /// Whether all rates are exactly zero where it started.
     pub(super) fn rests(&self) -> bool {
-        self.slope.iter().all(|slope| *slope == 0.0)
+        self.begun.is_some() && self.coefficients.iter().skip(1).step_by(self.stride).all(|slope| *slope == 0.0)
     }
 
     /// Stays where it is until a time.
@@ -152,6 +173,7 @@ impl Taylor {
         (self.previous_time, self.time) = (self.time, until);
         self.order = 0;
         self.coefficients.chunks_exact_mut(self.stride).zip(&self.state).for_each(|(list, x)| list[0] = *x);
+        self.begun = None;
         self.counts.accepted += 1;
     }
 
@@ -161,6 +183,16 @@ impl Taylor {
         for (out, list) in out.iter_mut().zip(self.coefficients.chunks_exact(self.stride)) {
             *out = list[..=self.order].iter().rev().fold(0.0, |sum, coefficient| sum * t + coefficient);
         }
+    }
+
+    /// Coefficients at the begin of the last step, those of one component after the other.
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.coefficients
+    }
+
+    /// The highest order used in the last step.
+    pub(super) fn order(&self) -> usize {
+        self.order
     }
 
     pub(super) fn next_step(&self) -> f64 {

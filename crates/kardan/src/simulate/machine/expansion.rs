@@ -8,6 +8,8 @@ use super::Machine;
 use super::expressions::Places;
 use crate::plan::{Series, convolution};
 use crate::reduce::MotionPlan;
+use crate::simulate::drive::Limit;
+use crate::simulate::friction::Mode;
 
 /// Series of a machine, with memory of its own.
 pub(super) struct Expansion {
@@ -26,6 +28,7 @@ pub(super) struct Expansion {
     rates: Vec<usize>,
     friction_speeds: Vec<usize>,
     commands: Vec<usize>,
+    scratch: Vec<f64>,
     state: Vec<f64>,
     slope: Vec<f64>,
     /// The bias at the point of expansion.
@@ -63,6 +66,7 @@ impl Machine {
             rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
             friction_speeds: found(&self.places.friction_speeds),
             commands: found(&self.places.commands),
+            scratch: vec![0.0; stride],
             state: vec![0.0; self.size],
             slope: vec![0.0; self.size],
             friction_bias: vec![0.0; m],
@@ -72,14 +76,58 @@ impl Machine {
     }
 
     /// Finds the coefficients of order k + 1 of all states from those up to k; `x` holds those of one state after the other, one more
-    /// than the order for each.
-    pub fn expand(&mut self, time: f64, k: usize, x: &mut [f64]) {
-        let Some(mut expansion) = self.expansion.take() else { return };
+    /// than the order for each. Tells how much the machine has evaluated.
+    pub fn expand(&mut self, time: f64, k: usize, x: &mut [f64]) -> u64 {
+        let Some(mut expansion) = self.expansion.take() else { return self.evaluated };
         match k {
             0 => self.begin_expansion(time, &mut expansion, x),
             _ => self.next_coefficients(k, &mut expansion, x),
         }
         self.expansion = Some(expansion);
+        self.evaluated
+    }
+
+    /// A number that grows with each evaluation of the equations.
+    pub fn evaluated(&self) -> u64 {
+        self.evaluated
+    }
+
+    /// Whether within a step of that length from the last expansion, whose highest order was `order`, certainly no direction leaves its mode
+    /// and no motor comes to a limit or leaves it: the series are positive by their Bernstein coefficients, with more room than what the
+    /// series leave out. What is not certain may be so all the same.
+    pub fn stays(&mut self, length: f64, order: usize) -> bool {
+        let Some(mut expansion) = self.expansion.take() else { return false };
+        let stays = expansion.stays(self, length, order);
+        self.expansion = Some(expansion);
+        stays
+    }
+
+    /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
+    pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
+        let r = self.degrees_of_freedom;
+        let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
+        if let Some(k) = self.work.kinematics.coordinate(shaft) {
+            return Some([k, r + k]);
+        }
+        let found =
+            |list: &[(usize, usize)]| list.iter().find(|(k, _)| *k == shaft).map(|(_, output)| plan.place(*output));
+        Some([found(angles)?, found(speeds)?])
+    }
+
+    /// Finds the coefficients of the highest order, whose states `x` holds, of all values too.
+    pub fn complete_series(&mut self, order: usize, x: &[f64]) {
+        let states = self.size - 2;
+        if let Some(expansion) = &mut self.expansion {
+            let stride = expansion.stride;
+            (0..states).for_each(|state| expansion.series.set(state, order, x[state * stride + order]));
+            expansion.series.advance(order);
+        }
+    }
+
+    /// The value of a series so long after the last expansion.
+    pub fn series_at(&self, place: usize, order: usize, later: f64) -> f64 {
+        let Some(expansion) = &self.expansion else { return f64::NAN };
+        expansion.series.of(place)[..=order].iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
     }
 
     fn begin_expansion(&mut self, time: f64, expansion: &mut Expansion, x: &mut [f64]) {
@@ -119,7 +167,49 @@ impl Machine {
     }
 }
 
+/// Part of a limit that is kept clear of it.
+const CLEAR: f64 = 1e-9;
+
 impl Expansion {
+    fn stays(&mut self, machine: &Machine, length: f64, order: usize) -> bool {
+        let Self { series, torques, stride, scratch, .. } = self;
+        let mut positive = |coefficients: &[f64], sign: f64, limit: f64| {
+            let terms = scratch.iter_mut().zip(&coefficients[..order]);
+            let mut power = sign;
+            terms.for_each(|(term, coefficient)| {
+                *term = coefficient * power;
+                power *= length;
+            });
+            scratch[0] += limit;
+            is_positive(&mut scratch[..order])
+        };
+        let moving = machine.modes.iter().zip(&self.friction_speeds).filter(|(mode, _)| **mode != Mode::Stick);
+        for (mode, place) in moving {
+            if !positive(series.of(*place), mode.sign(), 0.0) {
+                return false;
+            }
+        }
+        let c = machine.dynamics.breakaway_torques();
+        for (a, &k) in machine.holding.iter().enumerate() {
+            let torque = &torques[a * *stride..][..*stride];
+            let limit = c[k] * (1.0 - CLEAR);
+            if !(positive(torque, 1.0, limit) && positive(torque, -1.0, limit)) {
+                return false;
+            }
+        }
+        for (drive, place) in machine.drives.iter().zip(&self.commands) {
+            if drive.rate.is_some() || drive.limit_mode != Limit::Inside {
+                return false;
+            }
+            let Some(limit) = drive.limit.map(|limit| limit * (1.0 - CLEAR)) else { continue };
+            let command = series.of(*place);
+            if !(positive(command, 1.0, limit) && positive(command, -1.0, limit)) {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Keeps the coefficients of order k of accelerations and torques.
     fn keep(&mut self, k: usize, machine: &Machine) {
         for (coefficients, value) in self.accelerations.chunks_exact_mut(self.stride).zip(&machine.acceleration) {
@@ -150,5 +240,72 @@ impl Expansion {
             }
             machine.work.friction_bias[direction] = bias;
         }
+    }
+}
+
+/// Whether `Σ c_k s^k` is certainly positive for 0 < s ≤ 1, with more than its last term to spare where it is not at its begin. The
+/// coefficients become others.
+fn is_positive(c: &mut [f64]) -> bool {
+    let Some((first, rest)) = c.split_first() else { return false };
+    let spare = rest.last().map_or(0.0, |last| last.abs());
+    let sizes = rest.iter().fold(0.0, |sum, c| sum + c.abs());
+    if !(*first >= 0.0) {
+        return false;
+    }
+    if *first > sizes + spare {
+        return true;
+    }
+    // Coefficients of Bernstein's polynomials: b_j = Σ_i (j over i)/(n over i) c_i.
+    let n = c.len() - 1;
+    let mut binomial = 1.0;
+    for (i, c) in c.iter_mut().enumerate() {
+        *c /= binomial;
+        binomial *= (n - i) as f64 / (i + 1) as f64;
+    }
+    for i in 1..=n {
+        for j in (i..=n).rev() {
+            c[j] += c[j - 1];
+        }
+    }
+    c.iter().skip(1).all(|b| *b > spare)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_positive;
+
+    #[test]
+    fn positive_polynomials_are_told_and_others_never() {
+        // (1 − s)² + 1/10, s(1 − s/2), 1: positive; each with a term that is left out next to nothing.
+        for c in [vec![1.1, -2.0, 1.0, 0.0], vec![0.0, 1.0, -0.5, 0.0], vec![1.0, 0.0]] {
+            assert!(is_positive(&mut c.clone()), "{c:?}");
+        }
+        // A zero inside, at the end, a negative begin, no number, and a double zero just above the axis that the last term may hide.
+        for c in [
+            vec![1.0, -3.0, 1.0, 0.0],
+            vec![1.0, -1.0, 0.0],
+            vec![-1e-30, 1.0, 0.0],
+            vec![f64::NAN, 1.0, 0.0],
+            vec![1.0, f64::NAN, 0.0],
+            vec![0.2501, -1.0, 1.0, 1e-3],
+        ] {
+            assert!(!is_positive(&mut c.clone()), "{c:?}");
+        }
+        // Random ones against a fine grid: what is told to be positive is.
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut told = 0;
+        for _ in 0..20_000 {
+            let c: Vec<f64> = (0..7).map(|k| random() + if k == 0 { 0.5 } else { 0.0 }).collect();
+            if is_positive(&mut c.clone()) {
+                told += 1;
+                let at = |s: f64| c.iter().rev().fold(0.0, |sum, c| sum * s + c);
+                assert!((1..=200).all(|k| at(f64::from(k) / 200.0) > 0.0), "{c:?}");
+            }
+        }
+        assert!(told > 2000, "{told}");
     }
 }

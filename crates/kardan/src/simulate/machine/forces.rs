@@ -26,7 +26,7 @@ impl Machine {
         self.set_sources(time);
         self.held.fill(0.0);
         if self.own_laws {
-            self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+            self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         }
         for wired in &mut self.laws {
             match &mut wired.computer {
@@ -43,13 +43,20 @@ impl Machine {
             wired.inputs.iter().zip(&wired.commands).for_each(|(&input, command)| self.held[input] += command);
         }
         self.give(state);
-        let regular = self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        let regular = self.update(state);
         let Self { dynamics, work, places, .. } = self;
         read(dynamics, work, &places.commands, &mut self.commands);
         read(dynamics, work, &places.torques, &mut self.torques);
         read(dynamics, work, &places.applied, &mut self.applied);
         read(dynamics, work, &places.forces, &mut self.force);
         regular
+    }
+
+    /// Evaluates the expressions at a state, with what was given last. False if the inertia is singular.
+    pub(super) fn update(&mut self, state: &[f64]) -> bool {
+        let r = self.degrees_of_freedom;
+        self.evaluated += 1;
+        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work)
     }
 
     /// What the expressions of the loop are given besides angles and speeds.
@@ -198,7 +205,7 @@ impl Machine {
     /// Angles, speeds and sources at one point.
     pub fn observe_motion(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;
-        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         self.set_sources(time);
     }
 
@@ -222,8 +229,7 @@ impl Machine {
 
     /// Kinetic and potential energy at a state, J.
     pub fn energy(&mut self, state: &[f64]) -> f64 {
-        let r = self.degrees_of_freedom;
-        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.update(state);
         self.dynamics.energy(&self.work)
     }
 }

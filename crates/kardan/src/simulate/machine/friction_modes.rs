@@ -176,7 +176,7 @@ impl Machine {
     /// How far a slipping direction is from standing still at a state, rad/s: negative beyond.
     pub fn slip_room(&mut self, state: &[f64], direction: usize) -> f64 {
         let r = self.degrees_of_freedom;
-        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
         self.slip_margin(direction)
     }
 
@@ -208,13 +208,16 @@ impl Machine {
         if !self.modes.iter().any(|mode| *mode != Mode::Stick) {
             return;
         }
-        self.work.kinematics.update(&state[..r], &state[r..2 * r]);
-        for (k, mode) in self.modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Stick) {
-            let against = -mode.sign() * self.dynamics.friction_speed(k, &self.work);
-            if against > 0.0 && against > NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work) {
-                out.push(k);
-            }
+        self.dynamics.update_shafts(&state[..r], &state[r..2 * r], &mut self.work);
+        let against = |this: &Self, k: usize| -this.modes[k].sign() * this.dynamics.friction_speed(k, &this.work);
+        out.extend((0..self.modes.len()).filter(|&k| against(self, k) > 0.0));
+        if out.is_empty() {
+            return;
         }
+        // What cancels in the speeds depends on the directions there.
+        self.update(state);
+        let noise = |k: usize| NOISE * self.dynamics.friction_terms(k, &self.step_speeds, &self.work);
+        out.retain(|&k| against(self, k) > noise(k));
     }
 
     /// Decides all modes anew at a point, with the sources of the segment that begins there.

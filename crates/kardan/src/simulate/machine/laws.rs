@@ -29,8 +29,7 @@ impl Machine {
 
     /// Sets the states of the laws at the start of a run.
     pub(in crate::simulate) fn start_laws(&mut self, state: &mut [f64]) {
-        let r = self.degrees_of_freedom;
-        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.update(state);
         let kinematics = &self.work.kinematics;
         for wired in &mut self.laws {
             match &mut wired.computer {
@@ -56,8 +55,7 @@ impl Machine {
 
     /// Lets sampled laws do what is due at a time.
     pub(in crate::simulate) fn tick(&mut self, time: f64, state: &[f64]) {
-        let r = self.degrees_of_freedom;
-        self.dynamics.update(&state[..r], &state[r..2 * r], &mut self.work);
+        self.update(state);
         self.set_sources(time);
         for wired in &mut self.laws {
             let Computer::Clocked(clocked) = &mut wired.computer else { continue };

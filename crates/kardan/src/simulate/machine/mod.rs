@@ -74,6 +74,8 @@ pub struct Machine {
     scratch: Vec<f64>,
     /// Series of the motion, where they are asked for.
     expansion: Option<Box<Expansion>>,
+    /// Evaluations of the equations so far.
+    evaluated: u64,
     pub(super) friction_torques: Vec<f64>,
 }
 

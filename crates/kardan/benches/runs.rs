@@ -1,0 +1,138 @@
+//! Runs alone, from the compiled loop to all rows: `cargo bench -p kardan --bench runs`. The steering system, the stiff drive with a spring, and
+//! chains of shafts, with each method.
+
+use divan::{Bencher, black_box};
+use kardan::results::Effort;
+use kardan::simulate::{Method, Ready, Setup, Tolerance};
+use kardan::study::{self, Prepared};
+use std::fmt::Write;
+
+fn main() {
+    divan::main();
+}
+
+/// The work of one bench: a variant of a model, the signals wanted, rows per second.
+struct Work {
+    prepared: Prepared,
+    variant: usize,
+    recorded: Option<Vec<String>>,
+    rows: Option<f64>,
+}
+
+impl Work {
+    fn new(source: &str, variant: &str, recorded: &[&str], rows: Option<f64>) -> Self {
+        let (prepared, mistakes) = study::prepare(source);
+        let variant =
+            prepared.variants.iter().position(|one| one.name == variant).unwrap_or_else(|| panic!("{mistakes:?}"));
+        let recorded = (!recorded.is_empty()).then(|| recorded.iter().map(ToString::to_string).collect());
+        Self { prepared, variant, recorded, rows }
+    }
+
+    fn ready(&self, method: Method, tolerance: f64) -> Ready {
+        let variant = &self.prepared.variants[self.variant];
+        let mut scenario = variant.scenario.clone();
+        scenario.recorded = self.recorded.clone();
+        if let Some(rows) = self.rows {
+            let count = (scenario.duration * rows).round() as usize;
+            scenario.times = (0..=count).map(|k| scenario.duration * k as f64 / count as f64).collect();
+        }
+        let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &scenario };
+        Ready::new(setup, Tolerance { method, ..Tolerance::relative(tolerance) })
+    }
+
+    fn bench(&self, bencher: Bencher, method: Method, tolerance: f64) {
+        if std::env::var_os("KARDAN_EFFORT").is_some() {
+            let Effort { steps, rejected, evaluations, events } =
+                self.ready(method, tolerance).run(&mut |_| None).effort;
+            eprintln!(
+                "{method:?} {tolerance:e}: {steps} steps, {rejected} rejected, {evaluations} evaluations, {events} events"
+            );
+        }
+        bencher.with_inputs(|| self.ready(method, tolerance)).bench_values(|ready| black_box(ready.run(&mut |_| None)));
+    }
+}
+
+const METHODS: [Method; 2] = [Method::Dop853, Method::Taylor];
+const ANGLES: [&str; 3] = ["rk.phi", "fs.phi", "cj.phi"];
+
+fn builtin(name: &str) -> &'static str {
+    kardan::model::builtin(name).expect("built in").source
+}
+
+/// Compiling the steering system's loop.
+#[divan::bench]
+fn steering_compiled(bencher: Bencher) {
+    let work = Work::new(builtin("sia-steering"), "beta-30deg", &ANGLES, Some(1000.0));
+    bencher.bench(|| work.ready(Method::Taylor, 1e-6));
+}
+
+/// 9 s of the steering system at 30 deg, at 1e-6, three angles in 9001 rows.
+#[divan::bench(args = METHODS)]
+fn steering_three_angles(bencher: Bencher, method: Method) {
+    Work::new(builtin("sia-steering"), "beta-30deg", &ANGLES, Some(1000.0)).bench(bencher, method, 1e-6);
+}
+
+/// The same without rows.
+#[divan::bench(args = METHODS)]
+fn steering_without_rows(bencher: Bencher, method: Method) {
+    Work::new(builtin("sia-steering"), "beta-30deg", &ANGLES, Some(1.0 / 9.0)).bench(bencher, method, 1e-6);
+}
+
+/// The same at 1e-10, all 30 signals in 10521 rows.
+#[divan::bench(args = METHODS)]
+fn steering_all_signals(bencher: Bencher, method: Method) {
+    Work::new(builtin("sia-steering"), "beta-30deg", &[], None).bench(bencher, method, 1e-10);
+}
+
+/// 2 s of the stiff drive with a spring, both angles.
+#[divan::bench(args = [Method::Taylor, Method::Automatic])]
+fn stiff_drive(bencher: Bencher, method: Method) {
+    Work::new(builtin("harmonic-drive-spring"), "position", &["rk.phi", "fs_torque.tau"], None)
+        .bench(bencher, method, 1e-10);
+}
+
+/// A chain of shafts with springs, 1 N m on the first one for 1 s, 2 s in all, 962 rows of all angles.
+fn chain(n: usize, friction: bool) -> String {
+    let mut text = String::from("[model]\nname = \"chain\"\n");
+    for k in 0..n {
+        let inertia = 0.001 * (1.0 + 0.1 * ((k * 7 % 5) as f64 - 2.0));
+        let friction = if friction { "friction = \"0.02 N m\"\n" } else { "" };
+        write!(text, "[shaft.s{k:04}]\ninertia = \"{inertia:.6} kg m^2\"\ndamping = \"0.002 N m s/rad\"\n{friction}")
+            .unwrap();
+    }
+    for k in 0..n - 1 {
+        let stiffness = 100.0 * (1.0 + 0.1 * ((k * 3 % 7) as f64 - 3.0) / 3.0);
+        let (one, other) = (format!("s{k:04}"), format!("s{:04}", k + 1));
+        write!(text, "[spring_damper.c{k:04}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{other}\"\nstiffness = \"{stiffness:.6} N m/rad\"\ndamping = \"0.01 N m s/rad\"\n").unwrap();
+    }
+    let step =
+        |at: u32, to: u32| format!("[[scenario.event]]\nat = \"{at} s\"\nsignal = \"m.tau\"\nto = \"{to} N m\"\n");
+    write!(text, "[motor.m]\nshaft = \"s0000\"\n[scenario]\nduration = \"2 s\"\n{}{}", step(0, 1), step(1, 0)).unwrap();
+    text
+}
+
+fn chain_work(n: usize, friction: bool) -> Work {
+    let angles: Vec<String> = (0..n).map(|k| format!("s{k:04}.phi")).collect();
+    let names: Vec<&str> = angles.iter().map(String::as_str).collect();
+    Work::new(&chain(n, friction), "chain", &names, Some(480.5))
+}
+
+#[divan::bench(args = [5, 20, 100])]
+fn chain_dop853(bencher: Bencher, n: usize) {
+    chain_work(n, false).bench(bencher, Method::Dop853, 1e-6);
+}
+
+#[divan::bench(args = [5, 20, 100])]
+fn chain_taylor(bencher: Bencher, n: usize) {
+    chain_work(n, false).bench(bencher, Method::Taylor, 1e-6);
+}
+
+#[divan::bench(args = [10, 20, 50])]
+fn chain_with_friction_dop853(bencher: Bencher, n: usize) {
+    chain_work(n, true).bench(bencher, Method::Dop853, 1e-6);
+}
+
+#[divan::bench(args = [10, 20, 50])]
+fn chain_with_friction_taylor(bencher: Bencher, n: usize) {
+    chain_work(n, true).bench(bencher, Method::Taylor, 1e-6);
+}
