@@ -97,7 +97,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub runs_only: bool,
     /// How the runs are integrated.
-    #[arg(long, value_enum, default_value = "dop853")]
+    #[arg(long, value_enum, default_value = "taylor")]
     pub method: RunMethod,
     /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
     #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]

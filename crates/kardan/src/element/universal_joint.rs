@@ -1,6 +1,8 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use kardan_rt::Real;
+
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, Term};
 use crate::expr::{Expr, Function, Graph};
@@ -121,13 +123,13 @@ pub struct UniversalJointCurve {
 impl Curve for UniversalJointCurve {
     fn value(&self, x: f64) -> f64 {
         let theta = x + self.phase_in;
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = Real::sin_cos(theta);
         let c = self.ratio;
-        theta + ((c - 1.0) * sin * cos).atan2(cos * cos + c * sin * sin) - self.phase_out
+        theta + Real::atan2((c - 1.0) * sin * cos, cos * cos + c * sin * sin) - self.phase_out
     }
 
     fn derivatives(&self, x: f64) -> (f64, f64) {
-        let (sin, cos) = (x + self.phase_in).sin_cos();
+        let (sin, cos) = Real::sin_cos(x + self.phase_in);
         let c = self.ratio;
         let r = cos * cos + c * c * sin * sin;
         (c / r, -c * (c * c - 1.0) * 2.0 * sin * cos / (r * r))

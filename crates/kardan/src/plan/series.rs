@@ -62,7 +62,7 @@ struct Step {
 /// let x = graph.symbol("x", Dimension::ANGLE);
 /// let rate = graph.apply(Function::Cos, x);
 /// let plan = compile(&graph, &[graph.symbol_of(x).unwrap()], &[("rate".into(), rate)]).unwrap();
-/// let mut series = Series::new(&plan, 3, |_| false).unwrap();
+/// let mut series = Series::new(&plan, 3, &[plan.place(0)], |_| false).unwrap();
 /// let mut memory = plan.memory();
 /// assert!(plan.block().evaluate(&mut memory));
 /// series.begin(&memory);
@@ -85,14 +85,15 @@ pub struct Series {
 }
 
 impl Series {
-    /// The series of a plan up to an order; `steady` tells which inputs do not change. `None` if the plan has an operation with kinks,
-    /// which has no series.
-    pub fn new(plan: &Plan, order: usize, steady: impl Fn(usize) -> bool) -> Option<Self> {
+    /// The series of a plan up to an order, of the values at some places of its memory and of what they need; `steady` tells which inputs
+    /// do not change. `None` if one of them has kinks, which have no series.
+    pub fn new(plan: &Plan, order: usize, wanted: &[usize], steady: impl Fn(usize) -> bool) -> Option<Self> {
         let stride = order + 1;
         let (inputs, constants) = (plan.inputs.len(), plan.constants.len());
         let values = plan.block().memory();
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
+        let needed = needed(plan, wanted);
         let (mut steps, mut done, mut more) = (Vec::new(), inputs + constants, values);
         let mut operands = plan.operands.as_slice();
         for run in &plan.runs {
@@ -104,7 +105,8 @@ impl Series {
                 if run.operator == Operator::SineCosine {
                     is_steady[done + run.count + k] = own_steady;
                 }
-                if own_steady {
+                let cosine = run.operator == Operator::SineCosine && needed[done + run.count + k];
+                if own_steady || !(needed[done + k] || cosine) {
                     continue;
                 }
                 let (rule, operands) = rule(run.operator, &operands, &is_steady)?;
@@ -220,6 +222,25 @@ impl Series {
             memory[out + k] = value;
         }
     }
+}
+
+/// Which values of a plan's memory some of them need.
+fn needed(plan: &Plan, wanted: &[usize]) -> Vec<bool> {
+    let mut needed = vec![false; plan.block().memory()];
+    wanted.iter().for_each(|place| needed[*place] = true);
+    let (mut last, mut operands) = (needed.len(), plan.operands.as_slice());
+    for run in plan.runs.iter().rev() {
+        let first = last - run.count * run.operator.values();
+        let (earlier, own) = operands.split_at(operands.len() - run.count * run.operator.operands());
+        for (k, operands) in own.chunks_exact(run.operator.operands()).enumerate() {
+            let cosine = run.operator == Operator::SineCosine && needed[first + run.count + k];
+            if needed[first + k] || cosine {
+                operands.iter().for_each(|place| needed[*place as usize] = true);
+            }
+        }
+        (last, operands) = (first, earlier);
+    }
+    needed
 }
 
 /// `Σ a_j b_(n−j)` over two lists of n + 1 coefficients.

@@ -1,6 +1,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use kardan_rt::Real;
+
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
 use crate::assemble::{Along, FrictionLaw};
@@ -324,7 +326,7 @@ impl Dynamics {
         let (torque, (more, scale)) = (self.frictions.coefficients[friction], self.stribeck[friction]);
         let square = (speed / scale) * (speed / scale);
         // Beyond, nothing is left, and `exp` would be slow to say so.
-        if more == 0.0 || square > 700.0 { torque } else { torque + more * (-square).exp() }
+        if more == 0.0 || square > 700.0 { torque } else { torque + more * Real::exp(-square) }
     }
 
     /// Number of inputs.

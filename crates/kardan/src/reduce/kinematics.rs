@@ -133,6 +133,11 @@ impl Kinematics {
         self.coordinates.iter().position(|coordinate| *coordinate == shaft)
     }
 
+    /// The shaft whose angle a reduced coordinate is.
+    pub fn coordinate_shaft(&self, coordinate: usize) -> usize {
+        self.coordinates[coordinate]
+    }
+
     /// Whether the whole basis is constant.
     pub fn is_constant(&self) -> bool {
         !self.varying.contains(&true)

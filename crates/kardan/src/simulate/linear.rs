@@ -9,6 +9,8 @@
 //! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
 //! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
 
+use kardan_rt::Real;
+
 use super::{Machine, outputs::Outputs};
 use crate::num::{Matrix, balance, dot, exponential};
 use faer::Mat;
@@ -20,7 +22,7 @@ const MOST_SPACINGS: usize = 8;
 /// Norm of `M h` up to which the integrals are taken at once.
 const SHORT: f64 = 0.5;
 /// Doublings of a step that are taken as steps: 2 to that power.
-const STEPS: f64 = 8.0;
+const STEPS: u32 = 8;
 /// Halvings of the segment; beyond, the loop is left to the integrator.
 const MOST_HALVINGS: f64 = 80.0;
 /// Length of the vectors that the equations are read with a second time.
@@ -192,19 +194,13 @@ impl Walk {
         let scales = balance(&Mat::from_fn(n, n, |i, j| m[(i, j)]));
         let size = |i: usize| (0..n).map(|j| (m[(i, j)] * scales[j] / scales[i]).abs()).sum::<f64>();
         let norm = (0..n).map(size).fold(0.0, f64::max) * time;
-        let halvings = (norm / SHORT).log2().ceil().max(STEPS);
+        let halvings = (Real::ln(norm / SHORT) / std::f64::consts::LN_2).ceil().max(f64::from(STEPS));
         if !(halvings <= MOST_HALVINGS) {
             return None;
         }
-        let (step, integrals) = over(m, powers, time * (-halvings).exp2(), (halvings - STEPS) as usize)?;
-        Some(Self {
-            z: z.to_vec(),
-            work: [0.0; 2],
-            left: STEPS.exp2() as usize,
-            step,
-            integrals,
-            next: vec![0.0; z.len()],
-        })
+        let (step, integrals) =
+            over(m, powers, time * 2f64.powi(-(halvings as i32)), halvings as usize - STEPS as usize)?;
+        Some(Self { z: z.to_vec(), work: [0.0; 2], left: 1 << STEPS, step, integrals, next: vec![0.0; z.len()] })
     }
 
     fn step(&mut self) {

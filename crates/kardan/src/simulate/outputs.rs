@@ -412,6 +412,14 @@ impl Outputs {
         self.samplers = samplers;
     }
 
+    /// Appends the last row once more.
+    pub fn record_again(&mut self) {
+        for signal in &mut self.signals {
+            let last = signal.values.last().copied();
+            signal.values.extend(last);
+        }
+    }
+
     /// Appends one row. The constraint torques must be those of this point.
     pub fn record(&mut self, machine: &Machine) {
         for k in 0..self.reads.len() {

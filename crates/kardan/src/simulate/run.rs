@@ -25,14 +25,14 @@ pub struct Tolerance {
 /// How a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Everything by the Runge-Kutta method of order 8 of Dormand and Prince: the reference, and what [`Simulation`](super::Simulation)
-    /// does step by step.
-    #[default]
+    /// Everything by the Runge-Kutta method of order 8 of Dormand and Prince: the reference.
     Dop853,
-    /// Taylor series of the loop's expressions, as long as the tolerance asks; loops in which a law computes by itself at every instant,
+    /// Taylor series of the loop's expressions, as long as the tolerance asks. Loops in which a law computes by itself at every instant,
     /// or that have kinks, by the reference.
+    #[default]
     Taylor,
-    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by Taylor series.
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by Taylor series. Not for
+    /// [`Simulation`](super::Simulation), which goes step by step.
     Automatic,
 }
 
@@ -128,6 +128,7 @@ pub(super) struct RunningLoop {
     pub(super) scenario: Scenario,
     names: Vec<String>,
     input_names: Vec<String>,
+    shafts: Vec<String>,
     time_grid: Vec<f64>,
     next_row: usize,
     pub(super) events: Vec<Event>,
@@ -313,6 +314,7 @@ impl RunningLoop {
             outputs,
             names,
             input_names,
+            shafts: reduced.equations.coordinates.clone(),
             time_grid: Vec::with_capacity(scenario.times.len()),
             next_row: 0,
             events: Vec::new(),
@@ -484,9 +486,19 @@ impl RunningLoop {
             return Err(self.step_failed(error));
         }
         let r = self.machine.degrees_of_freedom();
-        if self.solver.state()[r..2 * r].iter().any(|w| w.abs() > DIVERGED) {
-            self.state.copy_from_slice(self.solver.state());
-            return Err(failed(self.solver.time(), format!("the loop diverges: {}", self.fastest())));
+        let diverged = |state: &[f64]| state[r..2 * r].iter().any(|w| w.abs() > DIVERGED);
+        if diverged(self.solver.state()) {
+            let (mut low, mut high) = (self.solver.previous_time(), self.solver.time());
+            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+                let middle = 0.5 * (low + high);
+                self.solver.interpolate(middle, &mut self.state);
+                if diverged(&self.state) { high = middle } else { low = middle }
+            }
+            self.observe_until(low, None);
+            self.solver.interpolate(high, &mut self.state);
+            self.machine.evaluate(high, &self.state);
+            self.time = high;
+            return Err(failed(high, format!("the loop diverges: {}", self.fastest())));
         }
         let length = self.solver.time() - self.solver.previous_time();
         let quiet = self.solver.stays(&mut self.machine);
@@ -848,6 +860,12 @@ impl RunningLoop {
             } else if !known {
                 self.solver.interpolate(at, &mut self.looked);
             }
+            if last.is_none() && known && !self.outputs.samples() {
+                self.outputs.record_again();
+                self.time_grid.push(row);
+                self.next_row += 1;
+                continue;
+            }
             if last.is_some() || !known {
                 self.outputs.observe(&mut self.machine, at, &self.looked);
             }
@@ -919,16 +937,22 @@ impl RunningLoop {
 
     fn step_failed(&mut self, error: StepError) -> Outcome {
         let at = self.solver.time();
+        self.state.copy_from_slice(self.solver.state());
         let text = match error {
             StepError::StepTooSmall { step, .. } => format!(
                 "the step became too small ({step:.3e} s): a time constant is too short for this mode, or the loop diverges"
             ),
             StepError::NotFinite { .. } => {
-                "the equations give a value that is not finite: the loop diverges, or the inertia becomes singular"
-                    .to_string()
+                let names = (&self.shafts[..], &self.input_names[..], &self.names[..]);
+                let what = self.machine.not_finite(at, &self.state, names);
+                match what {
+                    Some(what) => format!("{what}: the loop diverges, or the inertia becomes singular"),
+                    None => "within the next step, however short, the equations have no finite value: the loop diverges, or the inertia \
+                             becomes singular"
+                        .into(),
+                }
             }
         };
-        self.state.copy_from_slice(self.solver.state());
         failed(at, text)
     }
 

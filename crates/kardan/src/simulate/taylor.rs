@@ -39,7 +39,7 @@ pub(super) struct Taylor {
 
 /// The order that needs the least work for a relative tolerance.
 pub(super) fn order(relative: f64) -> usize {
-    let order = (-0.5 * relative.max(1e-20).ln() + 2.0).ceil() as usize;
+    let order = (-0.5 * Real::ln(relative.max(1e-20)) + 2.0).ceil() as usize;
     order.clamp(*ORDERS.start(), *ORDERS.end())
 }
 
@@ -107,12 +107,13 @@ impl Taylor {
         // Fewer terms than all suffice at most where the step is shorter than it could be.
         let short = room <= self.next || self.next == 0.0;
         let (most, mut order) = (self.stride - 1, 1);
-        let (mut before, mut small) = (f64::INFINITY, false);
+        let (mut before, mut small, mut power) = (f64::INFINITY, false, room);
         while order < most && !small {
             expand(order, &mut self.coefficients);
             order += 1;
+            power *= room;
             if short {
-                let term = self.largest(order, room) * room.powi(order as i32);
+                let term = self.largest(order, room) * power;
                 small = before.max(term) <= SMALL_TERM;
                 before = term;
             }

@@ -4,7 +4,7 @@ use kardan::expr::{
     Expr, Floating, Function, Graph, Interval, Intervals, PiecewisePolynomial, Rationals, Style, Symbol, lower, printed,
 };
 use kardan::num::{Rational, rational_from_f64, rational_to_f64};
-use kardan::plan::{Plan, compile, parse};
+use kardan::plan::{Plan, Series, compile, parse};
 use kardan::units::Dimension;
 use kardan_rt::Lanes;
 use proptest::prelude::*;
@@ -311,4 +311,78 @@ fn affine_is_told_from_the_rest() {
     let affine = g.affine();
     assert!([x, pi, scaled, sum, twist].into_iter().all(&affine));
     assert!(![product, square, ratio, bent, mixed].into_iter().any(affine));
+}
+
+/// `c_0 + c_1 t + … ` at t.
+fn polynomial(coefficients: &[f64], t: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c)
+}
+
+/// Along a polynomial path of the inputs, the series of an expression is its value: every rule, alone and in combination.
+#[test]
+fn series_are_the_values_along_a_path() {
+    const ORDER: usize = 12;
+    let (mut graph, names) = (Graph::default(), ["x", "y", "s"]);
+    let [x, y, s] = names.map(|name| graph.symbol(name, Dimension::NONE));
+    let one = Rational::ONE;
+    let third = graph.scale(Rational::from_parts(1.into(), 3_u32.into()), x);
+    let above = graph.sum(Rational::from(2), &[(x, one.clone())]);
+    let quotient = graph.divide(y, above);
+    let functions = [Function::Sin, Function::Cos, Function::Tan, Function::Asin, Function::Acos, Function::Atan];
+    let mut wanted: Vec<Expr> = functions.map(|function| graph.apply(function, third)).to_vec();
+    wanted.extend([Function::Sqrt, Function::Exp, Function::Ln].map(|function| graph.apply(function, above)));
+    wanted.push(graph.atan2(y, above));
+    wanted.push(quotient);
+    let products = [graph.multiply(x, y), graph.multiply(s, y), graph.power(x, 3), graph.divide(x, s)];
+    let all = [wanted.clone(), products.to_vec()].concat();
+    let terms: Vec<(Expr, Rational)> = all.iter().map(|expr| (*expr, Rational::from(2))).collect();
+    let sum = graph.sum(Rational::from(1), &terms);
+    let bent = graph.apply(Function::Sin, sum);
+    wanted.extend(products);
+    wanted.extend([sum, bent]);
+    let outputs: Vec<(String, Expr)> = wanted.iter().enumerate().map(|(k, expr)| (k.to_string(), *expr)).collect();
+    let symbols = [x, y, s].map(|symbol| graph.symbol_of(symbol).unwrap());
+    let plan = compile(&graph, &symbols, &outputs).unwrap();
+    let path = [vec![0.4, 0.7, -0.3, 0.1], vec![-0.8, 0.5, 0.2], vec![1.7]];
+    let places: Vec<usize> = (0..wanted.len()).map(|k| plan.place(k)).collect();
+    let mut series = Series::new(&plan, ORDER, &places, |input| input == 2).unwrap();
+    let mut memory = plan.memory();
+    let evaluate = |memory: &mut [f64], t: f64| {
+        path.iter().enumerate().for_each(|(input, coefficients)| memory[input] = polynomial(coefficients, t));
+        assert!(plan.block().evaluate(memory));
+    };
+    evaluate(&mut memory, 0.0);
+    series.begin(&memory);
+    for order in 1..=ORDER {
+        for (input, coefficients) in path.iter().enumerate() {
+            series.set(input, order, coefficients.get(order).copied().unwrap_or(0.0));
+        }
+        series.advance(order);
+    }
+    for t in [0.01, -0.02, 0.05] {
+        evaluate(&mut memory, t);
+        for (name, place) in outputs.iter().zip(&places) {
+            let coefficients = series.of(*place);
+            // What the series leaves out: its last terms go down by the distance of the nearest pole, here more than 0.3.
+            let left_out = coefficients[ORDER].abs() * f64::abs(t).powi(ORDER as i32) * (t / 0.3).abs();
+            let error = (polynomial(coefficients, t) - memory[*place]).abs();
+            assert!(error <= 4e-15 * (1.0 + memory[*place].abs()) + left_out, "{} at {t}: {error:e}", name.0);
+        }
+    }
+}
+
+/// What has kinks has no series; what does not need it has.
+#[test]
+fn kinks_have_no_series() {
+    let mut graph = Graph::default();
+    let x = graph.symbol("x", Dimension::NONE);
+    let kinks = [graph.apply(Function::Abs, x), graph.table(table(), x)];
+    let square = graph.power(x, 2);
+    for (k, kink) in kinks.into_iter().enumerate() {
+        let outputs = [("kink".to_string(), kink), ("square".to_string(), square)];
+        let plan = compile(&graph, &[graph.symbol_of(x).unwrap()], &outputs).unwrap();
+        assert!(Series::new(&plan, 5, &[plan.place(0)], |_| false).is_none(), "{k}");
+        assert!(Series::new(&plan, 5, &[plan.place(0)], |_| true).is_some(), "{k}");
+        assert!(Series::new(&plan, 5, &[plan.place(1)], |_| false).is_some(), "{k}");
+    }
 }

@@ -422,6 +422,19 @@ fn rate_limit_is_kept_and_used() {
     assert!(followed > 100 && limited > 100, "{followed} {limited}");
 }
 
+/// What is no number is named, with its time.
+#[test]
+fn what_is_no_number_is_named() {
+    let text = |inertia: &str, torque: &str| {
+        format!(
+            "[shaft.a]\ninertia = \"{inertia} kg m^2\"\n[disturbance.T]\nshaft = \"a\"\n[scenario]\nduration = \"2 s\"\n\
+             [[scenario.event]]\nat = \"0.5 s\"\nsignal = \"T\"\nto = \"{torque} N m\"\n"
+        )
+    };
+    let Outcome::Failed { time, cause } = run(&text("1e-6", "1e305")).outcome else { panic!("it overflows") };
+    assert!(time == 0.5 && cause.contains("the acceleration of a is inf"), "{time} {cause}");
+}
+
 /// A run that diverges says so and keeps what it has; energy and rows end together.
 #[test]
 fn divergence_keeps_partial_results() {

@@ -110,7 +110,7 @@ fn linear_loops_move_as_with_the_reference_method() {
         (RAMPS.to_string(), 1e-10),
     ] {
         let reference = runs(&source, Method::Dop853, Some(1e-13));
-        let exact = runs(&source, Method::Automatic, None);
+        let exact = runs(&source, Method::Automatic, Some(1e-10));
         for (one, other) in reference.iter().zip(&exact) {
             assert!(was_exact(other) && !was_exact(one), "{}: {:?} {:?}", one.name, one.effort, other.effort);
             let (worst, signal) = difference(one, other);
@@ -165,7 +165,7 @@ signal = "m.tau"
 to = "1e7 N m"
 "#;
     let ends: Vec<Run> =
-        [Method::Dop853, Method::Automatic].into_iter().map(|method| runs(growing, method, None).remove(0)).collect();
+        [Method::Taylor, Method::Automatic].into_iter().map(|method| runs(growing, method, None).remove(0)).collect();
     assert_eq!(ends[0].outcome, ends[1].outcome);
     assert!(
         matches!(&ends[1].outcome, Outcome::Failed { cause, .. } if cause.contains("diverges")),
@@ -180,7 +180,7 @@ to = "1e7 N m"
         "[shaft.c]\n\n[universal_joint.joint]\nshaft_1 = \"b\"\nshaft_2 = \"c\"\nangle = \"20 deg\"\n\n[shaft.b]",
     );
     for source in [friction, limited, bent] {
-        let [one, other] = [Method::Dop853, Method::Automatic].map(|method| runs(&source, method, None).remove(0));
+        let [one, other] = [Method::Taylor, Method::Automatic].map(|method| runs(&source, method, None).remove(0));
         assert_eq!(one, other);
         assert!(!was_exact(&one));
     }

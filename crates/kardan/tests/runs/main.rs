@@ -4,6 +4,7 @@
 mod common;
 
 mod bent_joint;
+mod bits;
 mod figures;
 mod friction;
 mod golden;
@@ -13,4 +14,5 @@ mod motor_limits;
 mod noise;
 mod ripple;
 mod simulation;
+mod taylor;
 mod written;

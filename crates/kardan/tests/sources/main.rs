@@ -5,4 +5,5 @@
 mod circles;
 mod layers;
 mod lengths;
+mod platform;
 mod reader;

@@ -8,13 +8,13 @@ use super::sharing::Sharing;
 use super::wired::{Computer, Setup, Wired};
 use crate::assemble::Along;
 use crate::equations::InputKind;
-use crate::num::Cholesky;
+use crate::num::{Cholesky, Matrix};
 use crate::reduce::Dynamics;
 use crate::simulate::clocked::Clocked;
 use crate::simulate::drive::Drive;
 use crate::simulate::friction::{BoxProblem, Mode};
 use crate::simulate::scenario::Profile;
-use crate::synthesis::Law;
+use crate::synthesis::{Law, LinearLaw, Running, Seen};
 
 /// What drives the inputs; `size` grows by their states.
 fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
@@ -34,6 +34,52 @@ fn drives(inputs: &[Along<InputKind>], size: &mut usize) -> Vec<Drive> {
     inputs.iter().map(drive).collect()
 }
 
+/// Difference of a law from its linear part, relative to what cancels, that rounding may make.
+const ROUNDING: f64 = 1e-9;
+
+/// Whether what runs of a law is its linear part, tried at one point: a law may be another one than it says.
+fn is_linear(law: &mut Running, part: &LinearLaw, references: usize) -> bool {
+    let numbers = |count: usize, turn: usize| -> Vec<f64> {
+        (0..count).map(|k| 0.1 * ((k * 7 + turn * 5) % 11) as f64 - 0.45).collect()
+    };
+    let (shafts, states) = (part.on_angles.columns(), part.states.columns());
+    let (angles, speeds) = (numbers(shafts, 1), numbers(shafts, 2));
+    let (references, own, torques) = (numbers(references, 3), numbers(states, 4), numbers(part.torques.columns(), 5));
+    let seen = Seen {
+        angles: &angles,
+        speeds: &speeds,
+        disturbances: &[],
+        references: &references,
+        readings: &[],
+        states: &own,
+    };
+    let agrees = |parts: &[(&Matrix<f64>, &[f64])], found: &[f64]| {
+        found.iter().enumerate().all(|(i, found)| {
+            let terms = || parts.iter().flat_map(|(matrix, x)| matrix.row(i).iter().zip(*x).map(|(m, x)| m * x));
+            let size: f64 = terms().map(f64::abs).sum();
+            (terms().sum::<f64>() - found).abs() <= ROUNDING * size
+        })
+    };
+    let (mut commands, mut rates) = (vec![0.0; part.on_angles.rows()], vec![0.0; states]);
+    law.command(seen, &mut commands);
+    law.rates(seen, &torques, &mut rates);
+    let on_commands = [
+        (&part.on_states, &own),
+        (&part.on_angles, &angles),
+        (&part.on_speeds, &speeds),
+        (&part.on_references, &references),
+    ];
+    let on_rates = [
+        (&part.states, &own),
+        (&part.angles, &angles),
+        (&part.speeds, &speeds),
+        (&part.torques, &torques),
+        (&part.references, &references),
+    ];
+    agrees(&on_commands.map(|(matrix, x)| (matrix, x.as_slice())), &commands)
+        && agrees(&on_rates.map(|(matrix, x)| (matrix, x.as_slice())), &rates)
+}
+
 /// A law among the inputs and sources of a run; `size` grows by its states.
 fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usize) -> Wired {
     let (inputs, scenario) = (&setup.reduced.equations.inputs, setup.scenario);
@@ -50,7 +96,11 @@ fn wired(law: &Arc<dyn Law>, setup: &Setup<'_>, drives: &[Drive], size: &mut usi
         None => {
             *size += law.states().len();
             let linear = !law.bends() && law.friction_width().is_none() && !winds_up;
-            if linear { Computer::Linear(Box::new(law.linear())) } else { Computer::Continuous(law.run()) }
+            let (mut running, part) = (law.run(), linear.then(|| law.linear()));
+            match part.filter(|part| is_linear(&mut running, part, references.len())) {
+                Some(part) => Computer::Linear(Box::new(part)),
+                None => Computer::Continuous(running),
+            }
         }
     };
     Wired {

@@ -202,6 +202,46 @@ impl Machine {
         }
     }
 
+    /// What is no finite number at a state, in words; names are those of shafts, inputs and friction directions.
+    pub fn not_finite(
+        &mut self,
+        time: f64,
+        state: &[f64],
+        (shafts, inputs, frictions): (&[String], &[String], &[String]),
+    ) -> Option<String> {
+        let r = self.degrees_of_freedom;
+        let regular = self.forces(time, state);
+        let find = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        let kinematics = &self.work.kinematics;
+        let name = |k: usize| &shafts[kinematics.coordinate_shaft(k)];
+        let motions = [(&kinematics.angles, "angle"), (&kinematics.speeds, "speed")];
+        for (values, what) in motions {
+            if let Some(shaft) = find(values) {
+                return Some(format!("the {what} of {} is {}", shafts[shaft], values[shaft]));
+            }
+        }
+        let drives = [(&self.commands, "command"), (&self.applied, "torque")];
+        for (values, what) in drives {
+            if let Some(input) = find(values) {
+                return Some(format!("the {what} of {} is {}", inputs[input], values[input]));
+            }
+        }
+        let sliding = |k: &usize| !self.work.more(&self.dynamics, self.places.friction_speeds.start + k).is_finite();
+        if let Some(k) = (0..frictions.len()).find(sliding) {
+            return Some(format!("the speed along the friction of {} is not finite", frictions[k]));
+        }
+        if let Some(k) = find(&self.force) {
+            return Some(format!("the force on {} is {}", name(k), self.force[k]));
+        }
+        if !regular {
+            return Some("the inertia is singular".into());
+        }
+        self.accelerate();
+        let k = find(&self.acceleration[..r])?;
+        let shaft = self.work.kinematics.coordinate_shaft(k);
+        Some(format!("the acceleration of {} is {}", shafts[shaft], self.acceleration[k]))
+    }
+
     /// Angles, speeds and sources at one point.
     pub fn observe_motion(&mut self, time: f64, state: &[f64]) {
         let r = self.degrees_of_freedom;

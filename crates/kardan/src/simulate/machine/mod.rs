@@ -7,6 +7,7 @@ mod forces;
 mod friction_modes;
 mod laws;
 mod motor_modes;
+mod series;
 mod sharing;
 mod wired;
 

@@ -1,0 +1,153 @@
+//! The series of a machine: what of them comes from its evaluations.
+
+use std::ops::Range;
+
+use super::Machine;
+use super::expansion::{Expansion, Holding};
+use super::expressions::Places;
+use crate::plan::Series;
+use crate::reduce::MotionPlan;
+
+impl Machine {
+    /// Prepares series up to an order; false where a law computes by itself at every instant, or something has kinks.
+    pub fn prepare_series(&mut self, order: usize) -> bool {
+        let (r, m) = (self.degrees_of_freedom, self.modes.len());
+        let MotionPlan { plan, angles, speeds, inertia, friction_rows, friction_bias, more, .. } = self.dynamics.plan();
+        let Places { held, limits, follows, limiter_rates, senses, .. } = &self.places;
+        let steady = |input: usize| {
+            let given = input.wrapping_sub(2 * r);
+            [held, limits, follows, limiter_rates, senses].into_iter().any(|places| places.contains(&given))
+        };
+        let Places { forces, rates, powers, friction_speeds, commands, .. } = &self.places;
+        let extended = [forces, rates, powers, friction_speeds, commands].into_iter().cloned().flatten();
+        let motion = [inertia, friction_rows, friction_bias, angles, speeds].into_iter().flatten();
+        let wanted = extended.map(|output| more.start + output).chain(motion.map(|(_, output)| *output));
+        let wanted: Vec<usize> = wanted.map(|output| plan.place(output)).collect();
+        let series = if self.own_laws { None } else { Series::new(plan, order, &wanted, steady) };
+        let found = |places: &Range<usize>| -> Vec<usize> {
+            places.clone().map(|output| plan.place(more.start + output)).collect()
+        };
+        let mut rows = vec![Vec::new(); m];
+        friction_rows.iter().for_each(|(entry, output)| rows[entry / r].push((entry % r, plan.place(*output))));
+        let mut bias = vec![None; m];
+        friction_bias.iter().for_each(|(k, output)| bias[*k] = Some(plan.place(*output)));
+        let stride = order + 1;
+        let expansion = series.map(|series| Expansion {
+            stride,
+            series,
+            accelerations: vec![0.0; r * stride],
+            torques: vec![0.0; m * stride],
+            rows,
+            bias,
+            inertia: inertia.iter().map(|(entry, output)| (entry / r, entry % r, plan.place(*output))).collect(),
+            forces: found(&self.places.forces),
+            rates: found(&self.places.rates).into_iter().chain(found(&self.places.powers)).collect(),
+            friction_speeds: found(&self.places.friction_speeds),
+            commands: found(&self.places.commands),
+            scratch: vec![0.0; stride],
+            state: vec![0.0; self.size],
+            slope: vec![0.0; self.size],
+            friction_bias: vec![0.0; m],
+        });
+        self.expansion = expansion.map(Box::new);
+        self.expansion.is_some()
+    }
+
+    /// Finds the coefficients of order k + 1 of all states from those up to k; `x` holds those of one state after the other, one more
+    /// than the order for each. Tells how much the machine has evaluated.
+    pub fn expand(&mut self, time: f64, k: usize, x: &mut [f64]) -> u64 {
+        let Some(mut expansion) = self.expansion.take() else { return self.evaluated };
+        match k {
+            0 => self.begin_expansion(time, &mut expansion, x),
+            _ => self.next_coefficients(k, &mut expansion, x),
+        }
+        self.expansion = Some(expansion);
+        self.evaluated
+    }
+
+    /// A number that grows with each evaluation of the equations.
+    pub fn evaluated(&self) -> u64 {
+        self.evaluated
+    }
+
+    /// Whether within a step of that length from the last expansion, whose highest order was `order`, certainly no direction leaves its mode
+    /// and no motor comes to a limit or leaves it: the series are positive by their Bernstein coefficients, with more room than what the
+    /// series leave out. What is not certain may be so all the same.
+    pub fn stays(&mut self, length: f64, order: usize) -> bool {
+        let Some(mut expansion) = self.expansion.take() else { return false };
+        let stays = expansion.stays(
+            &self.modes,
+            &self.holding,
+            self.dynamics.breakaway_torques(),
+            &self.drives,
+            (length, order),
+        );
+        self.expansion = Some(expansion);
+        stays
+    }
+
+    /// Where the series of angle and speed of a shaft are; `None` where they are not found by the plan.
+    pub fn shaft_series(&self, shaft: usize) -> Option<[usize; 2]> {
+        let r = self.degrees_of_freedom;
+        let MotionPlan { plan, angles, speeds, .. } = self.dynamics.plan();
+        if let Some(k) = self.work.kinematics.coordinate(shaft) {
+            return Some([k, r + k]);
+        }
+        let found =
+            |list: &[(usize, usize)]| list.iter().find(|(k, _)| *k == shaft).map(|(_, output)| plan.place(*output));
+        Some([found(angles)?, found(speeds)?])
+    }
+
+    /// Finds the coefficients of the highest order, whose states `x` holds, of all values too.
+    pub fn complete_series(&mut self, order: usize, x: &[f64]) {
+        let states = self.size - 2;
+        if let Some(expansion) = &mut self.expansion {
+            let stride = expansion.stride;
+            (0..states).for_each(|state| expansion.series.set(state, order, x[state * stride + order]));
+            expansion.series.advance(order);
+        }
+    }
+
+    /// The value of a series so long after the last expansion.
+    pub fn series_at(&self, place: usize, order: usize, later: f64) -> f64 {
+        let Some(expansion) = &self.expansion else { return f64::NAN };
+        expansion.series.of(place)[..=order].iter().rev().fold(0.0, |sum, coefficient| sum * later + coefficient)
+    }
+
+    fn begin_expansion(&mut self, time: f64, expansion: &mut Expansion, x: &mut [f64]) {
+        let stride = expansion.stride;
+        expansion.state.iter_mut().zip(x.iter().step_by(stride)).for_each(|(state, x)| *state = *x);
+        self.derivative(time, &expansion.state, &mut expansion.slope);
+        x.iter_mut().skip(1).step_by(stride).zip(&expansion.slope).for_each(|(x, slope)| *x = *slope);
+        expansion.series.begin(self.work.values());
+        let first = 2 * self.degrees_of_freedom + self.places.sources.start;
+        for (source, (_, slope, _)) in self.lines.iter().enumerate() {
+            expansion.series.set(first + source, 1, *slope);
+        }
+        expansion.friction_bias.copy_from_slice(&self.work.friction_bias);
+        expansion.keep(0, &self.acceleration, &self.hold_torque);
+    }
+
+    fn next_coefficients(&mut self, k: usize, expansion: &mut Expansion, x: &mut [f64]) {
+        let (r, stride, per) = (self.degrees_of_freedom, expansion.stride, 1.0 / (k + 1) as f64);
+        for state in 0..self.size - 2 {
+            expansion.series.set(state, k, x[state * stride + k]);
+        }
+        expansion.series.advance(k);
+        let holding = Holding { directions: &self.holding, bias: &mut self.work.friction_bias };
+        expansion.forces(k, holding, &mut self.force);
+        self.accelerate_held();
+        expansion.keep(k, &self.acceleration, &self.hold_torque);
+        for i in 0..r {
+            x[i * stride + k + 1] = x[(r + i) * stride + k] * per;
+            x[(r + i) * stride + k + 1] = self.acceleration[i] * per;
+        }
+        for &i in &self.still {
+            x[i * stride + k + 1] = 0.0;
+        }
+        for (state, place) in (2 * r..).zip(&expansion.rates) {
+            x[state * stride + k + 1] = expansion.series.value(*place, k) * per;
+        }
+        self.work.friction_bias.copy_from_slice(&expansion.friction_bias);
+    }
+}
