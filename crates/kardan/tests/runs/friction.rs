@@ -2,6 +2,7 @@
 
 use kardan::results::{Outcome, Run};
 use kardan::simulate::friction::BoxProblem;
+use kardan::simulate::{Machine, Setup};
 use kardan::study;
 use proptest::prelude::*;
 
@@ -420,6 +421,60 @@ fn rate_limit_is_kept_and_used() {
         }
     }
     assert!(followed > 100 && limited > 100, "{followed} {limited}");
+}
+
+/// Three frictions share the torque of one ramp. About the limit an event is seen exactly where the modes decided there are other ones; seen
+/// but not done it would be seen again at the next number of the time, and end the run as chatter.
+#[test]
+fn an_event_is_seen_where_it_happens() {
+    let text = r#"
+        [shaft.a]
+        inertia = "0.013 kg m^2"
+        friction = "0.11 N m"
+        [shaft.b]
+        inertia = "0.0037 kg m^2"
+        friction = "0.0123 N m"
+        [shaft.c]
+        inertia = "0.00071 kg m^2"
+        friction = "0.00457 N m"
+        [gear.ab]
+        shaft_1 = "b"
+        shaft_2 = "a"
+        ratio = "-3.7"
+        [gear.bc]
+        shaft_1 = "c"
+        shaft_2 = "b"
+        ratio = "2.3"
+        [disturbance.load]
+        shaft = "a"
+        [scenario]
+        duration = "1 s"
+        [[scenario.event]]
+        at = "0 s"
+        signal = "load"
+        to = "0.5 N m"
+        over = "1 s"
+    "#;
+    let (prepared, mistakes) = kardan::study::prepare(text);
+    let variant = prepared.variants.first().unwrap_or_else(|| panic!("{mistakes:?}"));
+    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
+    // A torque of a that moves nothing: what all three hold.
+    let limit = (0.11 + 3.7 * 0.0123 + 3.7 * 2.3 * 0.00457) / 0.5;
+    let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
+    let (mut seen, mut unseen) = (0, 0);
+    for k in 0..3000 {
+        // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
+        let time = f64::from_bits(f64::to_bits(limit) + 16 * k);
+        let mut machine = Machine::new(setup);
+        let mut state = vec![0.0; machine.size()];
+        machine.enter_segment(0.0);
+        machine.settle(0.0, &mut state, &[], true, &names, &[]);
+        let sees = machine.breaks_away(time, &state);
+        let happened = machine.settle(time, &mut state, &[], false, &names, &["load".into()]);
+        assert_eq!(sees, !happened.is_empty(), "{k}: {happened:?}");
+        if sees { seen += 1 } else { unseen += 1 }
+    }
+    assert!(seen > 300 && unseen > 300, "{seen} {unseen}");
 }
 
 /// What is no number is named, with its time.

@@ -54,6 +54,7 @@ pub(super) fn seen<'a>(kinematics: &'a Kinematics, references: &'a [f64], states
 }
 
 /// What a machine is made of.
+#[derive(Clone, Copy)]
 pub struct Setup<'a> {
     /// The plant.
     pub reduced: &'a Reduced,
