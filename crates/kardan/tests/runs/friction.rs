@@ -461,20 +461,27 @@ fn an_event_is_seen_where_it_happens() {
     // A torque of a that moves nothing: what all three hold.
     let limit = (0.11 + 3.7 * 0.0123 + 3.7 * 2.3 * 0.00457) / 0.5;
     let names: Vec<String> = variant.reduced.equations.frictions.iter().map(|term| term.element.clone()).collect();
-    let (mut seen, mut unseen) = (0, 0);
-    for k in 0..3000 {
-        // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
-        let time = f64::from_bits(f64::to_bits(limit) + 16 * k);
+    // Whether an event is seen there, and whether it happens.
+    let both = |k: u64| {
+        let time = f64::from_bits(f64::to_bits(limit) + k);
         let mut machine = Machine::new(setup);
         let mut state = vec![0.0; machine.size()];
         machine.enter_segment(0.0);
         machine.settle(0.0, &mut state, &[], true, &names, &[]);
-        let sees = machine.breaks_away(time, &state);
-        let happened = machine.settle(time, &mut state, &[], false, &names, &["load".into()]);
-        assert_eq!(sees, !happened.is_empty(), "{k}: {happened:?}");
-        if sees { seen += 1 } else { unseen += 1 }
+        let seen = machine.breaks_away(time, &state);
+        (seen, !machine.settle(time, &mut state, &[], false, &names, &["load".into()]).is_empty())
+    };
+    // An excess counts from 1e-12 of what cancels in it on, which is some ten thousand units.
+    let (mut low, mut high) = (0, 100_000);
+    assert!(!both(low).1 && both(high).1);
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        if both(middle).1 { high = middle } else { low = middle }
     }
-    assert!(seen > 300 && unseen > 300, "{seen} {unseen}");
+    for k in high - 500..high + 500 {
+        let (seen, happens) = both(k);
+        assert_eq!(seen, happens, "{k}, the limit is at {high}");
+    }
 }
 
 /// What is no number is named, with its time.
