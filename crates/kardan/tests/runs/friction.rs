@@ -445,6 +445,20 @@ fn an_event_is_seen_where_it_happens() {
         shaft_1 = "c"
         shaft_2 = "b"
         ratio = "2.3"
+        [shaft.d]
+        inertia = "0.0021 kg m^2"
+        friction = "0.3 N m"
+        [shaft.e]
+        inertia = "0.00053 kg m^2"
+        friction = "0.7 N m"
+        [spring_damper.cd]
+        shaft_1 = "c"
+        shaft_2 = "d"
+        stiffness = "31 N m/rad"
+        [spring_damper.de]
+        shaft_1 = "d"
+        shaft_2 = "e"
+        stiffness = "17 N m/rad"
         [disturbance.load]
         shaft = "a"
         [scenario]
