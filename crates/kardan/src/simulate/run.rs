@@ -212,8 +212,8 @@ impl Looks {
 
 /// Runs a closed loop through its scenario.
 ///
-/// Between events the modes are fixed and the equations smooth: DOP853 with the tolerance given. Steps and ramps of the
-/// scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
+/// Between events the modes are fixed and the equations smooth: they are integrated by the [`Method`] and with the tolerance given. Steps and
+/// ramps of the scenario end steps exactly. Reversals of slipping directions, breakaway of sticking ones and limits of motors are
 /// located on the dense output to the last bits of the time.
 ///
 /// `progress` is told the fraction done, and gives a reason if the run is to end there. Never fails as a whole: a run that cannot go on ends with
