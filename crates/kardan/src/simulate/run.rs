@@ -485,21 +485,6 @@ impl RunningLoop {
         if let Err(error) = self.solver.step(&mut self.machine, end) {
             return Err(self.step_failed(error));
         }
-        let r = self.machine.degrees_of_freedom();
-        let diverged = |state: &[f64]| state[r..2 * r].iter().any(|w| w.abs() > DIVERGED);
-        if diverged(self.solver.state()) {
-            let (mut low, mut high) = (self.solver.previous_time(), self.solver.time());
-            while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-                let middle = 0.5 * (low + high);
-                self.solver.interpolate(middle, &mut self.state);
-                if diverged(&self.state) { high = middle } else { low = middle }
-            }
-            self.observe_until(low, None);
-            self.solver.interpolate(high, &mut self.state);
-            self.machine.evaluate(high, &self.state);
-            self.time = high;
-            return Err(failed(high, format!("the loop diverges: {}", self.fastest())));
-        }
         let length = self.solver.time() - self.solver.previous_time();
         let quiet = self.solver.stays(&mut self.machine);
         let mut event = if quiet { None } else { self.look_for_event(length, !self.solver.shortens()) };
@@ -518,7 +503,31 @@ impl RunningLoop {
             }
             None => self.state.copy_from_slice(self.solver.state()),
         }
+        if self.has_diverged() {
+            return Err(self.diverged());
+        }
         self.tell(progress)
+    }
+
+    /// Whether a speed is beyond what any drivetrain reaches.
+    fn has_diverged(&self) -> bool {
+        let r = self.machine.degrees_of_freedom();
+        self.state[r..2 * r].iter().any(|w| w.abs() > DIVERGED)
+    }
+
+    /// Ends the run where a speed came beyond that in the last step.
+    fn diverged(&mut self) -> Outcome {
+        let (mut low, mut high) = (self.solver.previous_time(), self.time);
+        while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+            let middle = 0.5 * (low + high);
+            self.solver.interpolate(middle, &mut self.state);
+            if self.has_diverged() { high = middle } else { low = middle }
+        }
+        self.observe_until(low, None);
+        self.solver.interpolate(high, &mut self.state);
+        self.machine.evaluate(high, &self.state);
+        self.time = high;
+        failed(high, format!("the loop diverges: {}", self.fastest()))
     }
 
     /// Solves a linear loop up to the end of the segment; false if its numbers grow beyond what a drivetrain does, which the integrator then
