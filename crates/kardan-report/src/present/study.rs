@@ -128,7 +128,8 @@ fn failures(study: &Study) -> Vec<Alert> {
         let label = variant_label(study, run);
         let name = if label == run.name { label } else { format!("{} ({label})", run.name) };
         let at = clock(study).time(*time);
-        let text = format!("{name} stopped at {at}: {cause} Everything up to that time is shown.");
+        let cause = cause.trim_end_matches('.');
+        let text = format!("{name} stopped at {at}: {cause}. Everything up to that time is shown.");
         Alert { kind: "Ended early".into(), text }
     };
     failed.map(alert).collect()
