@@ -8,46 +8,16 @@ use kardan_rt::Operator;
 
 use super::Plan;
 
-/// How the coefficient of a value follows from those of its operands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Rule {
-    Add,
-    Subtract,
-    Negate,
-    /// a·b, b steady
-    Scale,
-    /// a/b, b steady
-    Shrink,
-    /// c + a·b, b steady
-    AddScaled,
-    /// c − a·b, b steady
-    SubtractScaled,
-    Multiply,
-    Divide,
-    AddProduct,
-    SubtractProduct,
-    SquareRoot,
-    /// The cosine is in the place `more`.
-    SineCosine,
-    /// 1 + t² is in the place `more`.
-    Tangent,
-    /// √(1 − a²) is in the place `more`.
-    ArcSine,
-    ArcCosine,
-    /// 1 + a² is in the place `more`.
-    ArcTangent,
-    /// a² + b² is in the place `more`.
-    ArcTangent2,
-    Exponential,
-    Logarithm,
-}
-
-/// One value; its places are those of first coefficients.
+/// One value and how its coefficients follow; its places are those of first coefficients.
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    rule: Rule,
+    operator: Operator,
+    /// Whether b does not change, so that a product or quotient needs the coefficient of its own order alone.
+    scaled: bool,
     out: usize,
     operands: [usize; 3],
+    /// What is kept beside: the cosine of a sine, 1 + t² of a tangent, √(1 − a²) of an arc sine or cosine, 1 + a² of an arc tangent, a² + b² of
+    /// an angle of a point.
     more: usize,
 }
 
@@ -94,7 +64,7 @@ impl Series {
         let mut is_steady: Vec<bool> =
             (0..values).map(|k| if k < inputs { steady(k) } else { k < inputs + constants }).collect();
         let needed = needed(plan, wanted);
-        let (mut steps, mut done, mut more) = (Vec::new(), inputs + constants, values);
+        let (mut steps, mut done, mut beside) = (Vec::new(), inputs + constants, values);
         let mut operands = plan.operands.as_slice();
         for run in &plan.runs {
             let (own, later) = operands.split_at(run.count * run.operator.operands());
@@ -109,20 +79,27 @@ impl Series {
                 if own_steady || !(needed[done + k] || cosine) {
                     continue;
                 }
-                let (rule, operands) = rule(run.operator, &operands, &is_steady)?;
-                let keeps = matches!(
-                    rule,
-                    Rule::Tangent | Rule::ArcSine | Rule::ArcCosine | Rule::ArcTangent | Rule::ArcTangent2
-                );
-                let beside = if rule == Rule::SineCosine { done + run.count + k } else { more };
-                more += usize::from(keeps);
+                let (scaled, operands) = arranged(run.operator, &operands, &is_steady)?;
+                let more = match run.operator {
+                    Operator::SineCosine => done + run.count + k,
+                    Operator::Tangent
+                    | Operator::ArcSine
+                    | Operator::ArcCosine
+                    | Operator::ArcTangent
+                    | Operator::ArcTangent2 => {
+                        beside += 1;
+                        beside - 1
+                    }
+                    _ => 0,
+                };
                 let operands = operands.map(|place| place * stride);
-                steps.push(Step { rule, out: (done + k) * stride, operands, more: beside * stride });
+                let (out, more) = ((done + k) * stride, more * stride);
+                steps.push(Step { operator: run.operator, scaled, out, operands, more });
             }
             done += run.count * run.operator.values();
             operands = later;
         }
-        Some(Self { stride, values, steps, memory: vec![0.0; more * stride] })
+        Some(Self { stride, values, steps, memory: vec![0.0; beside * stride] })
     }
 
     /// The highest order.
@@ -130,20 +107,19 @@ impl Series {
         self.stride - 1
     }
 
-    /// Takes the values of the plan at the point of expansion, from its memory; all other coefficients become zero.
+    /// Takes the values of the plan at the point of expansion, from its memory. Those of higher orders are to be found anew.
     pub fn begin(&mut self, values: &[f64]) {
-        self.memory.fill(0.0);
         for (coefficients, value) in self.memory.chunks_exact_mut(self.stride).zip(&values[..self.values]) {
             coefficients[0] = *value;
         }
         for step in &self.steps {
             let at = |place: usize| self.memory[place];
             let [a, b, _] = step.operands;
-            let beside = match step.rule {
-                Rule::Tangent => 1.0 + at(step.out) * at(step.out),
-                Rule::ArcSine | Rule::ArcCosine => ((1.0 - at(a)) * (1.0 + at(a))).sqrt(),
-                Rule::ArcTangent => 1.0 + at(a) * at(a),
-                Rule::ArcTangent2 => at(a) * at(a) + at(b) * at(b),
+            let beside = match step.operator {
+                Operator::Tangent => 1.0 + at(step.out) * at(step.out),
+                Operator::ArcSine | Operator::ArcCosine => ((1.0 - at(a)) * (1.0 + at(a))).sqrt(),
+                Operator::ArcTangent => 1.0 + at(a) * at(a),
+                Operator::ArcTangent2 => at(a) * at(a) + at(b) * at(b),
                 _ => continue,
             };
             self.memory[step.more] = beside;
@@ -173,50 +149,54 @@ impl Series {
         let per = 1.0 / k as f64;
         for step in &self.steps {
             let memory = self.memory.as_mut_slice();
-            let Step { rule, out, operands: [a, b, c], more } = *step;
-            let value = match rule {
-                Rule::Add => memory[a + k] + memory[b + k],
-                Rule::Subtract => memory[a + k] - memory[b + k],
-                Rule::Negate => -memory[a + k],
-                Rule::Scale => memory[a + k] * memory[b],
-                Rule::Shrink => memory[a + k] / memory[b],
-                Rule::AddScaled => memory[c + k] + memory[a + k] * memory[b],
-                Rule::SubtractScaled => memory[c + k] - memory[a + k] * memory[b],
-                Rule::Multiply => product(memory, a, b, k),
-                Rule::AddProduct => memory[c + k] + product(memory, a, b, k),
-                Rule::SubtractProduct => memory[c + k] - product(memory, a, b, k),
-                Rule::Divide => {
+            let Step { operator, scaled, out, operands: [a, b, c], more } = *step;
+            let value = match operator {
+                Operator::Add => memory[a + k] + memory[b + k],
+                Operator::Subtract => memory[a + k] - memory[b + k],
+                Operator::Negate => -memory[a + k],
+                Operator::Multiply if scaled => memory[a + k] * memory[b],
+                Operator::Divide if scaled => memory[a + k] / memory[b],
+                Operator::AddProduct if scaled => memory[c + k] + memory[a + k] * memory[b],
+                Operator::SubtractProduct if scaled => memory[c + k] - memory[a + k] * memory[b],
+                Operator::Multiply => product(memory, a, b, k),
+                Operator::AddProduct => memory[c + k] + product(memory, a, b, k),
+                Operator::SubtractProduct => memory[c + k] - product(memory, a, b, k),
+                Operator::Divide => {
                     (memory[a + k] - convolution(&memory[out..out + k], &memory[b + 1..=b + k])) / memory[b]
                 }
-                Rule::SquareRoot => (memory[a + k] - inner(memory, out, k)) / (2.0 * memory[out]),
-                Rule::Exponential => sloped(memory, a, out, k) * per,
-                Rule::Logarithm => (memory[a + k] - sloped_inner(memory, out, a, k) * per) / memory[a],
-                Rule::SineCosine => {
+                Operator::SquareRoot => (memory[a + k] - inner(memory, out, k)) / (2.0 * memory[out]),
+                Operator::Exponential => sloped(memory, a, out, k) * per,
+                Operator::Logarithm => (memory[a + k] - sloped_inner(memory, out, a, k) * per) / memory[a],
+                Operator::SineCosine => {
                     let cosine = -sloped(memory, a, out, k) * per;
                     let sine = sloped(memory, a, more, k) * per;
                     memory[more + k] = cosine;
                     sine
                 }
-                Rule::Tangent => {
+                Operator::Tangent => {
                     let tangent = sloped(memory, a, more, k) * per;
                     memory[out + k] = tangent;
                     memory[more + k] = product(memory, out, out, k);
                     tangent
                 }
-                Rule::ArcTangent => {
+                Operator::ArcTangent => {
                     memory[more + k] = product(memory, a, a, k);
                     (memory[a + k] - sloped_inner(memory, out, more, k) * per) / memory[more]
                 }
-                Rule::ArcSine | Rule::ArcCosine => {
+                Operator::ArcSine | Operator::ArcCosine => {
                     let square = product(memory, a, a, k) + inner(memory, more, k);
                     memory[more + k] = -square / (2.0 * memory[more]);
-                    let slope = if rule == Rule::ArcSine { memory[a + k] } else { -memory[a + k] };
+                    let slope = if operator == Operator::ArcSine { memory[a + k] } else { -memory[a + k] };
                     (slope - sloped_inner(memory, out, more, k) * per) / memory[more]
                 }
-                Rule::ArcTangent2 => {
+                Operator::ArcTangent2 => {
                     memory[more + k] = product(memory, a, a, k) + product(memory, b, b, k);
                     let turn = sloped(memory, a, b, k) - sloped(memory, b, a, k);
                     (turn - sloped_inner(memory, out, more, k)) * per / memory[more]
+                }
+                // Refused when the series were made.
+                Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Select | Operator::Table => {
+                    f64::NAN
                 }
             };
             memory[out + k] = value;
@@ -275,33 +255,17 @@ fn sloped_inner(memory: &[f64], a: usize, b: usize, k: usize) -> f64 {
     pairs.zip(1u32..).fold(0.0, |sum, ((x, y), j)| sum + f64::from(j) * x * y)
 }
 
-/// The rule of an operation, and its operands in the order of the rule; `None` where it has kinks.
-fn rule(operator: Operator, operands: &[usize], steady: &[bool]) -> Option<(Rule, [usize; 3])> {
+/// Whether an operation scales by a steady number, and its operands with that as the second one; `None` where it has kinks.
+fn arranged(operator: Operator, operands: &[usize], steady: &[bool]) -> Option<(bool, [usize; 3])> {
+    use Operator::{Absolute, AddProduct, Divide, Maximum, Minimum, Multiply, Select, SubtractProduct, Table};
     let at = |k: usize| operands.get(k).copied().unwrap_or(0);
     let all = [at(0), at(1), at(2)];
-    let turned = [at(1), at(0), at(2)];
-    let product = |whole: Rule, scaled: Rule| match (steady[at(0)], steady[at(1)]) {
-        (_, true) => (scaled, all),
-        (true, false) => (scaled, turned),
-        (false, false) => (whole, all),
-    };
-    Some(match operator {
-        Operator::Add => (Rule::Add, all),
-        Operator::Subtract => (Rule::Subtract, all),
-        Operator::Negate => (Rule::Negate, all),
-        Operator::Multiply => product(Rule::Multiply, Rule::Scale),
-        Operator::AddProduct => product(Rule::AddProduct, Rule::AddScaled),
-        Operator::SubtractProduct => product(Rule::SubtractProduct, Rule::SubtractScaled),
-        Operator::Divide => (if steady[at(1)] { Rule::Shrink } else { Rule::Divide }, all),
-        Operator::SquareRoot => (Rule::SquareRoot, all),
-        Operator::SineCosine => (Rule::SineCosine, all),
-        Operator::Tangent => (Rule::Tangent, all),
-        Operator::ArcSine => (Rule::ArcSine, all),
-        Operator::ArcCosine => (Rule::ArcCosine, all),
-        Operator::ArcTangent => (Rule::ArcTangent, all),
-        Operator::ArcTangent2 => (Rule::ArcTangent2, all),
-        Operator::Exponential => (Rule::Exponential, all),
-        Operator::Logarithm => (Rule::Logarithm, all),
-        Operator::Absolute | Operator::Minimum | Operator::Maximum | Operator::Select | Operator::Table => return None,
-    })
+    match operator {
+        Absolute | Minimum | Maximum | Select | Table => None,
+        Multiply | AddProduct | SubtractProduct if steady[at(0)] && !steady[at(1)] => {
+            Some((true, [at(1), at(0), at(2)]))
+        }
+        Multiply | AddProduct | SubtractProduct | Divide => Some((steady[at(1)], all)),
+        _ => Some((false, all)),
+    }
 }

@@ -393,15 +393,6 @@ impl Dynamics {
         kinetic.chain(potential).sum()
     }
 
-    /// Power lost in the viscous dampers, W, at the last update.
-    pub fn damping_power(&self, work: &Work) -> f64 {
-        let loss = |(row, d): (&Vec<(usize, f64)>, &f64)| {
-            let speed = along(row, &work.kinematics.speeds);
-            d * speed * speed
-        };
-        self.dampers.rows.iter().zip(&self.dampers.coefficients).map(loss).sum()
-    }
-
     /// Number of viscous dampers.
     pub fn damper_count(&self) -> usize {
         self.dampers.rows.len()
@@ -418,11 +409,6 @@ impl Dynamics {
         along(&self.inputs.rows[input], &work.kinematics.speeds)
     }
 
-    /// Angle along an input direction, rad, at the last update.
-    pub fn input_angle(&self, input: usize, work: &Work) -> f64 {
-        along(&self.inputs.rows[input], &work.kinematics.angles)
-    }
-
     /// Speed along a friction direction, rad/s, at the last update.
     pub fn friction_speed(&self, friction: usize, work: &Work) -> f64 {
         along(&self.frictions.rows[friction], &work.kinematics.speeds)
@@ -432,12 +418,6 @@ impl Dynamics {
     pub fn along_friction(&self, friction: usize, vector: &[f64], work: &Work) -> f64 {
         let row = &work.friction_rows[friction * self.degrees_of_freedom..];
         self.friction_entries[friction].iter().map(|&i| row[i] * vector[i]).sum()
-    }
-
-    /// Adds a friction direction times a number to a vector over the reduced coordinates, at the last update.
-    pub fn add_along_friction(&self, friction: usize, factor: f64, vector: &mut [f64], work: &Work) {
-        let row = &work.friction_rows[friction * self.degrees_of_freedom..];
-        self.friction_entries[friction].iter().for_each(|&i| vector[i] += factor * row[i]);
     }
 
     /// Whether the coefficients of a friction direction change with the angles.

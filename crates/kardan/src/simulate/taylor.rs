@@ -31,13 +31,13 @@ pub(super) struct Taylor {
     coefficients: Vec<f64>,
     /// The highest order used in the last step.
     order: usize,
-    /// Whether the first coefficients at the state are known, and nothing has been evaluated since; asked by a number of evaluations.
+    /// Evaluations of the machine when the first coefficients at the state were found: while there are no more, they and its factors hold.
     begun: Option<u64>,
     next: f64,
     counts: Counts,
 }
 
-/// The order that needs the least work for a relative tolerance.
+/// The order for a relative tolerance; some orders more or less hardly change the time of a run.
 pub(super) fn order(relative: f64) -> usize {
     let order = (-0.5 * Real::ln(relative.max(1e-20)) + 2.0).ceil() as usize;
     order.clamp(*ORDERS.start(), *ORDERS.end())
