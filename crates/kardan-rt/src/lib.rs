@@ -17,6 +17,7 @@
 //! | [`hold`] | keeps the last good readings where a sensor fails |
 //! | [`Mechanism`] | the nonlinear model itself: angles, inertia, forces |
 //! | [`Plan`] | a model as a list of operations, for one evaluation or several side by side ([`Lanes`]) |
+//! | [`functions`] | sines, roots and logarithms with the same bits everywhere |
 //! | [`PositionLoop`], [`Channel`], [`Bounds`], [`Gain`] | what these are made of |
 //!
 //! ```
@@ -39,6 +40,7 @@ mod channel;
 mod computed_torque;
 mod dense;
 mod feedback;
+pub mod functions;
 mod governor;
 mod mechanism;
 mod model_observer;

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::Real;
+use crate::{Real, functions};
 use crate::dense::sum;
 
 /// What an operation computes of its operands a, b, c, d.
@@ -126,6 +126,9 @@ pub trait Number:
     fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
     /// Sine and cosine of each lane.
     fn sine_cosine(self) -> (Self, Self);
+    /// The tangent of each lane.
+    #[must_use]
+    fn tangent(self) -> Self;
     /// Whether all lanes are finite.
     fn all_finite(self) -> bool;
 }
@@ -156,6 +159,11 @@ impl<T: Real> Number for T {
     #[inline]
     fn sine_cosine(self) -> (Self, Self) {
         self.sin_cos()
+    }
+
+    #[inline]
+    fn tangent(self) -> Self {
+        self.tan()
     }
 
     #[inline]
@@ -250,8 +258,16 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
 
     #[inline]
     fn sine_cosine(self) -> (Self, Self) {
+        if !self.0.iter().any(|x| x.is_far()) {
+            return functions::sin_cos_near(self);
+        }
         let both = self.0.map(Real::sin_cos);
         (Self(both.map(|(sine, _)| sine)), Self(both.map(|(_, cosine)| cosine)))
+    }
+
+    #[inline]
+    fn tangent(self) -> Self {
+        if self.0.iter().any(|x| x.is_far()) { Self(self.0.map(Real::tan)) } else { functions::tan_near(self) }
     }
 
     #[inline]
@@ -281,7 +297,7 @@ impl<T: Real, const N: usize> Number for Lanes<T, N> {
 /// plan.begin(&mut memory);
 /// memory[0] = 0.5;
 /// assert!(plan.evaluate(&mut memory));
-/// assert_eq!(plan.output(0, &memory), Some(3.0 * libm::sin(0.5)));
+/// assert_eq!(plan.output(0, &memory), Some(3.0 * kardan_rt::functions::sin(0.5)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan<'a, T> {
@@ -392,13 +408,13 @@ impl<T: Real> Plan<'_, T> {
                     (*sine, *cosine) = value(known, *a).sine_cosine();
                 }
             }
-            Operator::Tangent => unary(known, operands, out, |a| a.map(Real::tan)),
-            Operator::ArcSine => unary(known, operands, out, |a| a.map(Real::asin)),
-            Operator::ArcCosine => unary(known, operands, out, |a| a.map(Real::acos)),
-            Operator::ArcTangent => unary(known, operands, out, |a| a.map(Real::atan)),
-            Operator::ArcTangent2 => binary(known, operands, out, |a, b| a.zip(b, Real::atan2)),
-            Operator::Exponential => unary(known, operands, out, |a| a.map(Real::exp)),
-            Operator::Logarithm => unary(known, operands, out, |a| a.map(Real::ln)),
+            Operator::Tangent => unary(known, operands, out, N::tangent),
+            Operator::ArcSine => unary(known, operands, out, functions::asin),
+            Operator::ArcCosine => unary(known, operands, out, functions::acos),
+            Operator::ArcTangent => unary(known, operands, out, functions::atan),
+            Operator::ArcTangent2 => binary(known, operands, out, functions::atan2),
+            Operator::Exponential => unary(known, operands, out, functions::exp),
+            Operator::Logarithm => unary(known, operands, out, functions::ln),
             Operator::Minimum => binary(known, operands, out, |a, b| a.select(b, a, b)),
             Operator::Maximum => binary(known, operands, out, |a, b| a.select(b, b, a)),
             Operator::Select => {

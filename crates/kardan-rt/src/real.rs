@@ -1,10 +1,13 @@
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::functions::{self, Format, far};
+
 /// A floating-point number of the target: `f32` or `f64`.
 ///
-/// Functions come from the `libm` crate on every target, so that firmware and simulation compute the same bits.
+/// Its [functions] are the same on every target, so that firmware and simulation compute the same bits.
 pub trait Real:
-    Copy
+    Format
+    + Copy
     + PartialOrd
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -26,6 +29,8 @@ pub trait Real:
     fn sin_cos(self) -> (Self, Self);
     /// The tangent of an angle in rad.
     fn tan(self) -> Self;
+    /// Whether an angle is so large that sine and tangent take their slow way.
+    fn is_far(self) -> bool;
     /// The angle within ±π/2 rad whose sine this is, NaN beyond ±1.
     fn asin(self) -> Self;
     /// The angle from 0 to π rad whose cosine this is, NaN beyond ±1.
@@ -64,42 +69,47 @@ impl Real for f32 {
 
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        libm::sincosf(self)
-    }
-
-    #[inline]
-    fn atan(self) -> Self {
-        libm::atanf(self)
+        if self.is_far() { far::sin_cos_single(self) } else { functions::sin_cos_near(self) }
     }
 
     #[inline]
     fn tan(self) -> Self {
-        libm::tanf(self)
+        if self.is_far() { far::tan_single(self) } else { functions::tan_near(self) }
+    }
+
+    #[inline]
+    fn is_far(self) -> bool {
+        self.abs() > Self::NEAR
     }
 
     #[inline]
     fn asin(self) -> Self {
-        libm::asinf(self)
+        functions::asin(self)
     }
 
     #[inline]
     fn acos(self) -> Self {
-        libm::acosf(self)
+        functions::acos(self)
     }
 
     #[inline]
-    fn exp(self) -> Self {
-        libm::expf(self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        libm::logf(self)
+    fn atan(self) -> Self {
+        functions::atan(self)
     }
 
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        libm::atan2f(self, x)
+        functions::atan2(self, x)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        functions::exp(self)
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        functions::ln(self)
     }
 
     #[inline]
@@ -143,42 +153,47 @@ impl Real for f64 {
 
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        libm::sincos(self)
-    }
-
-    #[inline]
-    fn atan(self) -> Self {
-        libm::atan(self)
+        if self.is_far() { far::sin_cos(self) } else { functions::sin_cos_near(self) }
     }
 
     #[inline]
     fn tan(self) -> Self {
-        libm::tan(self)
+        if self.is_far() { far::tan(self) } else { functions::tan_near(self) }
+    }
+
+    #[inline]
+    fn is_far(self) -> bool {
+        self.abs() > Self::NEAR
     }
 
     #[inline]
     fn asin(self) -> Self {
-        libm::asin(self)
+        functions::asin(self)
     }
 
     #[inline]
     fn acos(self) -> Self {
-        libm::acos(self)
+        functions::acos(self)
     }
 
     #[inline]
-    fn exp(self) -> Self {
-        libm::exp(self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        libm::log(self)
+    fn atan(self) -> Self {
+        functions::atan(self)
     }
 
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        libm::atan2(self, x)
+        functions::atan2(self, x)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        functions::exp(self)
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        functions::ln(self)
     }
 
     #[inline]
