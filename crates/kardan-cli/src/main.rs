@@ -1,6 +1,7 @@
 //! The kardan command: from a model file to equations, runs and reports.
 //!
 //! All that touches files, terminal and processes is here; the library is pure.
+#![deny(clippy::disallowed_methods)]
 
 mod args;
 mod commands;

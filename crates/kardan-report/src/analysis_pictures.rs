@@ -9,6 +9,7 @@ use kardan::results::{
     Complex, DistanceToUncontrollability, ElementShare, EnergyKind, Mode, PlacementSearch, Pole, Sensitivity,
     StoredShare, Zeros,
 };
+use kardan_rt::functions::{asinh, hypot, log10, powf, powi};
 
 /// Width of a character of the labels, px, generously.
 pub(super) const CHARACTER: f64 = 7.0;
@@ -81,14 +82,14 @@ impl Scale {
             let ticks = (first..=last).map(|k| k as f64 * axis.step).map(|at| (at, axis.label(at))).collect();
             return Scale { low: axis.low, high: axis.high, knee: None, ticks };
         }
-        let knee = 10f64.powf(smallest.log10().floor());
-        let bent = |value: f64| (value / knee).asinh();
+        let knee = powf(10.0, log10(smallest).floor());
+        let bent = |value: f64| asinh(value / knee);
         let (low, high) = finite().map(bent).fold((0.0, 0.0), |(a, b): (f64, f64), v| (a.min(v), b.max(v)));
         let free = 0.08 * (high - low);
         let (low, high) = (low - free, high + free);
-        let (first, last) = (knee.log10().round() as i32, largest.log10().ceil() as i32);
+        let (first, last) = (log10(knee).round() as i32, log10(largest).ceil() as i32);
         let every = ((last - first + 1) as f64 / (0.5 * count as f64)).ceil().max(1.0) as usize;
-        let powers = (first..=last).rev().step_by(every).map(|power| 10f64.powi(power));
+        let powers = (first..=last).rev().step_by(every).map(|power| powi(10.0, power));
         let ticks = powers.flat_map(|size| [size, -size]).chain([0.0]);
         let ticks = ticks.filter(|&at| (low..=high).contains(&bent(at))).map(|at| (at, figure(at, 3))).collect();
         Scale { low, high, knee: Some(knee), ticks }
@@ -96,7 +97,7 @@ impl Scale {
 
     /// Where a value lies, from 0 to 1.
     fn place(&self, value: f64) -> f64 {
-        let bent = self.knee.map_or(value, |knee| (value / knee).asinh());
+        let bent = self.knee.map_or(value, |knee| asinh(value / knee));
         (bent - self.low) / (self.high - self.low)
     }
 }
@@ -110,7 +111,7 @@ struct Point {
 }
 
 fn gather(points: &mut Vec<Point>, at: Pole, unreached: bool, unseen: bool) {
-    let near = |point: &&mut Point| (point.at.re - at.re).hypot(point.at.im - at.im) <= 1e-9 * at.re.hypot(at.im);
+    let near = |point: &&mut Point| hypot(point.at.re - at.re, point.at.im - at.im) <= 1e-9 * hypot(at.re, at.im);
     match points.iter_mut().find(near) {
         Some(point) => {
             point.times += 1;
@@ -383,7 +384,7 @@ pub(super) fn ranking(search: &PlacementSearch) -> Option<Picture> {
     let smallest = scores().fold(largest, f64::min);
     let logarithmic = largest > 1000.0 * smallest;
     let length = |score: f64| match logarithmic {
-        true => (1.0 + (score / smallest).log10()) / (1.0 + (largest / smallest).log10()),
+        true => (1.0 + log10(score / smallest)) / (1.0 + log10(largest / smallest)),
         false => score / largest,
     };
     let names: Vec<String> = sets.iter().map(|set| cut(&set.places.join(", "), 36)).collect();

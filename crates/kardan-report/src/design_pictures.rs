@@ -5,6 +5,7 @@ use super::model::Picture;
 use super::text::{escape, figure, unit};
 use super::words::{self, design as said};
 use kardan::results::{Complex, CrossCoupling, Design, Pole};
+use kardan_rt::functions::log10;
 
 /// Characters of a name beside or above the grid.
 const NAME: usize = 24;
@@ -176,5 +177,5 @@ fn cell(design: &Design, found: Option<&CrossCoupling>, (x, y, width, height): (
 
 /// How strong the colour of a cell is: by powers of ten of the share, from 0 to 0.55.
 fn strength(share: f64) -> f64 {
-    if share <= FAINTEST { 0.0 } else { 0.05 + 0.5 * (1.0 - share.min(1.0).log10() / FAINTEST.log10()) }
+    if share <= FAINTEST { 0.0 } else { 0.05 + 0.5 * (1.0 - log10(share.min(1.0)) / log10(FAINTEST)) }
 }

@@ -8,6 +8,7 @@ use kardan::results::{
     ChannelMargin, LoopFunction, LoopGain, LoopResponses, MarginsAlong, PositionMargins, ReferenceResponse,
     SingularValues, StepResponse,
 };
+use kardan_rt::functions::{atan2, cos, hypot, log10, powf, powi, sin};
 
 const LEFT: f64 = 64.0;
 const TOP: f64 = 12.0;
@@ -67,7 +68,7 @@ impl Axis {
     /// Part of the axis, 0 to 1 within it.
     fn place(&self, value: f64) -> f64 {
         if self.logarithmic {
-            (value / self.low).log10() / (self.high / self.low).log10()
+            log10(value / self.low) / log10(self.high / self.low)
         } else {
             (value - self.low) / (self.high - self.low)
         }
@@ -76,12 +77,12 @@ impl Axis {
     /// Ticks with their labels; those without one are between two others.
     fn ticks(&self) -> Vec<(f64, String)> {
         if self.logarithmic {
-            let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
-            let fine = (self.high / self.low).log10() <= 4.0;
+            let (first, last) = (log10(self.low).floor() as i32, log10(self.high).ceil() as i32);
+            let fine = log10(self.high / self.low) <= 4.0;
             let decades = (first..=last).flat_map(|power| (1..10).map(move |step| (power, step)));
             let named = |(power, step): (i32, i32)| {
-                let label = if step == 1 { figure(10f64.powi(power), 3) } else { String::new() };
-                (f64::from(step) * 10f64.powi(power), label)
+                let label = if step == 1 { figure(powi(10.0, power), 3) } else { String::new() };
+                (f64::from(step) * powi(10.0, power), label)
             };
             let all = decades.filter(|(_, step)| fine || *step == 1).map(named);
             return all.filter(|(at, _)| (self.low * 0.999..=self.high * 1.001).contains(at)).collect();
@@ -241,14 +242,14 @@ fn legend(entries: impl Iterator<Item = (usize, String)>) -> String {
 }
 
 fn decibels(size: f64) -> f64 {
-    20.0 * size.log10()
+    20.0 * log10(size)
 }
 
 /// Phases without jumps, degrees, from one next to −90° on.
 fn phases(real: &[f64], imaginary: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> = Vec::with_capacity(real.len());
     for (re, im) in real.iter().zip(imaginary) {
-        let here = im.atan2(*re).to_degrees();
+        let here = atan2(*im, *re).to_degrees();
         let before = out.last().copied().filter(|x: &f64| x.is_finite()).unwrap_or(-90.0);
         out.push(here + 360.0 * ((before - here) / 360.0).round());
     }
@@ -266,7 +267,7 @@ struct Drawn<'a> {
 
 impl Drawn<'_> {
     fn sizes(&self) -> impl Iterator<Item = f64> {
-        self.real.iter().zip(self.imaginary).map(|(re, im)| re.hypot(*im))
+        self.real.iter().zip(self.imaginary).map(|(re, im)| hypot(*re, *im))
     }
 
     fn phases(&self) -> Vec<f64> {
@@ -405,7 +406,7 @@ fn nyquist(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
     let circle = |middle: f64, radius: f64| {
         (0..=180)
             .map(move |k| f64::from(k) * std::f64::consts::TAU / 180.0)
-            .map(move |turn| (middle + radius * turn.cos(), radius * turn.sin()))
+            .map(move |turn| (middle + radius * cos(turn), radius * sin(turn)))
     };
     let faint = "stroke=\"var(--faint)\" stroke-dasharray=\"4 4\"";
     body += &panel.curve(circle(0.0, 1.0), faint);
@@ -458,7 +459,7 @@ fn decades(panel: &Panel, found: &LoopResponses, one: &Drawn<'_>) -> String {
         let next = found.frequencies.partition_point(|frequency| *frequency < tick * (1.0 - 1e-9));
         let Some(re) = one.real.get(next) else { continue };
         let at = panel.place((*re, one.imaginary[next]));
-        let apart = (at.0 - last.0).hypot(at.1 - last.1);
+        let apart = hypot(at.0 - last.0, at.1 - last.1);
         if !panel.holds(at) || apart < 26.0 {
             continue;
         }
@@ -525,16 +526,16 @@ fn nichols(found: &LoopResponses, curves: &[Drawn<'_>], at: &str) -> Picture {
 
 /// Where the closed loop has this gain, with its name where there is room.
 fn closed_loop_gain(panel: &Panel, contour: f64, turns: std::ops::RangeInclusive<i32>) -> String {
-    let size = 10f64.powf(contour / 20.0);
+    let size = powf(10.0, contour / 20.0);
     let points: Vec<(f64, f64)> = (1..720)
         .filter_map(|k| {
             // L = T/(1 − T)
             let turn = f64::from(k) * std::f64::consts::PI / 360.0;
-            let (re, im) = (size * turn.cos(), size * turn.sin());
-            let below = (1.0 - re).powi(2) + im * im;
+            let (re, im) = (size * cos(turn), size * sin(turn));
+            let below = powi(1.0 - re, 2) + im * im;
             let (x, y) = ((re * (1.0 - re) - im * im) / below, im / below);
-            let phase = y.atan2(x).to_degrees().rem_euclid(360.0) - 360.0;
-            (below > 1e-12).then(|| (phase, decibels(x.hypot(y))))
+            let phase = atan2(y, x).to_degrees().rem_euclid(360.0) - 360.0;
+            (below > 1e-12).then(|| (phase, decibels(hypot(x, y))))
         })
         .collect();
     let mut out = String::new();
@@ -650,7 +651,12 @@ fn sigma(found: &LoopResponses, title: &str, all: &[&SingularValues]) -> Option<
 /// From the references to the outputs, over the frequency.
 pub(super) fn references(found: &LoopResponses) -> Option<Picture> {
     let size = |one: &ReferenceResponse| {
-        one.real.iter().zip(&one.imaginary).map(|(re, im)| re.hypot(*im)).filter(|x| x.is_finite()).fold(0.0, f64::max)
+        one.real
+            .iter()
+            .zip(&one.imaginary)
+            .map(|(re, im)| hypot(*re, *im))
+            .filter(|x| x.is_finite())
+            .fold(0.0, f64::max)
     };
     let largest =
         |output: &str| found.references.iter().filter(|one| one.output == output).map(size).fold(0.0, f64::max);
@@ -786,9 +792,9 @@ mod tests {
 
     /// 1/(s (s + 1)²), whose phase is −180° at 1 rad/s with |L| = ½.
     fn example() -> (LoopResponses, Vec<ChannelMargin>) {
-        let frequencies: Vec<f64> = (0..=200).map(|k| 10f64.powf(-2.0 + 0.02 * f64::from(k))).collect();
+        let frequencies: Vec<f64> = (0..=200).map(|k| powf(10.0, -2.0 + 0.02 * f64::from(k))).collect();
         let below = |w: &f64| (-2.0 * w * w, w * (1.0 - w * w));
-        let square = |w: &f64| w * w * (1.0 + w * w).powi(2);
+        let square = |w: &f64| w * w * powi(1.0 + w * w, 2);
         let gain = LoopGain {
             name: "m & m".into(),
             real: frequencies.iter().map(|w| below(w).0 / square(w)).collect(),

@@ -8,6 +8,7 @@
 //!                                                                                                  ├─► terminal
 //! Study ─► curves (what is drawn, in which colour, under which name) ─► svg                        └─► markdown
 //! ```
+#![deny(clippy::disallowed_methods)]
 
 mod analysis_pictures;
 mod bench_pictures;

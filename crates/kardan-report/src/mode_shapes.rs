@@ -6,6 +6,7 @@ use super::model::Picture;
 use super::text::figure;
 use super::words;
 use kardan::results::{Complex, EnergyKind, Mode};
+use kardan_rt::functions::hypot;
 
 /// Modes side by side.
 const ACROSS: usize = 8;
@@ -68,7 +69,7 @@ fn bar_of(mode: &Mode, row: &Row<'_>) -> Option<Bar> {
         return motion.map(|_| Bar { parts: [re, im], potential: false, title });
     }
     let share = share(mode, row);
-    let size = re.hypot(im);
+    let size = hypot(re, im);
     let parts = match size > 0.0 {
         true => [share * re / size * (re / size).abs(), share * im / size * (im / size).abs()],
         false => [share, 0.0],

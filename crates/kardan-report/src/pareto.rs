@@ -4,6 +4,7 @@ use super::analysis_pictures::{drawing, figure_of, line, text};
 use super::model::Picture;
 use super::text::{escape, figure, unit};
 use kardan::results::{Alternative, Exploration};
+use kardan_rt::functions::{log10, powi};
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 14.0;
@@ -20,7 +21,7 @@ struct Axis {
 
 impl Axis {
     fn new(values: impl Iterator<Item = f64>) -> Option<Self> {
-        let logs: Vec<f64> = values.filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10).collect();
+        let logs: Vec<f64> = values.filter(|x| *x > 0.0 && x.is_finite()).map(log10).collect();
         let (low, high) =
             (logs.iter().copied().fold(f64::MAX, f64::min), logs.iter().copied().fold(f64::MIN, f64::max));
         let margin = (0.05 * (high - low)).max(0.05);
@@ -29,7 +30,7 @@ impl Axis {
 
     /// Part of the axis, 0 to 1.
     fn place(&self, value: f64) -> f64 {
-        ((value.log10() - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+        ((log10(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
     /// 1, 2, 5 times powers of ten; over many decades the powers only.
@@ -37,8 +38,8 @@ impl Axis {
         let steps: &[f64] = if self.high - self.low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
         let first = self.low.floor() as i32;
         let last = self.high.ceil() as i32;
-        let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)));
-        all.filter(|tick| (self.low..=self.high).contains(&tick.log10())).collect()
+        let all = (first..=last).flat_map(|power| steps.iter().map(move |step| step * powi(10.0, power)));
+        all.filter(|tick| (self.low..=self.high).contains(&log10(*tick))).collect()
     }
 }
 

@@ -1,5 +1,7 @@
 //! What stands within a text: names and commands between backticks, and fractions too long to be read.
 
+use kardan_rt::functions::powi;
+
 use super::model::FRACTION;
 use super::text::figure;
 
@@ -80,7 +82,7 @@ fn value(fraction: &str) -> Option<f64> {
     }
     let (numerator, denominator) = fraction.split_once('/')?;
     let ((above, more), (below, less)) = (leading(numerator)?, leading(denominator)?);
-    let value = above / below * 10f64.powi(more - less);
+    let value = above / below * powi(10.0, more - less);
     (below > 0.0 && value.is_finite() && value > 0.0).then_some(value)
 }
 

@@ -169,6 +169,8 @@ pub(super) fn json_array(items: impl IntoIterator<Item = String>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::powi;
+
     use super::*;
 
     #[test]
@@ -207,7 +209,7 @@ mod tests {
         for power in -40..40 {
             for part in [1.0, -1.0, 1.5, 0.123_456_789_012, 12.0, 120.0, 9.999_999_999_9, 0.0, 3.000_1] {
                 random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                for value in [part, (random >> 11) as f64, (random >> 50) as f64].map(|part| part * 10f64.powi(power)) {
+                for value in [part, (random >> 11) as f64, (random >> 50) as f64].map(|part| part * powi(10.0, power)) {
                     let rounded: f64 = format!("{value:.8e}").parse().unwrap();
                     let (plain, scientific) = (format!("{rounded}"), format!("{rounded:e}"));
                     let expected = if plain.len() <= scientific.len() { plain } else { scientific };

@@ -34,6 +34,8 @@ pub(super) fn thin(time: &[f64], values: &[f64], limit: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{powi, sin};
+
     use super::*;
 
     #[test]
@@ -45,8 +47,8 @@ mod tests {
     #[test]
     fn extremes_ends_and_gaps_survive_within_the_limit() {
         // Uneven grid, one spike up and one down of a single sample each, one hole.
-        let time: Vec<f64> = (0..50_000).map(|i| (i as f64 / 50_000.0).powi(3)).collect();
-        let mut values: Vec<f64> = time.iter().map(|t| (40.0 * t).sin()).collect();
+        let time: Vec<f64> = (0..50_000).map(|i| powi(i as f64 / 50_000.0, 3)).collect();
+        let mut values: Vec<f64> = time.iter().map(|t| sin(40.0 * t)).collect();
         values[31_415] = 9.0;
         values[27_182] = -8.0;
         values[12_345] = f64::NAN;
@@ -63,7 +65,7 @@ mod tests {
         // 1000 samples over 9 s, then 99 000 within 1 ms: thinning by count alone would leave 20 points for the 9 s.
         let time: Vec<f64> =
             (0..100_000).map(|i| if i < 1000 { 0.009 * i as f64 } else { 9.0 + 1e-8 * (i - 1000) as f64 }).collect();
-        let values: Vec<f64> = (0..100_000).map(|i| (i as f64).sin()).collect();
+        let values: Vec<f64> = (0..100_000).map(|i| sin(i as f64)).collect();
         let kept = thin(&time, &values, 2000);
         let sparse = kept.iter().filter(|&&index| index < 1000).count();
         assert!(sparse >= 900 && kept.len() - sparse >= 900, "{sparse} of {}", kept.len());

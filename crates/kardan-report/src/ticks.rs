@@ -1,5 +1,7 @@
 //! Axis ranges and tick labels.
 
+use kardan_rt::functions::{log10, powi};
+
 /// A drawn axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Axis {
@@ -29,7 +31,7 @@ pub(super) fn axis(values: impl Iterator<Item = f64>, margin: f64, ticks: usize)
     let free = margin * (high - low);
     (low, high) = (low - free, high + free);
     let raw = (high - low) / ticks.max(1) as f64;
-    let power = 10f64.powi(raw.log10().floor() as i32);
+    let power = powi(10.0, log10(raw).floor() as i32);
     let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|nice| nice * power).find(|&step| step >= 0.8 * raw);
     Axis { low, high, step: step.unwrap_or(10.0 * power) }
 }
@@ -39,11 +41,11 @@ impl Axis {
     pub(super) fn label(&self, value: f64) -> String {
         let value = if value.abs() < 1e-6 * self.step { 0.0 } else { value };
         let size = self.low.abs().max(self.high.abs());
-        let exponent = if (1e-3..1e6).contains(&size) { 0 } else { size.log10().floor() as i32 };
-        let scale = 10f64.powi(exponent);
+        let exponent = if (1e-3..1e6).contains(&size) { 0 } else { log10(size).floor() as i32 };
+        let scale = powi(10.0, exponent);
         let step = self.step / scale;
         let decimals = (0..12).find(|&decimals| {
-            let shifted = step * 10f64.powi(decimals);
+            let shifted = step * powi(10.0, decimals);
             (shifted - shifted.round()).abs() < 1e-6 * shifted
         });
         let number = format!("{:.*}", decimals.unwrap_or(12) as usize, value / scale);

@@ -9,6 +9,7 @@ use kardan::results::{
     MatrixDistances, Mode, NamedShare, ParameterPoint, PlacementSearch, Pole, Sampling, ShapePart, StoredShare,
     Structure, Zeros,
 };
+use kardan_rt::functions::{atan2, hypot};
 
 /// Motions below this fraction of the largest are not named.
 const SMALL_MOTION: f64 = 0.05;
@@ -33,7 +34,7 @@ pub fn pair(value: Pole) -> String {
 
 /// Poles with conjugate pairs joined (the upper one stands for both) and equal ones counted.
 pub fn joined(values: &[Pole]) -> Vec<(Pole, usize)> {
-    let near = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im) <= 1e-9 * a.re.hypot(a.im);
+    let near = |a: Pole, b: Pole| hypot(a.re - b.re, a.im - b.im) <= 1e-9 * hypot(a.re, a.im);
     let mut out: Vec<(Pole, usize)> = Vec::new();
     for &value in values {
         let mirrored = Pole { im: -value.im, ..value };
@@ -174,7 +175,7 @@ pub fn motion(shape: &[ShapePart]) -> String {
         if im.abs() <= 0.05 * re.abs() {
             format!("{name} {}", figure(round(*re), 3))
         } else {
-            format!("{name} {} at {}°", figure(round(size(part)), 3), figure(im.atan2(*re).to_degrees().round(), 3))
+            format!("{name} {} at {}°", figure(round(size(part)), 3), figure(atan2(*im, *re).to_degrees().round(), 3))
         }
     };
     list(&parts.iter().map(one).collect::<Vec<_>>(), NAMED)

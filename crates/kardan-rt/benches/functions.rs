@@ -27,14 +27,14 @@ fn all<const N: usize>(bencher: Bencher, function: impl Fn(Lanes<f64, N>) -> Lan
 #[divan::bench(consts = [1, 4, 8])]
 fn sine_and_cosine<const N: usize>(bencher: Bencher) {
     all::<N>(bencher, |x| {
-        let (sine, cosine) = x.sine_cosine();
+        let (sine, cosine) = f::sin_cos(x);
         sine + cosine
     });
 }
 
 #[divan::bench(consts = [1, 4, 8])]
 fn tangent<const N: usize>(bencher: Bencher) {
-    all::<N>(bencher, Number::tangent);
+    all::<N>(bencher, f::tan);
 }
 
 #[divan::bench(consts = [1, 4, 8])]

@@ -30,6 +30,10 @@
 #![forbid(unsafe_code)]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![deny(clippy::as_conversions, clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::integer_division)]
+#![deny(clippy::disallowed_methods)]
+
+#[cfg(feature = "std")]
+extern crate std;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -40,11 +44,13 @@ mod channel;
 mod computed_torque;
 mod dense;
 mod feedback;
+mod format;
 pub mod functions;
 mod governor;
 mod mechanism;
 mod model_observer;
 mod noninteracting;
+mod number;
 mod plan;
 mod position_loop;
 mod real;
@@ -62,7 +68,8 @@ pub use governor::Governor;
 pub use mechanism::{Along, Evaluation, Mechanism, Operation, Row};
 pub use model_observer::{ModelObserver, Sensor};
 pub use noninteracting::{Measurement, Noninteracting};
-pub use plan::{Lanes, Number, Operator, Plan, Run, Table};
+pub use number::{Lanes, Number};
+pub use plan::{Operator, Plan, Run, Table};
 pub use position_loop::PositionLoop;
 pub use real::Real;
 pub use regulator::{Health, Regulator, RegulatorMemory, hold};

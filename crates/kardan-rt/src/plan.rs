@@ -1,9 +1,8 @@
 //! Straight-line plans: lists of operations without branches, heap or indirection.
 
-use core::ops::{Add, Div, Mul, Neg, Sub};
-
-use crate::{Real, functions};
 use crate::dense::sum;
+use crate::number::Number;
+use crate::{Real, functions};
 
 /// What an operation computes of its operands a, b, c, d.
 ///
@@ -107,175 +106,6 @@ impl<T: Real> Table<'_, T> {
     }
 }
 
-/// What a plan computes with: a number of the target, or several of them side by side ([`Lanes`]).
-pub trait Number:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
-{
-    /// The number of one lane.
-    type One: Real;
-    /// The same in all lanes.
-    fn all(value: Self::One) -> Self;
-    /// A function of each lane.
-    #[must_use]
-    fn map(self, function: impl Fn(Self::One) -> Self::One) -> Self;
-    /// A function of each lane of both.
-    #[must_use]
-    fn zip(self, other: Self, function: impl Fn(Self::One, Self::One) -> Self::One) -> Self;
-    /// `then` in lanes where `self < than`, else `otherwise`.
-    #[must_use]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self;
-    /// Sine and cosine of each lane.
-    fn sine_cosine(self) -> (Self, Self);
-    /// The tangent of each lane.
-    #[must_use]
-    fn tangent(self) -> Self;
-    /// Whether all lanes are finite.
-    fn all_finite(self) -> bool;
-}
-
-impl<T: Real> Number for T {
-    type One = T;
-
-    #[inline]
-    fn all(value: T) -> Self {
-        value
-    }
-
-    #[inline]
-    fn map(self, function: impl Fn(T) -> T) -> Self {
-        function(self)
-    }
-
-    #[inline]
-    fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        function(self, other)
-    }
-
-    #[inline]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
-        if self < than { then } else { otherwise }
-    }
-
-    #[inline]
-    fn sine_cosine(self) -> (Self, Self) {
-        self.sin_cos()
-    }
-
-    #[inline]
-    fn tangent(self) -> Self {
-        self.tan()
-    }
-
-    #[inline]
-    fn all_finite(self) -> bool {
-        self.is_finite()
-    }
-}
-
-/// Numbers side by side: an evaluation does all of them at once, with the bits of one after the other.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lanes<T, const N: usize>(pub [T; N]);
-
-impl<T: Real, const N: usize> Lanes<T, N> {
-    #[inline]
-    fn both(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        let mut others = other.0.into_iter();
-        Self(self.0.map(|a| others.next().map_or(a, |b| function(a, b))))
-    }
-}
-
-impl<T: Real, const N: usize> Add for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        self.both(other, |a, b| a + b)
-    }
-}
-
-impl<T: Real, const N: usize> Sub for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        self.both(other, |a, b| a - b)
-    }
-}
-
-impl<T: Real, const N: usize> Mul for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        self.both(other, |a, b| a * b)
-    }
-}
-
-impl<T: Real, const N: usize> Div for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        self.both(other, |a, b| a / b)
-    }
-}
-
-impl<T: Real, const N: usize> Neg for Lanes<T, N> {
-    type Output = Self;
-
-    #[inline]
-    fn neg(self) -> Self {
-        Self(self.0.map(|a| -a))
-    }
-}
-
-impl<T: Real, const N: usize> Number for Lanes<T, N> {
-    type One = T;
-
-    #[inline]
-    fn all(value: T) -> Self {
-        Self([value; N])
-    }
-
-    #[inline]
-    fn map(self, function: impl Fn(T) -> T) -> Self {
-        Self(self.0.map(function))
-    }
-
-    #[inline]
-    fn zip(self, other: Self, function: impl Fn(T, T) -> T) -> Self {
-        self.both(other, function)
-    }
-
-    #[inline]
-    fn select(self, than: Self, then: Self, otherwise: Self) -> Self {
-        let mut others = than.0.into_iter().zip(then.0.into_iter().zip(otherwise.0));
-        Self(self.0.map(|a| match others.next() {
-            Some((than, (then, otherwise))) => a.select(than, then, otherwise),
-            None => a,
-        }))
-    }
-
-    #[inline]
-    fn sine_cosine(self) -> (Self, Self) {
-        if !self.0.iter().any(|x| x.is_far()) {
-            return functions::sin_cos_near(self);
-        }
-        let both = self.0.map(Real::sin_cos);
-        (Self(both.map(|(sine, _)| sine)), Self(both.map(|(_, cosine)| cosine)))
-    }
-
-    #[inline]
-    fn tangent(self) -> Self {
-        if self.0.iter().any(|x| x.is_far()) { Self(self.0.map(Real::tan)) } else { functions::tan_near(self) }
-    }
-
-    #[inline]
-    fn all_finite(self) -> bool {
-        self.0.iter().all(|x| x.is_finite())
-    }
-}
-
 /// A list of operations that finds outputs from inputs.
 ///
 /// Its memory holds the inputs first, then the constants, then the values of all operations in their order; operands are places in
@@ -318,6 +148,12 @@ pub struct Plan<'a, T> {
 #[inline]
 fn place(number: u32) -> usize {
     usize::try_from(number).map_or(usize::MAX, |place| place)
+}
+
+/// Whether all lanes are finite.
+#[inline]
+fn is_finite<N: Number>(x: N) -> bool {
+    !x.any(|x| !x.is_finite())
 }
 
 /// The value at a place. What is not there stands for a plan that is not whole.
@@ -380,14 +216,14 @@ impl<T: Real> Plan<'_, T> {
             operands = later;
             done = sum(&[done, values]);
         }
-        memory.iter().take(self.inputs).all(|input| input.all_finite())
-            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| value.all_finite()))
+        memory.iter().take(self.inputs).all(|input| is_finite(*input))
+            && self.outputs.iter().all(|output| memory.get(place(*output)).is_some_and(|value| is_finite(*value)))
     }
 
     /// An output of the last evaluation; none where there is no such output.
     #[inline]
     pub fn output<N: Number<One = T>>(&self, output: usize, memory: &[N]) -> Option<N> {
-        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| value.all_finite())
+        memory.get(place(*self.outputs.get(output)?)).copied().filter(|value| is_finite(*value))
     }
 
     #[inline]
@@ -405,10 +241,10 @@ impl<T: Real> Plan<'_, T> {
             Operator::SineCosine => {
                 let Some((sines, cosines)) = out.split_at_mut_checked(operands.len()) else { return };
                 for ((sine, cosine), a) in sines.iter_mut().zip(cosines).zip(operands) {
-                    (*sine, *cosine) = value(known, *a).sine_cosine();
+                    (*sine, *cosine) = functions::sin_cos(value(known, *a));
                 }
             }
-            Operator::Tangent => unary(known, operands, out, N::tangent),
+            Operator::Tangent => unary(known, operands, out, functions::tan),
             Operator::ArcSine => unary(known, operands, out, functions::asin),
             Operator::ArcCosine => unary(known, operands, out, functions::acos),
             Operator::ArcTangent => unary(known, operands, out, functions::atan),

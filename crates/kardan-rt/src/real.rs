@@ -1,10 +1,10 @@
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::functions::{self, Format, far};
+use crate::format::Format;
 
 /// A floating-point number of the target: `f32` or `f64`.
 ///
-/// Its [functions] are the same on every target, so that firmware and simulation compute the same bits.
+/// Its [functions](crate::functions) are the same on every target, so that firmware and simulation compute the same bits.
 pub trait Real:
     Format
     + Copy
@@ -25,24 +25,6 @@ pub trait Real:
     const NAN: Self;
     /// √x, NaN below zero.
     fn sqrt(self) -> Self;
-    /// Sine and cosine of an angle in rad.
-    fn sin_cos(self) -> (Self, Self);
-    /// The tangent of an angle in rad.
-    fn tan(self) -> Self;
-    /// Whether an angle is so large that sine and tangent take their slow way.
-    fn is_far(self) -> bool;
-    /// The angle within ±π/2 rad whose sine this is, NaN beyond ±1.
-    fn asin(self) -> Self;
-    /// The angle from 0 to π rad whose cosine this is, NaN beyond ±1.
-    fn acos(self) -> Self;
-    /// The angle within ±π/2 rad whose tangent this is.
-    fn atan(self) -> Self;
-    /// The angle of the point (x, self), rad.
-    fn atan2(self, x: Self) -> Self;
-    /// eˣ
-    fn exp(self) -> Self;
-    /// The natural logarithm, NaN below zero.
-    fn ln(self) -> Self;
     /// The largest whole number that is not above.
     fn floor(self) -> Self;
     /// The whole number towards zero; 0 below zero and for NaN, the largest there is where it is too large.
@@ -64,52 +46,11 @@ impl Real for f32 {
 
     #[inline]
     fn sqrt(self) -> Self {
+        // The root is exact either way; the compiler puts lanes together only in its own.
+        #[cfg(feature = "std")]
+        return f32::sqrt(self);
+        #[cfg(not(feature = "std"))]
         libm::sqrtf(self)
-    }
-
-    #[inline]
-    fn sin_cos(self) -> (Self, Self) {
-        if self.is_far() { far::sin_cos_single(self) } else { functions::sin_cos_near(self) }
-    }
-
-    #[inline]
-    fn tan(self) -> Self {
-        if self.is_far() { far::tan_single(self) } else { functions::tan_near(self) }
-    }
-
-    #[inline]
-    fn is_far(self) -> bool {
-        self.abs() > Self::NEAR
-    }
-
-    #[inline]
-    fn asin(self) -> Self {
-        functions::asin(self)
-    }
-
-    #[inline]
-    fn acos(self) -> Self {
-        functions::acos(self)
-    }
-
-    #[inline]
-    fn atan(self) -> Self {
-        functions::atan(self)
-    }
-
-    #[inline]
-    fn atan2(self, x: Self) -> Self {
-        functions::atan2(self, x)
-    }
-
-    #[inline]
-    fn exp(self) -> Self {
-        functions::exp(self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        functions::ln(self)
     }
 
     #[inline]
@@ -148,52 +89,11 @@ impl Real for f64 {
 
     #[inline]
     fn sqrt(self) -> Self {
+        // The root is exact either way; the compiler puts lanes together only in its own.
+        #[cfg(feature = "std")]
+        return f64::sqrt(self);
+        #[cfg(not(feature = "std"))]
         libm::sqrt(self)
-    }
-
-    #[inline]
-    fn sin_cos(self) -> (Self, Self) {
-        if self.is_far() { far::sin_cos(self) } else { functions::sin_cos_near(self) }
-    }
-
-    #[inline]
-    fn tan(self) -> Self {
-        if self.is_far() { far::tan(self) } else { functions::tan_near(self) }
-    }
-
-    #[inline]
-    fn is_far(self) -> bool {
-        self.abs() > Self::NEAR
-    }
-
-    #[inline]
-    fn asin(self) -> Self {
-        functions::asin(self)
-    }
-
-    #[inline]
-    fn acos(self) -> Self {
-        functions::acos(self)
-    }
-
-    #[inline]
-    fn atan(self) -> Self {
-        functions::atan(self)
-    }
-
-    #[inline]
-    fn atan2(self, x: Self) -> Self {
-        functions::atan2(self, x)
-    }
-
-    #[inline]
-    fn exp(self) -> Self {
-        functions::exp(self)
-    }
-
-    #[inline]
-    fn ln(self) -> Self {
-        functions::ln(self)
     }
 
     #[inline]

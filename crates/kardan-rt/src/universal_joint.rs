@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::dense::all_finite;
+use crate::functions::{atan, sin_cos};
 
 /// The transmission of a universal joint, `tan(y + phase_out) = C tan(x + phase_in)`, continuous over any number of
 /// turns, `[diss. (6.99)-(6.106)]`.
@@ -38,12 +39,12 @@ impl<T: Real> UniversalJoint<T> {
     #[inline]
     pub fn at(&self, x: T) -> Option<CurvePoint<T>> {
         let (theta, c) = (x + self.phase_in, self.ratio);
-        let (sin, cos) = theta.sin_cos();
-        let (sin_sin, sin_cos, cos_cos) = (sin * sin, sin * cos, cos * cos);
+        let (sin, cos) = sin_cos(theta);
+        let (sin_sin, product, cos_cos) = (sin * sin, sin * cos, cos * cos);
         let r = cos_cos + c * c * sin_sin;
-        let lead = ((c - T::ONE) * sin_cos / (cos_cos + c * sin_sin)).atan();
+        let lead = atan((c - T::ONE) * product / (cos_cos + c * sin_sin));
         let (value, slope) = (theta + lead - self.phase_out, c / r);
-        let curvature = -(c * (c * c - T::ONE)) * (sin_cos + sin_cos) / (r * r);
+        let curvature = -(c * (c * c - T::ONE)) * (product + product) / (r * r);
         all_finite(&[value, slope, curvature]).then_some(CurvePoint { value, slope, curvature })
     }
 }

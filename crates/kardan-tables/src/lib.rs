@@ -16,6 +16,7 @@
 //! let log = read::open(read::in_memory(bytes), &read::CsvOptions::default()).unwrap();
 //! assert_eq!(log.groups()[0].channels[1].name, "rk.phi");
 //! ```
+#![deny(clippy::disallowed_methods)]
 
 pub mod read;
 mod table;

@@ -39,6 +39,7 @@
 //! | [`diagnostics`], [`schema`], [`entries`], [`units`] | mistakes with their places, keys, what is written, exact quantities |
 //!
 //! The other modules are how it is done. They are not listed here, may change with any version, and are open to the tests.
+#![deny(clippy::disallowed_methods)]
 
 pub mod analysis;
 #[doc(hidden)]

@@ -13,6 +13,7 @@ pub mod study;
 use crate::model::{Body, Cell, Section, row};
 use crate::text::number;
 use kardan::results::{Complex, Mechanism, Pole};
+use kardan_rt::functions::hypot;
 
 /// The drawing of the mechanism, the first section of a report.
 fn mechanism(found: &Mechanism) -> (&'static str, &'static str, Body) {
@@ -26,8 +27,8 @@ fn poles(poles: &[Pole]) -> Body {
     let mut rows = Vec::new();
     while !rest.is_empty() {
         let Complex { re: real, im: imaginary } = rest.remove(0);
-        let size = real.hypot(imaginary);
-        let conjugate = |pole: &Pole| (pole.re - real).hypot(pole.im + imaginary) <= 1e-9 * size;
+        let size = hypot(real, imaginary);
+        let conjugate = |pole: &Pole| hypot(pole.re - real, pole.im + imaginary) <= 1e-9 * size;
         let pair = if imaginary == 0.0 { None } else { rest.iter().position(conjugate) };
         let value = match (pair, imaginary) {
             (Some(_), _) => format!("{} ± {} j", number(real), number(imaginary.abs())),

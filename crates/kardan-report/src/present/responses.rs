@@ -5,6 +5,7 @@ use crate::model::{Body, row};
 use crate::text::{number, unit};
 use crate::words::list;
 use kardan::results::{ChannelMargin, LoopFunction, LoopResponses, SingularValues, WrongTorque};
+use kardan_rt::functions::log10;
 
 /// More names in a sentence are counted.
 const NAMES: usize = 12;
@@ -84,7 +85,7 @@ fn largest(found: &LoopResponses) -> Body {
         } else if !one.unit.is_empty() {
             value += &format!(" {}", unit(&one.unit));
         }
-        let decibels = format!("{} dB", number(20.0 * largest.value.log10()));
+        let decibels = format!("{} dB", number(20.0 * log10(largest.value)));
         let at = largest.frequency.map_or("–".into(), |at| format!("{} rad/s", number(at)));
         Some(row![pictures::name(one), value, decibels, at, meaning])
     };

@@ -3,13 +3,14 @@
 use super::{list, percent, polynomial};
 use crate::text::figure;
 use kardan::results::{CrossCoupling, Design, Pole, TransferEntry};
+use kardan_rt::functions::hypot;
 
 /// More names are counted.
 const NAMES: usize = 12;
 
 /// Whose pole it is: channels by their output, `zero dynamics`; empty if it is neither.
 pub fn owner(pole: Pole, design: &Design) -> String {
-    let near = |other: &Pole| (other.re - pole.re).hypot(other.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9);
+    let near = |other: &Pole| hypot(other.re - pole.re, other.im.abs() - pole.im.abs()) <= 1e-6 * pole.abs().max(1e-9);
     let channels = design.channels.iter().filter(|channel| channel.poles.iter().any(near));
     let mut names: Vec<&str> = channels.map(|channel| channel.output.as_str()).collect();
     if design.zero_dynamics.modes.iter().any(|mode| near(&mode.pole)) {

@@ -1,7 +1,9 @@
 //! Angles that are so large that the digits of 2/π must be chosen by their exponent.
 
-use super::{Format, Reduced, exact_product, ordered_sum, sin_cos_of, tan_of};
-use crate::Real;
+use super::sums::{exact_product, ordered_sum};
+use super::turns::{Reduced, sin_cos_of, tan_of};
+use crate::format::Format;
+use crate::real::Real;
 
 /// 64 zeros, and the first 1216 binary digits of 2/π.
 const TWO_OVER_PI: [u64; 20] = [
@@ -44,7 +46,7 @@ fn product(a: u64, b: u64, carry: u64) -> (u64, u64) {
 
 /// The angle of `m·2ᵉ` rad beyond the last multiple of π/2: the digits of 2/π that make multiples of four quarters are left out, of
 /// the others 192 are enough, since no number comes closer to a multiple than 2⁻⁶².
-#[allow(clippy::as_conversions)] // fractions are rounded to the nearest
+#[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // fractions are rounded to the nearest
 fn reduced(x: f64) -> Reduced<f64> {
     if !x.is_finite() {
         return Reduced { quarters: 0.0, angle: (f64::NAN, 0.0) };
@@ -63,42 +65,23 @@ fn reduced(x: f64) -> Reduced<f64> {
     let quarter = 1.0 / 340_282_366_920_938_463_463_374_607_431_768_211_456.0;
     let (first, rest) = (fraction as f64, fraction.wrapping_sub(fraction as f64 as i128) as f64);
     let (first, rest) = (first * quarter, rest * quarter);
-    let (pi, pi_rest) = f64::EIGHTHS[2];
+    let [_, _, (pi, pi_rest), ..] = f64::EIGHTHS;
     let (angle, lost) = exact_product(first, pi);
     let angle = ordered_sum(angle, lost + (first * pi_rest + rest * pi));
-    let (quarters, angle) =
-        if x < 0.0 { (quarters.wrapping_neg(), (-angle.0, -angle.1)) } else { (quarters, angle) };
+    let (quarters, angle) = if x < 0.0 { (quarters.wrapping_neg(), (-angle.0, -angle.1)) } else { (quarters, angle) };
     // Whole numbers of a sum with ROUND stand in its last digits.
     Reduced { quarters: f64::from_bits(f64::ROUND.to_bits().wrapping_add(quarters)), angle }
 }
 
-/// Sine and cosine of any angle.
-#[cold]
+/// Sine and cosine of an angle beyond [`Format::NEAR`].
 #[inline(never)]
-pub fn sin_cos(x: f64) -> (f64, f64) {
-    sin_cos_of(x, reduced(x))
+pub fn sin_cos<T: Real>(x: T) -> (T, T) {
+    let (sine, cosine) = sin_cos_of(x.widened(), reduced(x.widened()));
+    (T::nearest(sine), T::nearest(cosine))
 }
 
-/// The tangent of any angle.
-#[cold]
+/// The tangent of an angle beyond [`Format::NEAR`].
 #[inline(never)]
-pub fn tan(x: f64) -> f64 {
-    tan_of(x, reduced(x))
-}
-
-/// Of an `f32` by way of `f64`, whose functions reach farther.
-#[cold]
-#[inline(never)]
-#[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // to the nearest
-pub fn sin_cos_single(x: f32) -> (f32, f32) {
-    let (sine, cosine) = Real::sin_cos(f64::from(x));
-    (sine as f32, cosine as f32)
-}
-
-/// Of an `f32` by way of `f64`, whose functions reach farther.
-#[cold]
-#[inline(never)]
-#[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // to the nearest
-pub fn tan_single(x: f32) -> f32 {
-    Real::tan(f64::from(x)) as f32
+pub fn tan<T: Real>(x: T) -> T {
+    T::nearest(tan_of(x.widened(), reduced(x.widened())))
 }

@@ -643,7 +643,12 @@ fn the_harness_knows_every_block() {
     };
     let mut found = Vec::new();
     for file in std::fs::read_dir(folder).unwrap() {
-        let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+        let path = file.unwrap().path();
+        // Elementary functions say NaN themselves: `tests/functions`.
+        if path.is_dir() {
+            continue;
+        }
+        let text = std::fs::read_to_string(path).unwrap();
         let mut owner = String::new();
         for line in text.lines() {
             if line.starts_with("impl") {

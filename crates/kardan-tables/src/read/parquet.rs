@@ -14,6 +14,7 @@ use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::{ParquetMetaData, ParquetMetaDataReader};
 use ::parquet::file::reader::SerializedPageReader;
 use ::parquet::schema::types::ColumnDescriptor;
+use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
 use super::source::Source;
@@ -196,7 +197,7 @@ fn meaning(descriptor: &ColumnDescriptor) -> Option<(Meaning, Option<&'static st
         (Some(LogicalType::Timestamp(kind)), _) => (Meaning::Since(per_second(&kind.unit)), Some("s")),
         (Some(LogicalType::Time(kind)), _) => (Meaning::Scaled(per_second(&kind.unit)), Some("s")),
         (Some(LogicalType::Integer(kind)), _) if !kind.is_signed => (Meaning::Unsigned, None),
-        (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(10f64.powi(kind.scale)), None),
+        (Some(LogicalType::Decimal(kind)), _) => (Meaning::Scaled(powi(10.0, kind.scale)), None),
         (_, ConvertedType::TIMESTAMP_MILLIS) => (Meaning::Since(1e3), Some("s")),
         (_, ConvertedType::TIMESTAMP_MICROS) => (Meaning::Since(1e6), Some("s")),
         (_, ConvertedType::TIME_MILLIS) => (Meaning::Scaled(1e3), Some("s")),
@@ -204,7 +205,7 @@ fn meaning(descriptor: &ColumnDescriptor) -> Option<(Meaning, Option<&'static st
         (_, ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
             (Meaning::Unsigned, None)
         }
-        (_, ConvertedType::DECIMAL) => (Meaning::Scaled(10f64.powi(descriptor.type_scale())), None),
+        (_, ConvertedType::DECIMAL) => (Meaning::Scaled(powi(10.0, descriptor.type_scale())), None),
         _ => (Meaning::Plain, None),
     })
 }

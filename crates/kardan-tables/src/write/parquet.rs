@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn the_reader_gives_back_every_bit_and_the_units() {
         let time: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-3).collect();
-        let mut phi: Vec<f64> = time.iter().map(|t| (9.0 * t).sin()).collect();
+        let mut phi: Vec<f64> = time.iter().map(|t| kardan_rt::functions::sin(9.0 * t)).collect();
         phi[..4].copy_from_slice(&[f64::NAN, -0.0, f64::INFINITY, 1e-300]);
         let angle = Column { name: "rk.phi", unit: "rad", description: "angle of rk.phi", values: &phi };
         let table = Table { time: &time, columns: vec![angle] };

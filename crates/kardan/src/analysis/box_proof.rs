@@ -1,6 +1,7 @@
 use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 use faer::c64;
+use kardan_rt::functions::{exp2, powi};
 
 use crate::num::{Matrix, Rational, Scalar, echelon, rational_to_f64};
 use crate::results::{Complex, Pole};
@@ -264,7 +265,7 @@ impl Scaled {
         }
         let column_degrees = column_degrees(parts);
         let row_degrees = row_degrees(parts, &column_degrees);
-        let unit = unit.round().exp2();
+        let unit = exp2(unit.round());
         Some(Self { rows, columns, parts: parts.len(), terms, column_degrees, row_degrees, unit })
     }
 }
@@ -559,14 +560,14 @@ impl Cells {
                 self.level[j * m + entry.row] += powers[entry.power] * self.value[k];
                 self.vector[entry.row] += derivatives[entry.power] * self.value[k];
             }
-            add(&mut self.vector, &column.rows, (delta * scale[j]).powi(2));
+            add(&mut self.vector, &column.rows, powi(delta * scale[j], 2));
         }
         for (parameter, column) in &self.slope_columns {
             for k in column.terms.clone() {
                 let entry = self.slope_entries[k];
                 self.vector[entry.row] += powers[entry.power] * self.slope[k];
             }
-            add(&mut self.vector, &column.rows, (self.width[*parameter] * scale[column.column]).powi(2));
+            add(&mut self.vector, &column.rows, powi(self.width[*parameter] * scale[column.column], 2));
         }
         let most = (0..m).map(|i| self.spread[i * m + i].re).fold(0.0, f64::max);
         let least = if most > 0.0 { 1e-8 * most } else { 1.0 };

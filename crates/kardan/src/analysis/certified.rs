@@ -76,6 +76,7 @@ use std::sync::Arc;
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
+use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
 use super::LinearSystem;
@@ -535,7 +536,7 @@ impl Facts {
         same: impl Fn(u64) -> Option<()> + Sync,
     ) -> Result<u64, String> {
         let more = needed.saturating_sub(have);
-        let work = (more / 60) as f64 * (states as f64).powi(3);
+        let work = (more / 60) as f64 * powi(states as f64, 3);
         if work > MOST_WORK {
             return Err(format!("a proof takes {} primes, which is not attempted", needed / 60 + 1));
         }

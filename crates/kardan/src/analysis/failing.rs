@@ -1,4 +1,5 @@
 use faer::{Mat, c64};
+use kardan_rt::functions::hypot;
 
 use super::{ConstrainedSystem, LinearSystem};
 use crate::num::{Matrix, Rational, null_vectors, rational_to_f64};
@@ -42,7 +43,7 @@ pub fn failing_modes(
             }
         }
     }
-    let size = |a: Pole, b: Pole| (a.re - b.re).hypot(a.im - b.im);
+    let size = |a: Pole, b: Pole| hypot(a.re - b.re, a.im - b.im);
     for mode in modes.iter_mut().filter(|mode| mode.factor.is_empty()) {
         let roots =
             factors.iter().flat_map(|f| f.roots.iter().filter(|root| root.im >= 0.0).map(move |root| (f, *root)));

@@ -1,6 +1,7 @@
 use std::borrow::Cow;
 
 use faer::Mat;
+use kardan_rt::functions::exp2;
 
 use super::{ConstrainedSystem, OutputSignal, Side};
 use crate::equations::Measured;
@@ -186,7 +187,7 @@ impl<'a> Family<'a> {
             return Some(Cow::Borrowed(&self.slopes));
         }
         // The values are exact, so a short step costs no digits.
-        let step = (-20f64).exp2();
+        let step = exp2(-20f64);
         (0..y.len())
             .map(|i| {
                 let end = |sign: f64| {

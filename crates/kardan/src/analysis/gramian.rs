@@ -1,4 +1,5 @@
 use faer::{Mat, MatRef};
+use kardan_rt::functions::{exp2, log2};
 
 use crate::num::balance;
 
@@ -79,8 +80,8 @@ pub fn gramian(a: &Mat<f64>, b: &Mat<f64>, horizon: f64) -> Option<Gramian> {
     let scales = balance(a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
     let b = Mat::from_fn(n, b.ncols(), |i, j| b[(i, j)] / scales[i]);
-    let doublings = (2.0 * norm_1(&a) * horizon).log2().ceil().max(0.0);
-    let step = horizon / doublings.exp2();
+    let doublings = log2(2.0 * norm_1(&a) * horizon).ceil().max(0.0);
+    let step = horizon / exp2(doublings);
     let mut factor = quadrature(&a, &b, step);
     // e^{At} − I, in which slow motions keep their digits where fast ones dictate a short step.
     let mut change = exponential_minus_one(&a, step);

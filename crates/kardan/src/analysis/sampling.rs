@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
+use kardan_rt::functions::{cos, exp, ln};
 use rayon::prelude::*;
 
 use super::{Family, Parameter, Side, gramian, smallest_eigenvalue};
@@ -77,8 +78,8 @@ fn draw(parameter: &Parameter, random: &mut Random) -> f64 {
     let spread = 1.0 / two_sided_quantile(confidence);
     for _ in 0..1000 {
         // Box and Muller.
-        let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
-        let y = spread * radius * (std::f64::consts::TAU * random.unit()).cos();
+        let radius = (-2.0 * ln(1.0 - random.unit())).sqrt();
+        let y = spread * radius * cos(std::f64::consts::TAU * random.unit());
         // An interval need not lie around the value in the middle.
         let y = y * if y < 0.0 { (nominal - low) / half } else { (high - nominal) / half };
         if nominal == 0.0 || (nominal + y * half) * nominal > 0.0 {
@@ -108,7 +109,7 @@ fn central_probability(z: f64) -> f64 {
             break;
         }
     }
-    let value = (2.0 / std::f64::consts::PI).sqrt() * (-0.5 * z * z).exp() * sum;
+    let value = (2.0 / std::f64::consts::PI).sqrt() * exp(-0.5 * z * z) * sum;
     if value.is_finite() { value.min(1.0) } else { 1.0 }
 }
 

@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use kardan_rt::functions::{exp2, hypot, log2};
 use rayon::prelude::*;
 
 use super::Family;
@@ -188,12 +189,12 @@ impl Limits {
 fn start(eigenvalues: &[Pole], number: usize, random: &mut Random) -> c64 {
     let count = eigenvalues.len().max(1);
     let Complex { re, im } = eigenvalues.get(number % count).copied().unwrap_or(Complex::default());
-    let size = re.hypot(im);
+    let size = hypot(re, im);
     match number / count % 3 {
         0 => c64::new(re, im),
-        1 => c64::new(-size * (2.0 * random.unit() - 1.0).exp2(), 0.0),
+        1 => c64::new(-size * exp2(2.0 * random.unit() - 1.0), 0.0),
         _ if im == 0.0 => c64::new(0.0, 0.0),
-        _ => c64::new(re, im) * (random.unit() - 0.5).exp2(),
+        _ => c64::new(re, im) * exp2(random.unit() - 0.5),
     }
 }
 
@@ -334,7 +335,7 @@ fn equilibrium(family: &Family<'_>, y: &[f64], lambda: c64) -> Option<(Vec<f64>,
         parts[0][(i, j)].abs() + size * parts[1][(i, j)].abs() + size * size * parts[2][(i, j)].abs()
     });
     let (mut rows, mut columns) = (vec![1.0; m], vec![1.0; n]);
-    let power = |x: f64| if x > 0.0 && x.is_finite() { (-x.log2().round()).exp2() } else { 1.0 };
+    let power = |x: f64| if x > 0.0 && x.is_finite() { exp2(-log2(x).round()) } else { 1.0 };
     for _ in 0..4 {
         for i in 0..m {
             rows[i] = power((0..n).map(|j| entries[(i, j)] * columns[j]).fold(0.0, f64::max));

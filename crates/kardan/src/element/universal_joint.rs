@@ -1,7 +1,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use kardan_rt::Real;
+use kardan_rt::functions::{atan2, cos, sin_cos};
 
 use super::{Element, Mistake, Values, gear};
 use crate::equations::{Curve, Term};
@@ -84,7 +84,7 @@ fn check(values: &Values) -> Vec<Mistake> {
 }
 
 fn terms(_: &str, values: &Values) -> Vec<Term> {
-    let cosine = |key: &str| values.number(key).map(f64::cos);
+    let cosine = |key: &str| values.number(key).map(cos);
     let ratio = match (cosine("angle"), cosine("angle_1"), cosine("angle_2")) {
         (Some(c), _, _) => c,
         (None, Some(c1), Some(c2)) => c1 / c2,
@@ -123,13 +123,13 @@ pub struct UniversalJointCurve {
 impl Curve for UniversalJointCurve {
     fn value(&self, x: f64) -> f64 {
         let theta = x + self.phase_in;
-        let (sin, cos) = Real::sin_cos(theta);
+        let (sin, cos) = sin_cos(theta);
         let c = self.ratio;
-        theta + Real::atan2((c - 1.0) * sin * cos, cos * cos + c * sin * sin) - self.phase_out
+        theta + atan2((c - 1.0) * sin * cos, cos * cos + c * sin * sin) - self.phase_out
     }
 
     fn derivatives(&self, x: f64) -> (f64, f64) {
-        let (sin, cos) = Real::sin_cos(x + self.phase_in);
+        let (sin, cos) = sin_cos(x + self.phase_in);
         let c = self.ratio;
         let r = cos * cos + c * c * sin * sin;
         (c / r, -c * (c * c - 1.0) * 2.0 * sin * cos / (r * r))
@@ -172,6 +172,8 @@ impl Curve for UniversalJointCurve {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::sin;
+
     use super::*;
     use proptest::prelude::*;
 
@@ -181,7 +183,7 @@ mod tests {
         fn equation_6_100(c in 0.2f64..4.0, x in -1e3f64..1e3, phase in -3.0f64..3.0) {
             let joint = UniversalJointCurve { ratio: c, phase_in: phase, phase_out: 0.0 };
             let (y, theta) = (joint.value(x), x + phase);
-            prop_assert!((y.sin() * theta.cos() - c * y.cos() * theta.sin()).abs() < 1e-12);
+            prop_assert!((sin(y) * cos(theta) - c * cos(y) * sin(theta)).abs() < 1e-12);
             prop_assert!((y - theta).abs() < FRAC_PI_2);
         }
 
@@ -205,9 +207,9 @@ mod tests {
     #[test]
     fn double_joint_6_102() {
         let (b1, b2) = (0.5_f64, 0.3_f64);
-        let first = UniversalJointCurve { ratio: b1.cos(), phase_in: 0.0, phase_out: 0.0 };
-        let second = UniversalJointCurve { ratio: b2.cos(), phase_in: 0.0, phase_out: 0.0 };
-        let both = UniversalJointCurve { ratio: b1.cos() / b2.cos(), phase_in: 0.0, phase_out: 0.0 };
+        let first = UniversalJointCurve { ratio: cos(b1), phase_in: 0.0, phase_out: 0.0 };
+        let second = UniversalJointCurve { ratio: cos(b2), phase_in: 0.0, phase_out: 0.0 };
+        let both = UniversalJointCurve { ratio: cos(b1) / cos(b2), phase_in: 0.0, phase_out: 0.0 };
         for k in -40..40 {
             let phi_3 = 0.37 * f64::from(k);
             let phi_2 = second.inverse().value(phi_3);

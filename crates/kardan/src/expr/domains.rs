@@ -1,6 +1,6 @@
 //! Numbers that expressions are evaluated over.
 
-use kardan_rt::{Operator, Real};
+use kardan_rt::{Operator, Real, functions};
 
 use super::graph::PiecewisePolynomial;
 use crate::num::{Rational, rational_to_f64};
@@ -35,14 +35,14 @@ fn operation<T: Real>(operator: Operator, x: &[T]) -> T {
         Operator::Negate => -x[0],
         Operator::Absolute => x[0].abs(),
         Operator::SquareRoot => x[0].sqrt(),
-        Operator::SineCosine => x[0].sin_cos().0,
-        Operator::Tangent => x[0].tan(),
-        Operator::ArcSine => x[0].asin(),
-        Operator::ArcCosine => x[0].acos(),
-        Operator::ArcTangent => x[0].atan(),
-        Operator::ArcTangent2 => x[0].atan2(x[1]),
-        Operator::Exponential => x[0].exp(),
-        Operator::Logarithm => x[0].ln(),
+        Operator::SineCosine => functions::sin_cos(x[0]).0,
+        Operator::Tangent => functions::tan(x[0]),
+        Operator::ArcSine => functions::asin(x[0]),
+        Operator::ArcCosine => functions::acos(x[0]),
+        Operator::ArcTangent => functions::atan(x[0]),
+        Operator::ArcTangent2 => functions::atan2(x[0], x[1]),
+        Operator::Exponential => functions::exp(x[0]),
+        Operator::Logarithm => functions::ln(x[0]),
         Operator::Minimum if x[0] < x[1] => x[0],
         Operator::Minimum | Operator::Table => x[1],
         Operator::Maximum if x[0] < x[1] => x[1],
@@ -66,7 +66,7 @@ macro_rules! floating {
             }
 
             fn sine_cosine(&mut self, angle: &$float) -> [$float; 2] {
-                Real::sin_cos(*angle).into()
+                functions::sin_cos(*angle).into()
             }
 
             fn table(&mut self, table: &PiecewisePolynomial, x: &$float) -> $float {

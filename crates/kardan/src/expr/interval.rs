@@ -1,5 +1,6 @@
 //! Intervals that hold every value, rounded outward.
 
+use kardan_rt::functions::{acos, asin, atan, exp, ln, sin_cos, tan};
 use kardan_rt::{Operator, Real};
 
 use super::Domain;
@@ -80,7 +81,7 @@ impl Interval {
         if !self.low.is_finite() || !self.high.is_finite() || self.high - self.low >= TAU {
             return Self { low: -1.0, high: 1.0 };
         }
-        let value = |x: f64| if quarter == 0.0 { Real::sin_cos(x).0 } else { Real::sin_cos(x).1 };
+        let value = |x: f64| if quarter == 0.0 { sin_cos(x).0 } else { sin_cos(x).1 };
         let mut found = Self::around(&[value(self.low), value(self.high)], UNITS);
         // Extremes lie at odd quarters of the shifted angle; a little more is passed than there is, never less.
         let slack = 1e-9 + 1e-15 * self.low.abs().max(self.high.abs());
@@ -134,16 +135,16 @@ impl Domain for Intervals {
             Operator::SineCosine => a.sine(0.0),
             Operator::Tangent => {
                 let cosine = a.sine(1.0);
-                if cosine.contains(0.0) { Interval::ALL } else { a.rising(Real::tan) }
+                if cosine.contains(0.0) { Interval::ALL } else { a.rising(tan) }
             }
-            Operator::ArcSine => a.within(-1.0, 1.0).rising(Real::asin),
-            Operator::ArcCosine => a.within(-1.0, 1.0).rising(Real::acos),
-            Operator::ArcTangent => a.rising(Real::atan),
-            Operator::ArcTangent2 if x[1].low > 0.0 => a.times(x[1].inverse()).rising(Real::atan),
+            Operator::ArcSine => a.within(-1.0, 1.0).rising(asin),
+            Operator::ArcCosine => a.within(-1.0, 1.0).rising(acos),
+            Operator::ArcTangent => a.rising(atan),
+            Operator::ArcTangent2 if x[1].low > 0.0 => a.times(x[1].inverse()).rising(atan),
             Operator::ArcTangent2 => Interval::around(&[-PI, PI], 1),
-            Operator::Exponential => a.rising(Real::exp).within(0.0, f64::INFINITY),
+            Operator::Exponential => a.rising(exp).within(0.0, f64::INFINITY),
             Operator::Logarithm if a.high < 0.0 => Interval::ALL,
-            Operator::Logarithm => a.within(0.0, f64::INFINITY).rising(Real::ln),
+            Operator::Logarithm => a.within(0.0, f64::INFINITY).rising(ln),
             Operator::Minimum => Interval { low: a.low.min(x[1].low), high: a.high.min(x[1].high) },
             Operator::Maximum => Interval { low: a.low.max(x[1].low), high: a.high.max(x[1].high) },
             Operator::Select if a.high < x[1].low => x[2],

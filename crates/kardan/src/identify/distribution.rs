@@ -1,5 +1,6 @@
 //! Quantiles and tails of the distributions that intervals and tests need: defined for every argument, in bounded time.
 
+use kardan_rt::functions::{cbrt, powi, tan};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use statrs::function::erf::{erfc, erfc_inv};
 
@@ -25,7 +26,7 @@ pub(super) fn student_quantile(freedom: f64, confidence: f64) -> f64 {
     let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return f64::NAN };
     let tail = 0.5 * (1.0 - confidence);
     // None is wider than that with one degree of freedom, Cauchy's.
-    let widest = (std::f64::consts::FRAC_PI_2 * confidence).tan();
+    let widest = tan(std::f64::consts::FRAC_PI_2 * confidence);
     upper_point(widest * (1.0 + 1e-12), |t| student.sf(t) > tail)
 }
 
@@ -34,7 +35,7 @@ pub(super) fn chi_squared_median_ratio(freedom: f64) -> f64 {
     match ChiSquared::new(freedom) {
         // The median lies below the mean.
         Ok(chi) if (1.0..MANY).contains(&freedom) => upper_point(freedom, |x| chi.cdf(x) < 0.5) / freedom,
-        Ok(_) if freedom >= MANY => (1.0 - 2.0 / (9.0 * freedom)).powi(3), // Wilson and Hilferty
+        Ok(_) if freedom >= MANY => powi(1.0 - 2.0 / (9.0 * freedom), 3), // Wilson and Hilferty
         _ => 0.4549,
     }
 }
@@ -69,7 +70,7 @@ pub(super) fn chi_squared_tail(freedom: f64, sum: f64) -> Option<f64> {
     if freedom >= MANY {
         // Wilson and Hilferty: the cube root is normal.
         let variance = 2.0 / 9.0 / freedom;
-        let z = ((sum / freedom).cbrt() - (1.0 - variance)) / variance.sqrt();
+        let z = (cbrt(sum / freedom) - (1.0 - variance)) / variance.sqrt();
         return Some(0.5 * erfc(z * std::f64::consts::FRAC_1_SQRT_2));
     }
     // Beyond that the probability is zero in floating point.
@@ -88,6 +89,8 @@ pub(super) fn fisher_tail(degrees_of_freedom: (f64, f64), ratio: f64) -> Option<
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{acos, cos};
+
     use super::*;
 
     /// Closed forms for one, two and four degrees of freedom; tables for others.
@@ -96,9 +99,9 @@ mod tests {
         for confidence in [0.01, 0.5, 0.9, 0.95, 0.99, 0.999_999] {
             let p = 0.5 * (1.0 + confidence);
             let alpha: f64 = 4.0 * p * (1.0 - p);
-            let one = (std::f64::consts::FRAC_PI_2 * confidence).tan();
+            let one = tan(std::f64::consts::FRAC_PI_2 * confidence);
             let two = confidence * (2.0 / alpha).sqrt();
-            let cosine = (alpha.sqrt().acos() / 3.0).cos() / alpha.sqrt();
+            let cosine = cos(acos(alpha.sqrt()) / 3.0) / alpha.sqrt();
             let four = 2.0 * (cosine - 1.0).sqrt();
             for (freedom, expected) in [(1.0, one), (2.0, two), (4.0, four)] {
                 let found = student_quantile(freedom, confidence);

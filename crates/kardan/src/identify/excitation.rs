@@ -1,3 +1,5 @@
+use kardan_rt::functions::ln;
+
 use crate::num::{Cholesky, Matrix};
 
 /// Change of log det below which an exchange counts as none.
@@ -94,7 +96,7 @@ pub fn d_optimal(candidates: &[Matrix<f64>], count: usize) -> Option<Selection> 
             }
         }
         let Some((out, enter, _)) = best.filter(|_| exchanges < MOST_EXCHANGES) else {
-            let scale: f64 = scales.iter().map(|scale| 2.0 * scale.ln()).sum();
+            let scale: f64 = scales.iter().map(|scale| 2.0 * ln(*scale)).sum();
             let chosen: Vec<usize> = (0..taken.len()).filter(|&k| taken[k]).collect();
             return now.is_finite().then_some(Selection { chosen, log_det: now + scale, exchanges });
         };
@@ -137,7 +139,7 @@ pub fn expected_errors(information: &Matrix<f64>) -> Option<(f64, Vec<f64>)> {
     let scales: Vec<f64> = (0..p).map(|j| information[(j, j)].sqrt()).collect();
     let scaled: Vec<f64> = (0..p * p).map(|k| information[(k / p, k % p)] / (scales[k / p] * scales[k % p])).collect();
     let mut factor = Cholesky::new(p);
-    let log_det = log_det(&mut factor, &scaled) + scales.iter().map(|scale| 2.0 * scale.ln()).sum::<f64>();
+    let log_det = log_det(&mut factor, &scaled) + scales.iter().map(|scale| 2.0 * ln(*scale)).sum::<f64>();
     let error = |j: usize| {
         let mut unit = vec![0.0; p];
         unit[j] = 1.0;
@@ -158,6 +160,8 @@ fn log_det(factor: &mut Cholesky, matrix: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::powi;
+
     use super::*;
     use crate::num::Random;
 
@@ -173,7 +177,7 @@ mod tests {
         for seed in 0..40 {
             let mut random = Random::new(seed);
             let candidates: Vec<Matrix<f64>> =
-                (0..12).map(|_| Matrix::from_fn(2, 4, |_, j| random.normal() * 10f64.powi(3 * j as i32))).collect();
+                (0..12).map(|_| Matrix::from_fn(2, 4, |_, j| random.normal() * powi(10.0, 3 * j as i32))).collect();
             let found = d_optimal(&candidates, 5).unwrap();
             let own = value(&candidates, &found.chosen);
             assert!((own - found.log_det).abs() < 1e-8 * own.abs(), "{own} {}", found.log_det);
@@ -200,7 +204,7 @@ mod tests {
     fn polynomials_as_in_the_textbook() {
         let at = |k: usize| k as f64 / 500.0 - 1.0;
         let rows = |degree: usize| -> Vec<Matrix<f64>> {
-            (0..=1000).map(|k| Matrix::from_fn(1, degree + 1, |_, j| at(k).powi(j as i32))).collect()
+            (0..=1000).map(|k| Matrix::from_fn(1, degree + 1, |_, j| powi(at(k), j as i32))).collect()
         };
         for (degree, expected) in
             [(1, vec![-1.0, 1.0]), (2, vec![-1.0, 0.0, 1.0]), (3, vec![-1.0, -0.2f64.sqrt(), 0.2f64.sqrt(), 1.0])]

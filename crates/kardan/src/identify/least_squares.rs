@@ -1,4 +1,5 @@
 use faer::{Mat, MatRef};
+use kardan_rt::functions::powi;
 
 use crate::num::Matrix;
 
@@ -187,7 +188,7 @@ impl LeastSquares {
         let entry = |i: usize, j: usize| own.rows[i * n + j];
         let scales: Vec<f64> = (0..p)
             .map(|j| {
-                let norm = (0..=j).map(|i| entry(i, j).powi(2)).sum::<f64>().sqrt();
+                let norm = (0..=j).map(|i| powi(entry(i, j), 2)).sum::<f64>().sqrt();
                 if norm > 0.0 { norm } else { 1.0 }
             })
             .collect();
@@ -200,7 +201,7 @@ impl LeastSquares {
         let rank = (0..p).filter(|&k| is_determined(k)).count();
         let mut values = vec![0.0; p];
         // What the factor leaves over, and the part of y that undetermined directions would have taken.
-        let mut square = entry(p, p).powi(2);
+        let mut square = powi(entry(p, p), 2);
         for k in 0..p {
             let along: f64 = (0..p).map(|i| left[(i, k)] * entry(i, p)).sum();
             if is_determined(k) {
@@ -213,7 +214,7 @@ impl LeastSquares {
         let residual = if freedom > 0 { (square / freedom as f64).sqrt() } else { 0.0 };
         let covariance = Matrix::from_fn(p, p, |i, j| {
             let all = (0..p).filter(|&k| is_determined(k));
-            all.map(|k| right[(i, k)] * right[(j, k)] / singular[k].powi(2)).sum::<f64>()
+            all.map(|k| right[(i, k)] * right[(j, k)] / powi(singular[k], 2)).sum::<f64>()
         });
         let lost = |j: usize| (0..p).any(|k| !is_determined(k) && right[(j, k)].abs() > ROUNDING.sqrt());
         let errors: Vec<f64> = (0..p)

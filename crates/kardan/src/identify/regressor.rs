@@ -1,3 +1,5 @@
+use kardan_rt::functions::exp;
+
 use super::Coefficient;
 use crate::assemble::CoefficientKind as Kind;
 use crate::num::{Matrix, dot, echelon};
@@ -323,7 +325,7 @@ impl Regressor {
             certain &= sign.is_some();
             let ratio = term.along(&self.kinematics.speeds) / scale;
             project(&term.row, &self.kinematics, &mut self.direction);
-            let torque = excess * (-ratio * ratio).exp() * sign.unwrap_or(0.0);
+            let torque = excess * exp(-ratio * ratio) * sign.unwrap_or(0.0);
             (0..r).for_each(|i| self.all[i * n + p] -= torque * self.direction[i]);
         }
         if let Some(variances) = variances {

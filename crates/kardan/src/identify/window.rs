@@ -1,5 +1,7 @@
 //! Samples to values and derivatives in the middle of windows that do not overlap.
 
+use kardan_rt::functions::powi;
+
 use crate::num::Cholesky;
 
 /// Of samples of one channel in one window: what the channel and its derivatives are in the middle, seen through one kernel.
@@ -265,7 +267,7 @@ impl Channel {
         Reading {
             value: self.reference + line[0],
             first: parabola[1] * 2.0 / width,
-            second: 2.0 * cubic[2] * (2.0 / width).powi(2),
+            second: 2.0 * cubic[2] * powi(2.0 / width, 2),
             noise: (left / (a[0] - TAKEN).max(0.1 * a[0])).sqrt(),
             samples: self.samples,
         }
@@ -274,6 +276,8 @@ impl Channel {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{sin, sin_cos};
+
     use super::*;
 
     fn readings(width: f64, times: &[f64], of: impl Fn(f64) -> f64) -> Vec<Reading> {
@@ -288,7 +292,7 @@ mod tests {
     /// A polynomial at times that are not evenly spaced: exact.
     #[test]
     fn polynomials_are_exact() {
-        let times: Vec<f64> = (0..100).map(|k| 0.001 * (f64::from(k) + 0.3 * f64::from(k).sin() + 0.5)).collect();
+        let times: Vec<f64> = (0..100).map(|k| 0.001 * (f64::from(k) + 0.3 * sin(f64::from(k)) + 0.5)).collect();
         for found in readings(0.05, &times, |t| 3.0 + 2.0 * t) {
             assert!((found.first - 2.0).abs() < 1e-9 && found.second.abs() < 1e-6);
         }
@@ -306,10 +310,10 @@ mod tests {
     fn all_derivatives_pass_one_filter() {
         let (width, frequency) = (0.1, 40.0);
         let times: Vec<f64> = (0..1000).map(|k| 1e-4 * (f64::from(k) + 0.5)).collect();
-        let found = readings(width, &times, |t| (frequency * t).sin())[0];
-        let (sine, cosine) = (frequency * width / 2.0).sin_cos();
+        let found = readings(width, &times, |t| sin(frequency * t))[0];
+        let (sine, cosine) = sin_cos(frequency * width / 2.0);
         // Damping: the transform of (1 − x²)³ over its integral, from its series in (frequency T/2)².
-        let z = (frequency * width / 2.0_f64).powi(2);
+        let z = powi(frequency * width / 2.0_f64, 2);
         let mut damping = 0.0;
         let mut term = 1.0;
         for k in 0..20 {
@@ -318,7 +322,7 @@ mod tests {
         }
         assert!((found.value - damping * sine).abs() < 1e-5, "{found:?}");
         assert!((found.first - damping * frequency * cosine).abs() < 1e-5 * frequency, "{found:?}");
-        assert!((found.second + damping * frequency * frequency * sine).abs() < 1e-4 * frequency.powi(2), "{found:?}");
+        assert!((found.second + damping * frequency * frequency * sine).abs() < 1e-4 * powi(frequency, 2), "{found:?}");
     }
 
     /// The stated gains: variances over many windows of white noise, and the noise told by each.
@@ -334,10 +338,10 @@ mod tests {
         let mean = |of: &dyn Fn(&Reading) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
         let n = f64::from(n);
         // Standard error of a variance from 4000 draws: 2.2 %.
-        assert!((mean(&|r| r.value.powi(2)) * n / Reading::VALUE_GAIN - 1.0).abs() < 0.08);
-        assert!((mean(&|r| r.first.powi(2)) * n * width.powi(2) / Reading::FIRST_GAIN - 1.0).abs() < 0.08);
-        assert!((mean(&|r| r.second.powi(2)) * n * width.powi(4) / Reading::SECOND_GAIN - 1.0).abs() < 0.08);
-        assert!((mean(&|r| r.noise.powi(2)) - 1.0).abs() < 0.02, "{}", mean(&|r| r.noise.powi(2)));
+        assert!((mean(&|r| powi(r.value, 2)) * n / Reading::VALUE_GAIN - 1.0).abs() < 0.08);
+        assert!((mean(&|r| powi(r.first, 2)) * n * powi(width, 2) / Reading::FIRST_GAIN - 1.0).abs() < 0.08);
+        assert!((mean(&|r| powi(r.second, 2)) * n * powi(width, 4) / Reading::SECOND_GAIN - 1.0).abs() < 0.08);
+        assert!((mean(&|r| powi(r.noise, 2)) - 1.0).abs() < 0.02, "{}", mean(&|r| powi(r.noise, 2)));
     }
 
     #[test]

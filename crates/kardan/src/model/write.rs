@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use kardan_rt::functions::{log10, powi};
+
 use super::document::{Document, Instance};
 use super::reading::read;
 use crate::diagnostics::{Diagnostic, Severity};
@@ -147,8 +149,8 @@ fn quoted(new: &NewValue, unit: &str, sign: Sign) -> String {
         if !(width > 0.0 && size > 0.0) {
             return x;
         }
-        let places = (1.0 - width.log10().floor() + 1.0).clamp(-300.0, 300.0) as i32;
-        let scale = 10f64.powi(places);
+        let places = (1.0 - log10(width).floor() + 1.0).clamp(-300.0, 300.0) as i32;
+        let scale = powi(10.0, places);
         let rounded = (x * scale).round() / scale;
         if rounded.is_finite() { rounded } else { x }
     };

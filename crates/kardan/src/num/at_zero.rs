@@ -1,4 +1,5 @@
 use faer::Mat;
+use kardan_rt::functions::powi;
 
 use super::{Matrix, balance};
 
@@ -90,7 +91,7 @@ pub fn split_off(matrix: &Matrix<f64>, motions: &Matrix<f64>) -> Option<AtZero> 
     let a = Mat::from_fn(n, n, |i, j| matrix[(i, j)]);
     let scales = balance(&a);
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scales[j] / scales[i]);
-    let length = |j: usize| (0..n).map(|i| (motions[(i, j)] / scales[i]).powi(2)).sum::<f64>().sqrt();
+    let length = |j: usize| (0..n).map(|i| powi(motions[(i, j)] / scales[i], 2)).sum::<f64>().sqrt();
     let lengths: Vec<f64> = (0..k).map(length).collect();
     let scaled = Mat::from_fn(n, k, |i, j| motions[(i, j)] / scales[i] / lengths[j]);
     // U of full size: what spans the motions, then what is left.
@@ -111,6 +112,8 @@ pub fn split_off(matrix: &Matrix<f64>, motions: &Matrix<f64>) -> Option<AtZero> 
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::hypot;
+
     use super::*;
     use crate::num::{Random, eigenvalues};
 
@@ -133,14 +136,14 @@ mod tests {
                 (0..zeros + k).for_each(|i| a[(i, zeros + k)] = random.unit());
             }
             let t = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) + 0.4 * (random.unit() - 0.5));
-            let units: Vec<f64> = (0..n).map(|k| 10f64.powi((k as i32 * 5) % 7 - 3)).collect();
+            let units: Vec<f64> = (0..n).map(|k| powi(10.0, (k as i32 * 5) % 7 - 3)).collect();
             let hidden = t.solve(&a.multiply(&t)).expect("regular");
             let hidden = Matrix::from_fn(n, n, |i, j| hidden[(i, j)] * units[i] / units[j]);
             let found = at_zero(&hidden).expect("finite");
             assert_eq!(found.motions.columns(), zeros, "{chains:?}");
             for value in rest {
                 let near = eigenvalues(&found.rest).expect("finite");
-                let near = near.iter().map(|(re, im)| (re - value).hypot(*im)).fold(f64::MAX, f64::min);
+                let near = near.iter().map(|(re, im)| hypot(re - value, *im)).fold(f64::MAX, f64::min);
                 assert!(near < 1e-10, "{chains:?}: {value} is off by {near}");
             }
         }

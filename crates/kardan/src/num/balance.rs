@@ -1,4 +1,5 @@
 use faer::Mat;
+use kardan_rt::functions::{exp2, log2};
 
 /// Scales of the coordinates that make rows and columns of a square matrix alike in size: `A[i][j] · s[j] / s[i]`.
 ///
@@ -21,7 +22,7 @@ pub fn balance(matrix: &Mat<f64>) -> Vec<f64> {
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }
-            let factor = (0.5 * (row / column).log2()).round().exp2();
+            let factor = exp2((0.5 * log2(row / column)).round());
             if column * factor + row / factor < 0.95 * (column + row) {
                 changed = true;
                 scales[k] *= factor;

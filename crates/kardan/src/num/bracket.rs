@@ -1,3 +1,5 @@
+use kardan_rt::functions::{log2, powi};
+
 /// Most evaluations beyond those of halving.
 const SLACK: i32 = 1;
 /// How far the step of the secant is drawn to the middle, of the square of the bracket over its first length.
@@ -21,16 +23,16 @@ const DRAWN: f64 = 0.2;
 pub fn bracket([negative, positive]: [(f64, f64); 2], tolerance: f64, mut f: impl FnMut(f64) -> f64) -> [f64; 2] {
     let ((mut low, mut below), (mut high, mut above)) = (negative, positive);
     let length = (high - low).abs();
-    let most = (length / tolerance).log2().ceil().max(0.0) as i32 + SLACK;
+    let most = log2(length / tolerance).ceil().max(0.0) as i32 + SLACK;
     for count in 0..=most {
         let middle = 0.5 * (low + high);
         if (high - low).abs() <= tolerance || middle == low || middle == high {
             break;
         }
         // How far from the middle a place may be, so that no more evaluations are needed than halving needs.
-        let reach = (0.5 * tolerance * 2f64.powi(most - count) - 0.5 * (high - low).abs()).max(0.0);
+        let reach = (0.5 * tolerance * powi(2.0, most - count) - 0.5 * (high - low).abs()).max(0.0);
         let secant = low - below * (high - low) / (above - below);
-        let drawn = DRAWN * (high - low).powi(2) / length;
+        let drawn = DRAWN * powi(high - low, 2) / length;
         let side = (middle - secant).signum();
         let truncated = if drawn <= (middle - secant).abs() { secant + side * drawn } else { middle };
         let projected = if (truncated - middle).abs() <= reach { truncated } else { middle - side * reach };
@@ -44,6 +46,8 @@ pub fn bracket([negative, positive]: [(f64, f64); 2], tolerance: f64, mut f: imp
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{cbrt, sin};
+
     use super::*;
 
     /// Steps, steep and flat functions, either way round: the sign changes between the two places, at the cost of halving at most.
@@ -53,10 +57,10 @@ mod tests {
         let functions: [Named; 6] = [
             ("step", |x| if x < 0.7311 { -1.0 } else { 1.0 }),
             ("infinite beyond", |x| if x < 0.7311 { x - 0.7311 } else { f64::INFINITY }),
-            ("flat", |x| (x - 0.3).powi(9)),
-            ("steep", |x| (x - 0.9).cbrt()),
+            ("flat", |x| powi(x - 0.3, 9)),
+            ("steep", |x| cbrt(x - 0.9)),
             ("bent", |x| if x < 0.5 { x - 0.5 } else { 1e6 * (x - 0.5) }),
-            ("wave", |x| (40.0 * x).sin() + 8.0 * (x - 0.4)),
+            ("wave", |x| sin(40.0 * x) + 8.0 * (x - 0.4)),
         ];
         for (name, f) in functions {
             for turned in [false, true] {

@@ -1,3 +1,5 @@
+use kardan_rt::functions::ln;
+
 /// A Cholesky factorisation `M = LLᵀ` with memory of its own, for repeated use without allocation.
 ///
 /// Zeros at the beginning of the rows of M stay zeros of L and cost nothing: a matrix of a chain, numbered along it, is factored and solved
@@ -49,7 +51,7 @@ impl Cholesky {
 
     /// ln det M.
     pub fn log_det(&self) -> f64 {
-        (0..self.n).map(|j| 2.0 * self.lower[j * self.n + j].ln()).sum()
+        (0..self.n).map(|j| 2.0 * ln(self.lower[j * self.n + j])).sum()
     }
 
     /// Overwrites `b` with `M⁻¹ b`.

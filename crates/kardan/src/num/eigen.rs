@@ -1,3 +1,5 @@
+use kardan_rt::functions::hypot;
+
 use super::{Matrix, balance};
 
 /// The eigenvalues of a real square matrix as `(real, imaginary)`, sorted by size, then by imaginary part.
@@ -23,6 +25,6 @@ pub fn eigenvalues(matrix: &Matrix<f64>) -> Option<Vec<(f64, f64)>> {
     let scales = balance(&m);
     let m = faer::Mat::from_fn(matrix.rows(), matrix.rows(), |i, j| m[(i, j)] * scales[j] / scales[i]);
     let mut values: Vec<(f64, f64)> = m.eigenvalues().ok()?.into_iter().map(|z| (z.re, z.im)).collect();
-    values.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
+    values.sort_by(|a, b| hypot(a.0, a.1).total_cmp(&hypot(b.0, b.1)).then(a.1.total_cmp(&b.1)));
     Some(values)
 }

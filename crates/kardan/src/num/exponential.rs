@@ -1,4 +1,5 @@
 use faer::Mat;
+use kardan_rt::functions::{exp2, log2};
 
 use super::{Matrix, balance};
 
@@ -89,7 +90,7 @@ pub fn discretise(a: &Matrix<f64>, b: &Matrix<f64>, sample_time: f64) -> Option<
     // Columns of B of the size of one: the result is linear in each of them.
     let column = |j: usize| (0..n).map(|i| (b[(i, j)] * sample_time / scales[i]).abs()).sum::<f64>();
     let sizes: Vec<f64> =
-        (0..m).map(column).map(|size| if size > 0.0 { size.log2().ceil().exp2() } else { 1.0 }).collect();
+        (0..m).map(column).map(|size| if size > 0.0 { exp2(log2(size).ceil()) } else { 1.0 }).collect();
     let whole = Matrix::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => a[(i, j)] * scales[j] / scales[i] * sample_time,
         (true, false) => b[(i, j - n)] * sample_time / scales[i] / sizes[j - n],
@@ -118,8 +119,8 @@ fn pade(a: &Matrix<f64>) -> Option<Matrix<f64>> {
     if !norm.is_finite() {
         return None;
     }
-    let squarings = (norm / LARGEST_NORM).log2().ceil().max(0.0);
-    let a = a.scale(&(-squarings).exp2());
+    let squarings = log2(norm / LARGEST_NORM).ceil().max(0.0);
+    let a = a.scale(&exp2(-squarings));
     let one = Matrix::identity(n);
     let second = a.multiply(&a);
     let fourth = second.multiply(&second);

@@ -1,4 +1,5 @@
 use faer::c64;
+use kardan_rt::functions::powi;
 
 use super::Matrix;
 
@@ -41,7 +42,7 @@ impl Transfer {
         let mut v = vec![0.0; n];
         for k in 0..n.saturating_sub(2) {
             // v reflects column k below the diagonal onto its first entry.
-            let length = (k + 1..n).map(|i| a[i * n + k].powi(2)).sum::<f64>().sqrt();
+            let length = (k + 1..n).map(|i| powi(a[i * n + k], 2)).sum::<f64>().sqrt();
             if (k + 2..n).all(|i| a[i * n + k] == 0.0) {
                 continue;
             }

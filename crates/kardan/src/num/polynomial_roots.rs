@@ -1,6 +1,7 @@
 //! Roots of a polynomial as doubles, and the factors that they lead to.
 
 use dashu_int::IBig;
+use kardan_rt::functions::hypot;
 
 use super::{Polynomial, Rational, Scalar, nearby_fraction, roots};
 
@@ -96,7 +97,7 @@ impl Polynomial {
             out.extend(found.into_iter().flat_map(|root| std::iter::repeat_n(root, times)));
         }
         out.sort_by(|a, b| {
-            a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)).then(a.0.total_cmp(&b.0))
+            hypot(a.0, a.1).total_cmp(&hypot(b.0, b.1)).then(a.1.total_cmp(&b.1)).then(a.0.total_cmp(&b.0))
         });
         Some(out)
     }

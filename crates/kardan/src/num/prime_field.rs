@@ -3,6 +3,7 @@ use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 
 use dashu_int::{IBig, UBig, ops::RemEuclid};
+use kardan_rt::functions::{cos, ln};
 
 use super::Rational;
 
@@ -217,8 +218,8 @@ impl Random {
     /// ```
     pub fn normal(&mut self) -> f64 {
         // 1 − u lies in (0, 1].
-        let (radius, angle) = ((-2.0 * (1.0 - self.unit()).ln()).sqrt(), self.unit());
-        radius * (std::f64::consts::TAU * angle).cos()
+        let (radius, angle) = ((-2.0 * ln(1.0 - self.unit())).sqrt(), self.unit());
+        radius * cos(std::f64::consts::TAU * angle)
     }
 
     /// A whole number from −size to size, not zero.

@@ -2,6 +2,7 @@
 
 use dashu_int::ops::{BitTest, SquareRoot, UnsignedAbs};
 use dashu_int::{IBig, UBig};
+use kardan_rt::functions::{cos, exp2, log2, sin};
 
 use super::wide::{Point, Size, Wide, nearest};
 use super::{Matrix, Polynomial, Rational, eigenvalues};
@@ -326,7 +327,7 @@ impl Scaled {
         let mut found: Vec<Wide> = eigenvalues(&matrix)?.into_iter().map(|(re, im)| Wide::new(re, im, mean)).collect();
         found.sort_by(|a, b| a.size().log2().total_cmp(&b.size().log2()));
         // The k-th size is off by a factor of 2n at most.
-        let bound = (2.0 * n as f64).log2();
+        let bound = log2(2.0 * n as f64);
         let fits = |(z, radius): (&Wide, &f64)| (z.size().log2() - radius).abs() <= bound;
         found.iter().zip(radii).all(fits).then_some(found)
     }
@@ -337,11 +338,11 @@ fn circles(radii: &[f64], attempt: usize) -> Vec<Wide> {
     let mut out = Vec::with_capacity(radii.len());
     for ring in radii.chunk_by(|a, b| a == b) {
         let whole = ring[0].floor();
-        let radius = (ring[0] - whole).exp2();
+        let radius = exp2(ring[0] - whole);
         for k in 0..ring.len() {
             let turn = k as f64 / ring.len() as f64 + 0.11 + 0.618 * (out.len() - k + attempt) as f64;
             let angle = std::f64::consts::TAU * turn;
-            out.push(Wide::new(radius * angle.cos(), radius * angle.sin(), whole as i64));
+            out.push(Wide::new(radius * cos(angle), radius * sin(angle), whole as i64));
         }
     }
     out
@@ -350,7 +351,7 @@ fn circles(radii: &[f64], attempt: usize) -> Vec<Wide> {
 /// A small step from z, 2^`exponent` of its size, for each k in another direction.
 fn aside(z: Wide, k: usize, exponent: i64) -> Wide {
     let angle = 1.0 + 2.4 * k as f64;
-    z.times(Wide::new(angle.cos(), angle.sin(), exponent))
+    z.times(Wide::new(cos(angle), sin(angle), exponent))
 }
 
 /// p/p′; zero where p′ is.

@@ -3,6 +3,7 @@
 
 use dashu_int::ops::BitTest;
 use dashu_int::{IBig, UBig};
+use kardan_rt::functions::log2;
 
 use super::{Rational, rational_to_f64};
 
@@ -81,7 +82,7 @@ impl Size {
 
     /// log₂; far below any other for zero.
     pub fn log2(self) -> f64 {
-        self.mantissa.log2() + self.exponent as f64
+        log2(self.mantissa) + self.exponent as f64
     }
 
     /// The nearest double, if it is in their range.
@@ -284,6 +285,8 @@ pub(super) fn nearest(x: &IBig, exponent: i64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::powi;
+
     use super::*;
 
     #[test]
@@ -317,7 +320,7 @@ mod tests {
         assert_eq!(nearest(&x, 971), f64::MAX);
         assert_eq!(nearest(&x, 5000), f64::MAX);
         assert_eq!(nearest(&-x.clone(), -5000), -f64::from_bits(1));
-        assert_eq!(nearest(&x, -53 - 1060), (1.0 - f64::EPSILON / 2.0) * 2f64.powi(-1060));
+        assert_eq!(nearest(&x, -53 - 1060), (1.0 - f64::EPSILON / 2.0) * powi(2.0, -1060));
         assert_eq!(nearest(&IBig::ZERO, 0), 0.0);
     }
 }

@@ -29,9 +29,8 @@ use kardan_rt::{Operator, Run, Table};
 /// let mut memory = plan.memory();
 /// memory[0] = 0.5;
 /// assert!(plan.block().evaluate(&mut memory));
-/// assert_eq!(plan.block().output(0, &memory), Some(1.0 + 3.0 * libm_sin(0.5)));
+/// assert_eq!(plan.block().output(0, &memory), Some(1.0 + 3.0 * kardan_rt::functions::sin(0.5)));
 /// assert_eq!(parse(&plan.to_string()).unwrap(), plan);
-/// # fn libm_sin(x: f64) -> f64 { kardan_rt::Real::sin_cos(x).0 }
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plan {

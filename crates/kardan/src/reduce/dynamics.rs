@@ -1,7 +1,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use kardan_rt::Real;
+use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
 use super::{Kinematics, Reduced};
@@ -326,7 +326,7 @@ impl Dynamics {
         let (torque, (more, scale)) = (self.frictions.coefficients[friction], self.stribeck[friction]);
         let square = (speed / scale) * (speed / scale);
         // Beyond, nothing is left, and `exp` would be slow to say so.
-        if more == 0.0 || square > 700.0 { torque } else { torque + more * Real::exp(-square) }
+        if more == 0.0 || square > 700.0 { torque } else { torque + more * exp(-square) }
     }
 
     /// Number of inputs.

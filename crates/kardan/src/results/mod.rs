@@ -20,6 +20,7 @@ pub(crate) mod serial;
 mod verdict;
 
 use crate::names::Quantity;
+use kardan_rt::functions::hypot;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -408,7 +409,7 @@ impl Complex {
 
     /// The absolute value.
     pub fn abs(self) -> f64 {
-        self.re.hypot(self.im)
+        hypot(self.re, self.im)
     }
 }
 

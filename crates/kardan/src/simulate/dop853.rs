@@ -8,7 +8,7 @@
 //! Ordinary Differential Equations II*, 2nd ed. 1996, section IV.2: the PI controller. The coefficients are the
 //! published ones, rounded to the nearest `f64`. Below, \[HNW\] and \[HW\] are these two books.
 
-use kardan_rt::Real;
+use kardan_rt::functions::{exp, ln, powi};
 
 use crate::num::Keeper;
 
@@ -423,7 +423,7 @@ impl Dop853 {
         let (first, others) = slopes.split_at_mut(1);
         let (slope, slope_there) = (&first[0], &mut others[0]);
         let norm = |value: &dyn Fn(usize) -> f64| {
-            let square = |i: usize| (value(i) / (absolute[i] + *relative * x[i].abs())).powi(2);
+            let square = |i: usize| powi(value(i) / (absolute[i] + *relative * x[i].abs()), 2);
             ((0..x.len()).map(square).sum::<f64>() / (*controlled).max(1) as f64).sqrt()
         };
         let (size, speed) = (norm(&|i| x[i]), norm(&|i| slope[i]));
@@ -478,7 +478,7 @@ fn combine<const K: usize>(out: &mut [f64], base: &[f64], h: f64, row: &[Term; K
 
 /// aᵇ of a positive a, with the same bits on every target.
 fn power(a: f64, b: f64) -> f64 {
-    Real::exp(b * Real::ln(a))
+    exp(b * ln(a))
 }
 
 /// Factor of the length after an accepted step: `0.9 err^(-1/8 + 0.2 β) · err_last^β` in `[1/3, 2]` \[HW, IV.2\].
@@ -702,6 +702,8 @@ const DENSE_7: [Term; 12] = [
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::{cos, exp, log2, powf, sin, sin_cos};
+
     use super::*;
 
     fn rows() -> Vec<(usize, &'static [Term])> {
@@ -747,16 +749,16 @@ mod tests {
     #[test]
     fn quadrature_conditions_up_to_order_8() {
         for k in 0..8 {
-            assert_sum(&WEIGHTS, |j| NODES[j].powi(k), 1.0 / (k as f64 + 1.0), &format!("Σ b c^{k}"));
+            assert_sum(&WEIGHTS, |j| powi(NODES[j], k), 1.0 / (k as f64 + 1.0), &format!("Σ b c^{k}"));
         }
         for k in 0..5 {
-            assert_sum(&DEFECT_5, |j| NODES[j].powi(k), 0.0, &format!("order 5, c^{k}"));
+            assert_sum(&DEFECT_5, |j| powi(NODES[j], k), 0.0, &format!("order 5, c^{k}"));
         }
         for k in 0..3 {
-            assert_sum(&DEFECT_3, |j| NODES[j].powi(k), 0.0, &format!("order 3, c^{k}"));
+            assert_sum(&DEFECT_3, |j| powi(NODES[j], k), 0.0, &format!("order 3, c^{k}"));
         }
-        assert!(apply(&DEFECT_5, |j| NODES[j].powi(5)).0.abs() > 1e-4);
-        assert!(apply(&DEFECT_3, |j| NODES[j].powi(3)).0.abs() > 1e-4);
+        assert!(apply(&DEFECT_5, |j| powi(NODES[j], 5)).0.abs() > 1e-4);
+        assert!(apply(&DEFECT_3, |j| powi(NODES[j], 3)).0.abs() > 1e-4);
     }
 
     #[test]
@@ -766,18 +768,18 @@ mod tests {
         for p in 0..7 {
             for q in 0..(7 - p) {
                 let inner = |i: usize| match table.iter().find(|(s, _)| *s == i) {
-                    Some((_, row)) => apply(row, |j| NODES[j].powi(q)).0,
+                    Some((_, row)) => apply(row, |j| powi(NODES[j], q)).0,
                     None => 0.0,
                 };
                 let expected = 1.0 / (f64::from(q + 1) * f64::from(p + q + 2));
-                assert_sum(&WEIGHTS, |i| NODES[i].powi(p) * inner(i), expected, &format!("c^{p} A c^{q}"));
+                assert_sum(&WEIGHTS, |i| powi(NODES[i], p) * inner(i), expected, &format!("c^{p} A c^{q}"));
             }
         }
     }
 
     /// Kepler's problem: position and velocity in the plane, unit gravity.
     fn kepler(_: f64, x: &[f64], slope: &mut [f64]) {
-        let cube = (x[0] * x[0] + x[1] * x[1]).powf(1.5);
+        let cube = powf(x[0] * x[0] + x[1] * x[1], 1.5);
         slope[0] = x[2];
         slope[1] = x[3];
         slope[2] = -x[0] / cube;
@@ -791,9 +793,9 @@ mod tests {
         let e = ECCENTRICITY;
         let mut anomaly = t;
         for _ in 0..50 {
-            anomaly -= (anomaly - e * anomaly.sin() - t) / (1.0 - e * anomaly.cos());
+            anomaly -= (anomaly - e * sin(anomaly) - t) / (1.0 - e * cos(anomaly));
         }
-        let (sin, cos) = anomaly.sin_cos();
+        let (sin, cos) = sin_cos(anomaly);
         let (b, rate) = ((1.0 - e * e).sqrt(), 1.0 / (1.0 - e * cos));
         [cos - e, b * sin, -sin * rate, b * cos * rate]
     }
@@ -826,7 +828,7 @@ mod tests {
             }
             (solver.state()[0] - 5.0).abs()
         });
-        let order = (errors[0] / errors[1]).log2();
+        let order = log2(errors[0] / errors[1]);
         assert!((7.8..8.2).contains(&order), "order {order}, errors {errors:?}");
     }
 
@@ -851,7 +853,7 @@ mod tests {
         // The error inside one step is that of one step of a method of order 7: O(h^8).
         let errors = [0.4, 0.2, 0.1].map(interpolation_error);
         for pair in errors.windows(2) {
-            let order = (pair[0] / pair[1]).log2() - 1.0;
+            let order = log2(pair[0] / pair[1]) - 1.0;
             assert!((6.6..8.2).contains(&order), "order {order}, errors {errors:?}");
         }
     }
@@ -859,9 +861,9 @@ mod tests {
     #[test]
     fn dense_output_is_exact_for_polynomials_of_degree_7() {
         for k in 0..7 {
-            let mut rhs = |t: f64, _: &[f64], slope: &mut [f64]| slope[0] = f64::from(k + 1) * t.powi(k);
+            let mut rhs = |t: f64, _: &[f64], slope: &mut [f64]| slope[0] = f64::from(k + 1) * powi(t, k);
             let mut solver = Dop853::new(1e-10, &[1e-10]);
-            solver.start(0.5, &[0.5_f64.powi(k + 1)], &mut rhs);
+            solver.start(0.5, &[powi(0.5_, k + 1)], &mut rhs);
             fixed_step(&mut solver, 1.0, &mut rhs);
             solver.prepare_dense(&mut rhs);
             for i in 0..=16 {
@@ -869,7 +871,7 @@ mod tests {
                 let mut x = [0.0];
                 solver.interpolate(time, &mut x);
                 // Terms of size 1e2 (the dense coefficients) times 1.5^7 times rounding.
-                assert!((x[0] - time.powi(k + 1)).abs() < 1e-12, "degree {}, time {time}", k + 1);
+                assert!((x[0] - powi(time, k + 1)).abs() < 1e-12, "degree {}, time {time}", k + 1);
             }
         }
     }
@@ -924,8 +926,8 @@ mod tests {
                 solver.interpolate(time, &mut x);
                 // Local errors add up over the time that has gone by, in the worst case linearly.
                 let bound = tolerance * (1.0 + end);
-                assert!(distance(&x, &[time.cos(), -time.sin()]) < bound);
-                assert!(distance(solver.state(), &[solver.time().cos(), -solver.time().sin()]) < bound);
+                assert!(distance(&x, &[cos(time), -sin(time)]) < bound);
+                assert!(distance(solver.state(), &[cos(solver.time()), -sin(solver.time())]) < bound);
             }
             let counts = solver.counts();
             assert_eq!(counts.evaluations, 2 + 15 * counts.accepted + 11 * counts.rejected);
@@ -935,7 +937,7 @@ mod tests {
 
     #[test]
     fn lands_on_until_bit_for_bit_and_keeps_its_step() {
-        let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = x[0] * t.cos();
+        let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = x[0] * cos(t);
         let mut solver = Dop853::new(1e-10, &[1e-10]);
         solver.start(0.0, &[1.0], &mut rhs);
         while solver.time() < 1.0 {
@@ -958,7 +960,7 @@ mod tests {
         solver.set_step(0.0995);
         solver.step(until, &mut rhs).unwrap();
         assert_eq!(solver.time(), until);
-        assert!((solver.state()[0] - until.sin().exp()).abs() < 1e-9);
+        assert!((solver.state()[0] - exp(sin(until))).abs() < 1e-9);
     }
 
     #[test]
@@ -992,7 +994,7 @@ mod tests {
         solver.step(1.0, &mut rhs).unwrap();
         assert_eq!(solver.time(), 0.375);
         assert_eq!(solver.counts().evaluations, before + 1 + 12);
-        assert!((solver.state()[0] - 2.0 * (-0.125_f64).exp()).abs() < 1e-12);
+        assert!((solver.state()[0] - 2.0 * exp(-0.125_f64)).abs() < 1e-12);
     }
 
     #[test]
@@ -1069,7 +1071,7 @@ mod tests {
         }
         assert_eq!(a.counts(), b.counts());
         // ∫ 1e6 sin² = 1e6 (t/2 - sin(2t)/4).
-        assert!((b.state()[2] / 1e6 - (5.0 - 20_f64.sin() / 4.0)).abs() < 1e-7);
+        assert!((b.state()[2] / 1e6 - (5.0 - sin(20.0) / 4.0)).abs() < 1e-7);
     }
 
     #[test]
@@ -1088,7 +1090,7 @@ mod tests {
     #[test]
     fn stability_limited_steps_are_rarely_rejected() {
         // x' = -1000 (x - cos t): after the transient the step hangs on the border of stability.
-        let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = -1000.0 * (x[0] - t.cos());
+        let mut rhs = |t: f64, x: &[f64], slope: &mut [f64]| slope[0] = -1000.0 * (x[0] - cos(t));
         let mut solver = Dop853::new(1e-6, &[1e-6]);
         solver.start(0.0, &[0.0], &mut rhs);
         while solver.time() < 3.0 {
@@ -1097,7 +1099,7 @@ mod tests {
         let counts = solver.counts();
         assert!(counts.rejected * 4 < counts.accepted, "{counts:?}");
         // x = (λ² cos t + λ sin t)/(1 + λ²)
-        let exact = (1e6 * 3_f64.cos() + 1e3 * 3_f64.sin()) / (1e6 + 1.0);
+        let exact = (1e6 * cos(3.0) + 1e3 * sin(3.0)) / (1e6 + 1.0);
         assert!((solver.state()[0] - exact).abs() < 1e-5);
     }
 }

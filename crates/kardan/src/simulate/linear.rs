@@ -9,7 +9,7 @@
 //! What rounding does to them is measured: read with vectors of another length they round otherwise, and where the two solutions
 //! differ by more than the tolerance (stiff springs between large angles), the loop is left to the integrator.
 
-use kardan_rt::Real;
+use kardan_rt::functions::{ln, powi};
 
 use super::{Machine, outputs::Outputs};
 use crate::num::{Matrix, balance, dot, exponential};
@@ -194,12 +194,12 @@ impl Walk {
         let scales = balance(&Mat::from_fn(n, n, |i, j| m[(i, j)]));
         let size = |i: usize| (0..n).map(|j| (m[(i, j)] * scales[j] / scales[i]).abs()).sum::<f64>();
         let norm = (0..n).map(size).fold(0.0, f64::max) * time;
-        let halvings = (Real::ln(norm / SHORT) / std::f64::consts::LN_2).ceil().max(f64::from(STEPS));
+        let halvings = (ln(norm / SHORT) / std::f64::consts::LN_2).ceil().max(f64::from(STEPS));
         if !(halvings <= MOST_HALVINGS) {
             return None;
         }
         let (step, integrals) =
-            over(m, powers, time * 2f64.powi(-(halvings as i32)), halvings as usize - STEPS as usize)?;
+            over(m, powers, time * powi(2.0, -(halvings as i32)), halvings as usize - STEPS as usize)?;
         Some(Self { z: z.to_vec(), work: [0.0; 2], left: 1 << STEPS, step, integrals, next: vec![0.0; z.len()] })
     }
 

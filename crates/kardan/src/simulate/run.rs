@@ -1,5 +1,7 @@
 //! The run: steps between events, events located on the dense output, modes decided anew, outputs on the grid.
 
+use kardan_rt::functions::powi;
+
 use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
@@ -813,7 +815,7 @@ impl RunningLoop {
                         return Some((begin, time));
                     }
                     // What the bend still lets it fall.
-                    if !(least <= bend * ((high - low) / (end - begin)).powi(2)) {
+                    if !(least <= bend * powi((high - low) / (end - begin), 2)) {
                         break;
                     }
                     // One of the two points serves again.

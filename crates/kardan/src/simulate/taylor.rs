@@ -4,7 +4,7 @@
 //! 99). Where the step is short anyway, as between two samples of a controller, fewer terms suffice. No step is rejected, and the
 //! series is the dense output.
 
-use kardan_rt::Real;
+use kardan_rt::functions::{exp, ln};
 
 use super::dop853::{Counts, StepError};
 use crate::num::Keeper;
@@ -39,7 +39,7 @@ pub(super) struct Taylor {
 
 /// The order for a relative tolerance; some orders more or less hardly change the time of a run.
 pub(super) fn order(relative: f64) -> usize {
-    let order = (-0.5 * Real::ln(relative.max(1e-20)) + 2.0).ceil() as usize;
+    let order = (-0.5 * ln(relative.max(1e-20)) + 2.0).ceil() as usize;
     order.clamp(*ORDERS.start(), *ORDERS.end())
 }
 
@@ -158,7 +158,7 @@ impl Taylor {
     fn length(&self, order: usize, room: f64) -> f64 {
         // The sizes that tolerances are relative to depend on the length, weakly.
         let about = if self.next == 0.0 { 0.0 } else { self.next.min(room) };
-        let at = |order: usize| Real::exp(-Real::ln(self.largest(order, about)) / order as f64);
+        let at = |order: usize| exp(-ln(self.largest(order, about)) / order as f64);
         let (last, before) = (at(order), at(order - 1));
         if last.is_nan() || before.is_nan() { f64::NAN } else { (SAFETY * last.min(before)).min(room) }
     }

@@ -1,5 +1,7 @@
 //! What `kardan analyze` asks for.
 
+use kardan_rt::functions::{atan2, hypot, ln};
+
 use super::descriptor::taken_apart;
 use super::massless::{Mechanical, not_eliminated, state_name};
 use super::placement::Places;
@@ -233,10 +235,10 @@ fn refine(analysis: &mut Analysis, system: &LinearSystem) {
 /// Frequency and damping of modes in discrete time: those of `ln z` over the sample time, per sample where it is not known.
 fn per_sample(analysis: &mut Analysis, discrete: DiscreteTime) {
     for mode in &mut analysis.modes {
-        let (size, angle) = (mode.eigenvalue.abs(), mode.eigenvalue.im.atan2(mode.eigenvalue.re));
-        let speed = size.ln().hypot(angle);
+        let (size, angle) = (mode.eigenvalue.abs(), atan2(mode.eigenvalue.im, mode.eigenvalue.re));
+        let speed = hypot(ln(size), angle);
         mode.natural_frequency = speed / discrete.sample_time.unwrap_or(1.0);
-        mode.damping_ratio = if speed == 0.0 || size == 0.0 { 1.0 } else { 0.0 - size.ln() / speed };
+        mode.damping_ratio = if speed == 0.0 || size == 0.0 { 1.0 } else { 0.0 - ln(size) / speed };
     }
     // Which half-plane zeros lie in says nothing here.
     if !analysis.structure.zeros.values.is_empty() {

@@ -1,5 +1,6 @@
 //! Cross coupling as the nonlinear simulation shows it: what a step of each reference does to the other outputs.
 
+use kardan_rt::functions::powi;
 use rayon::prelude::*;
 
 use super::progress::simulate_heard;
@@ -179,8 +180,9 @@ fn deviation(moved: &Series, still: &Series, output: &str, at: f64) -> (&'static
     let times = &moved.time[first..rows];
     let values: Vec<f64> = (first..rows).map(|k| signal.values[k] - other.values[k]).collect();
     let peak = values.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let squares: f64 =
-        (1..values.len()).map(|k| 0.5 * (values[k].powi(2) + values[k - 1].powi(2)) * (times[k] - times[k - 1])).sum();
+    let squares: f64 = (1..values.len())
+        .map(|k| 0.5 * (powi(values[k], 2) + powi(values[k - 1], 2)) * (times[k] - times[k - 1]))
+        .sum();
     let length = times.last().copied().unwrap_or(at) - at;
     (signal.physical.unit(), Some((peak, if length > 0.0 { (squares / length).sqrt() } else { 0.0 })))
 }

@@ -1,5 +1,7 @@
 //! How many steps a run will take, before it begins, and what asks for most of them.
 
+use kardan_rt::functions::{exp, ln, powi};
+
 use super::PreparedVariant;
 use crate::assemble::Equations;
 use crate::diagnostics::Diagnostic;
@@ -157,12 +159,12 @@ impl Terms {
                 return None;
             }
             if k >= PRODUCTS / 2 {
-                logarithm += (after / before).ln();
+                logarithm += ln(after / before);
             }
             angle = speed.iter().map(|x| x / after).collect();
             speed = next.iter().map(|x| x / after).collect();
         }
-        Some(Motion { rate: (logarithm / (PRODUCTS - PRODUCTS / 2) as f64).exp(), speed, angle })
+        Some(Motion { rate: exp(logarithm / (PRODUCTS - PRODUCTS / 2) as f64), speed, angle })
     }
 
     /// The element that turns over most power in a motion, with its key, and what it does in words.
@@ -170,7 +172,7 @@ impl Terms {
         let Motion { rate, speed, angle } = motion;
         let largest = |terms: &[(Vec<f64>, f64)], weight: f64| -> Option<(usize, f64)> {
             let power = |(row, value): &(Vec<f64>, f64)| {
-                weight * value * (dot(row, speed).powi(2) + (rate * dot(row, angle)).powi(2))
+                weight * value * (powi(dot(row, speed), 2) + powi(rate * dot(row, angle), 2))
             };
             terms.iter().map(power).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
         };

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kardan_rt::functions::ln;
+
 use super::PreparedVariant;
 use super::stepped_loop::{NotJudged, Shown, Subject, WITHOUT_MAP, any_subject, window};
 use crate::diagnostics::Diagnostic;
@@ -98,7 +100,7 @@ fn along(
     };
     // The laws are evaluated one by one: they are not for several threads.
     let shown: Vec<Shown> = points.iter().map(look).collect::<Result<_, _>>()?;
-    let growth = |shown: &Shown| if shown.radius > 0.0 { shown.radius.ln() / shown.sample_time } else { f64::MIN };
+    let growth = |shown: &Shown| if shown.radius > 0.0 { ln(shown.radius) / shown.sample_time } else { f64::MIN };
     let most = (0..shown.len()).max_by(|&a, &b| growth(&shown[a]).total_cmp(&growth(&shown[b]))).unwrap_or(0);
     let mut interactions = Vec::new();
     for (i, step) in first.steps.iter().enumerate() {

@@ -1,5 +1,7 @@
 //! A bound on a signal, and whether a run keeps it.
 
+use kardan_rt::functions::powi;
+
 use crate::model::tables::Measure;
 use crate::names::{Quantity, SignalName};
 use crate::results::{DisplayUnit, MotorStrain, RequirementResult, Series};
@@ -104,6 +106,6 @@ fn mean(times: &[f64], values: &[f64]) -> f64 {
 
 /// The root of the mean over the time of `(x − around)²`; rows may lie closer to each other where something happens.
 fn root_mean_square(times: &[f64], values: &[f64], around: f64) -> f64 {
-    let squares: Vec<f64> = values.iter().map(|x| (x - around).powi(2)).collect();
+    let squares: Vec<f64> = values.iter().map(|x| powi(x - around, 2)).collect();
     mean(times, &squares).sqrt()
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kardan_rt::functions::{ln, powf};
+
 use super::PreparedVariant;
 use super::margins::{left_out, motor_margins};
 use crate::assemble::CoefficientKind;
@@ -220,7 +222,7 @@ fn torque_along(
 /// Time until the slowest motion has died out, or the run of the file ends, s.
 pub(super) fn window(nominal: &Shown, duration: f64) -> f64 {
     let time = nominal.sample_time;
-    let settled = if nominal.radius < 1.0 { -SETTLED * time / nominal.radius.ln() } else { f64::INFINITY };
+    let settled = if nominal.radius < 1.0 { -SETTLED * time / ln(nominal.radius) } else { f64::INFINITY };
     settled.min(duration).max(SHORTEST * time)
 }
 
@@ -261,7 +263,7 @@ impl Subject {
             peaks.push(torques.to_vec());
         }
         let sample_time = self.parts[self.number].clock.map_or(found.sample_time, |clock| clock.period);
-        let radius = slowest.growth.powf(sample_time / found.sample_time);
+        let radius = powf(slowest.growth, sample_time / found.sample_time);
         Ok(Shown { sample_time, radius, stable, sizes, peaks })
     }
 

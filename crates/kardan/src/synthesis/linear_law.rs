@@ -1,3 +1,4 @@
+use kardan_rt::functions::hypot;
 use kardan_rt::{Bounds, StateSpace};
 
 use super::sampled::entries;
@@ -164,7 +165,7 @@ const BASS: f64 = 2.0;
 /// (A, C) is not observable or a number overflows.
 fn bass(a: &Matrix<f64>, c: &Matrix<f64>) -> Option<Matrix<f64>> {
     let n = a.rows();
-    let fastest = eigenvalues(a)?.into_iter().map(|(re, im)| re.hypot(im)).fold(0.0, f64::max);
+    let fastest = eigenvalues(a)?.into_iter().map(|(re, im)| hypot(re, im)).fold(0.0, f64::max);
     let beta = BASS * fastest.max(1.0);
     let shifted = Matrix::from_fn(n, n, |i, j| a[(i, j)] + if i == j { beta } else { 0.0 });
     let right = c.transpose().multiply(c).scale(&2.0);

@@ -5,5 +5,4 @@
 mod circles;
 mod layers;
 mod lengths;
-mod platform;
 mod reader;

@@ -1,5 +1,7 @@
 //! Values of one channel from records.
 
+use kardan_rt::functions::powi;
+
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
@@ -120,10 +122,10 @@ fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
     sign * match exponent {
-        0 => fraction * 2f64.powi(-24),
+        0 => fraction * powi(2.0, -24),
         31 if fraction == 0.0 => f64::INFINITY,
         31 => f64::NAN,
-        _ => (1024.0 + fraction) * 2f64.powi(exponent - 25),
+        _ => (1024.0 + fraction) * powi(2.0, exponent - 25),
     }
 }
 
@@ -174,7 +176,7 @@ mod tests {
     #[test]
     fn half_precision_has_the_values_of_the_standard() {
         for (bits, value) in
-            [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (1, 2f64.powi(-24)), (0x7c00, f64::INFINITY)]
+            [(0x3c00, 1.0), (0xc000, -2.0), (0x7bff, 65504.0), (1, powi(2.0, -24)), (0x7c00, f64::INFINITY)]
         {
             assert_eq!(half(bits), value);
         }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use faer::{Mat, MatRef, Side, c64};
+use kardan_rt::functions::{exp2, hypot, log2, powi};
 
 use super::smallest::{Given, pencil};
 
@@ -73,7 +74,7 @@ impl<'a> Plane<'a> {
             product(given.a.row(i), given.a.row(j)) + product(given.b.row(i), given.b.row(j))
         });
         // Twice the norm: the least value known is not above the norm of [A, B].
-        let side = (2.0 * norms[1]).log2().ceil().exp2().max(f64::MIN_POSITIVE);
+        let side = exp2(log2(2.0 * norms[1]).ceil()).max(f64::MIN_POSITIVE);
         Self { given, gram, norms, side, corners: HashMap::new(), spent: 0 }
     }
 
@@ -104,11 +105,11 @@ impl<'a> Plane<'a> {
     fn is_outside(&self, square: Square, goal: f64) -> bool {
         let unit = self.unit(square.depth);
         let nearest = |at: i64| if at < 0 { (at + 1).unsigned_abs() } else { at.unsigned_abs() } as f64 * unit;
-        nearest(square.x).hypot(nearest(square.y)) * (1.0 - 1e-9) > self.norms[0] + goal
+        hypot(nearest(square.x), nearest(square.y)) * (1.0 - 1e-9) > self.norms[0] + goal
     }
 
     fn unit(&self, depth: u32) -> f64 {
-        self.side * 0.5f64.powi(depth.cast_signed())
+        self.side * powi(0.5, depth.cast_signed())
     }
 
     /// For a centre c and `λ = c + δ`, `[A − λI, B] [A − λI, B]ᴴ − |δ|² I` is affine in δ, so its least eigenvalue is concave: over
@@ -116,7 +117,7 @@ impl<'a> Plane<'a> {
     /// of squares counts, σ_min at the centre is taken, which changes no faster than λ.
     fn holds(&mut self, square: Square, goal: f64) -> bool {
         let unit = self.unit(square.depth);
-        let farthest = (square.x as f64).hypot(square.y as f64) * unit + 2.0 * unit;
+        let farthest = hypot(square.x as f64, square.y as f64) * unit + 2.0 * unit;
         // The numbers given are rounded.
         let goal = (goal + 8.0 * f64::EPSILON * (self.norms[1] + farthest)) * (1.0 + 1e-12);
         let needed = (goal * goal + unit * unit / 2.0) * (1.0 + 1e-12);

@@ -13,6 +13,7 @@ mod lower;
 mod smallest;
 
 use faer::c64;
+use kardan_rt::functions::powi;
 
 use super::LinearSystem;
 use super::system::Side;
@@ -165,7 +166,7 @@ impl Change {
         let change = |from: usize, to: usize| -> Vec<Vec<f64>> {
             (0..n).map(|i| (from..to).map(|j| 0.0 - both[(i, j)]).collect()).collect()
         };
-        let size = |j: usize| (0..self.rows.rows()).map(|i| rational_to_f64(&self.rows[(i, j)]).powi(2)).sum::<f64>();
+        let size = |j: usize| (0..self.rows.rows()).map(|i| powi(rational_to_f64(&self.rows[(i, j)]), 2)).sum::<f64>();
         let sizes: Vec<f64> = (0..n).map(|j| size(j).sqrt()).collect();
         let largest = sizes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let mut shares: Vec<NamedShare> = states

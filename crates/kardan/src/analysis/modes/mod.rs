@@ -7,6 +7,7 @@ mod rigid;
 mod shape;
 
 use faer::{Mat, c64};
+use kardan_rt::functions::hypot;
 
 use super::{ConstrainedSystem, LinearSystem, Reduction};
 use crate::num::{Matrix, SparseRow, balance, rational_to_f64};
@@ -201,7 +202,7 @@ fn others(modes: Vec<Mode>, known: &[Pole], count: usize) -> Option<Vec<Mode>> {
         return None;
     }
     for root in known {
-        let distance = |(_, other): &(usize, Pole)| (other.re - root.re).hypot(other.im - root.im);
+        let distance = |(_, other): &(usize, Pole)| hypot(other.re - root.re, other.im - root.im);
         let nearest = (0..left.len()).min_by(|&i, &j| distance(&left[i]).total_cmp(&distance(&left[j])))?;
         left.swap_remove(nearest);
     }

@@ -1,5 +1,7 @@
 //! How much work is done for one answer.
 
+use kardan_rt::functions::powi;
+
 /// Most primes for one number: enough for some 12000 digits.
 const MOST_PRIMES: usize = 700;
 
@@ -37,5 +39,5 @@ impl Limits {
 
 /// How many primes are tried for one number of a system with n states: as many as take a few seconds.
 pub(super) fn most_primes(n: usize) -> usize {
-    ((2e9 / (n as f64).powi(3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
+    ((2e9 / powi(n as f64, 3)) as usize).clamp(FEW_PRIMES, MOST_PRIMES)
 }

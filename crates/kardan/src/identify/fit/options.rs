@@ -1,5 +1,7 @@
 //! How samples are fitted.
 
+use kardan_rt::functions::exp;
+
 /// How residuals count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Loss {
@@ -28,18 +30,18 @@ impl Shape {
     /// The shape at x ≥ 0.
     pub fn value(self, x: f64) -> f64 {
         match self {
-            Self::Gaussian => (-x * x).exp(),
-            Self::Exponential => (-x).exp(),
-            Self::Peak => x * (1.0 - x).exp(),
+            Self::Gaussian => exp(-x * x),
+            Self::Exponential => exp(-x),
+            Self::Peak => x * exp(1.0 - x),
         }
     }
 
     /// Its slope.
     pub fn slope(self, x: f64) -> f64 {
         match self {
-            Self::Gaussian => -2.0 * x * (-x * x).exp(),
-            Self::Exponential => -(-x).exp(),
-            Self::Peak => (1.0 - x) * (1.0 - x).exp(),
+            Self::Gaussian => -2.0 * x * exp(-x * x),
+            Self::Exponential => -exp(-x),
+            Self::Peak => (1.0 - x) * exp(1.0 - x),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What is left over, judged.
 
+use kardan_rt::functions::{powf, powi};
+
 use super::Fit;
 use super::serial::{serial_test, series};
 use super::whitened::Whitened;
@@ -41,7 +43,7 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     let n = kept.len() as f64;
     for (row, x) in series.iter().enumerate() {
         let mean = x.iter().sum::<f64>() / n;
-        let spread = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
+        let spread = (x.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0) / n).sqrt();
         let probability = student_tails(n - 1.0, mean / spread).filter(|_| spread > 0.0);
         out.extend(probability.map(|probability| Test { what: TestKind::Mean(row), probability }));
     }
@@ -49,10 +51,10 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
     let all: Vec<f64> = series.concat();
     let count = all.len() as f64;
     let mean = all.iter().sum::<f64>() / count;
-    let moment = |power: i32| all.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / count;
+    let moment = |power: i32| all.iter().map(|x| powi(x - mean, power)).sum::<f64>() / count;
     let square = moment(2);
     if square > 0.0 && count > 7.0 {
-        let (skew, excess) = (moment(3) / square.powf(1.5), moment(4) / (square * square) - 3.0);
+        let (skew, excess) = (moment(3) / powf(square, 1.5), moment(4) / (square * square) - 3.0);
         let sum = count / 6.0 * (skew * skew + excess * excess / 4.0);
         out.extend(chi_squared_tail(2.0, sum).map(|probability| Test { what: TestKind::Normal, probability }));
     }
@@ -70,8 +72,8 @@ pub fn residual_tests(samples: &Samples, chosen: &[usize], fit: &Fit) -> Vec<Tes
             for bin in 0..bins {
                 let own = &order[bin * order.len() / bins..(bin + 1) * order.len() / bins];
                 let mean = own.iter().map(|&k| x[k]).sum::<f64>() / own.len() as f64;
-                between += own.len() as f64 * (mean - all).powi(2);
-                within += own.iter().map(|&k| (x[k] - mean).powi(2)).sum::<f64>();
+                between += own.len() as f64 * powi(mean - all, 2);
+                within += own.iter().map(|&k| powi(x[k] - mean, 2)).sum::<f64>();
             }
         }
         let rows = series.len() as f64;

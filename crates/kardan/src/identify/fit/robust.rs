@@ -1,5 +1,7 @@
 //! Weights of samples under a robust loss.
 
+use kardan_rt::functions::powi;
+
 use super::solution::Solution;
 use super::whitened::Whitened;
 use super::{Loss, Shape};
@@ -34,7 +36,7 @@ pub(super) fn robust_weights(
             Loss::Squares => 1.0,
             Loss::Bisquare if round >= 5 => {
                 if z < 4.685 {
-                    (1.0 - (z / 4.685).powi(2)).powi(2)
+                    powi(1.0 - powi(z / 4.685, 2), 2)
                 } else {
                     0.0
                 }
@@ -56,5 +58,5 @@ pub(super) fn influence(loss: Loss, weights: &[f64]) -> f64 {
         }
     };
     let (weight, slope) = (weights.iter().sum::<f64>(), weights.iter().map(slope).sum::<f64>());
-    if slope > 0.0 && loss != Loss::Squares { (weight / slope).powi(2) } else { 1.0 }
+    if slope > 0.0 && loss != Loss::Squares { powi(weight / slope, 2) } else { 1.0 }
 }

@@ -1,5 +1,7 @@
 //! Standard errors of a fit.
 
+use kardan_rt::functions::powf;
+
 use super::leverage::Leverage;
 use super::robust::influence;
 use super::serial::{newey_west, serial_test, series};
@@ -124,7 +126,7 @@ pub(super) fn standard_errors(
     let freedom = (effective as usize).saturating_sub(linear.rank) / data.rows.max(1);
     let serial = options.serial.then(|| serial_test(&series(data, &solution.values, shapes, weights))).flatten();
     let lags = match serial {
-        Some(probability) if probability < 0.01 => (4.0 * (data.len() as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize,
+        Some(probability) if probability < 0.01 => (4.0 * powf(data.len() as f64 / 100.0, 2.0 / 9.0)).ceil() as usize,
         _ => 0,
     };
     let bread = &linear.cofactor;

@@ -1,5 +1,7 @@
 //! The search for a Stribeck speed: all other parameters enter linearly.
 
+use kardan_rt::functions::{exp, ln};
+
 use super::solution::Solution;
 use super::whitened::Whitened;
 use super::{FitOptions, Shape};
@@ -23,10 +25,10 @@ pub(super) fn search(
     if !(low < high) {
         return Some(true);
     }
-    let (low, high) = ((low / 2.0).ln(), high.ln());
+    let (low, high) = (ln(low / 2.0), ln(high));
     let mut cost = |log: f64| -> Option<f64> {
         if let Some((scale, _)) = &mut shapes[extra] {
-            *scale = log.exp();
+            *scale = exp(log);
         }
         Solution::of(data, shapes, weights, options).map(|found| found.estimate.residual)
     };

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use kardan_rt::functions::powi;
+
 use super::system::{DataDigits, StateSpace};
 use crate::analysis::LinearSystem;
 use crate::diagnostics::{Diagnostic, shortened};
@@ -45,7 +47,7 @@ impl LastDigits {
         let after =
             mantissa.split_once('.').map_or(0, |(_, digits)| digits.chars().filter(char::is_ascii_digit).count());
         let exponent: i32 = exponent.trim().parse().unwrap_or(0);
-        let half = 0.5 * 10f64.powi(exponent - i32::try_from(after).unwrap_or(i32::MAX / 2));
+        let half = 0.5 * powi(10.0, exponent - i32::try_from(after).unwrap_or(i32::MAX / 2));
         self.written += half * half;
         let digits = mantissa.chars().filter(char::is_ascii_digit).skip_while(|digit| *digit == '0').count();
         self.most = self.most.max(digits);

@@ -1,5 +1,7 @@
 //! Torques of the motors for a motion, by the model: inverse dynamics with friction, shared among the motors.
 
+use kardan_rt::functions::powi;
+
 use crate::num::{Cholesky, dot};
 use crate::reduce::{Dynamics, Reduced, Work};
 use crate::synthesis::Plant;
@@ -30,7 +32,7 @@ impl Inverse {
         let plant = Plant::new(reduced.clone(), vec![0.0; reduced.degrees_of_freedom()]);
         let limits: Vec<Option<f64>> = motors.iter().map(|&motor| plant.torque_limit(motor)).collect();
         let largest = limits.iter().flatten().copied().fold(0.0, f64::max);
-        let weight = |limit: &Option<f64>| limit.map_or(1.0, |limit| (limit / largest).powi(2));
+        let weight = |limit: &Option<f64>| limit.map_or(1.0, |limit| powi(limit / largest, 2));
         let r = dynamics.degrees_of_freedom;
         Self {
             weights: limits.iter().map(weight).collect(),

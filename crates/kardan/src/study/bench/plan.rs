@@ -1,5 +1,7 @@
 //! Excitations: candidates within the limits, the choice among them, and the motion to be played.
 
+use kardan_rt::functions::{exp, ln, powi, sin};
+
 use super::inverse::Inverse;
 use super::spec::Spec;
 use crate::identify::{
@@ -231,7 +233,7 @@ impl Planner<'_> {
         let whole = information(&blocks, 0..blocks.len());
         let share = count as f64 / blocks.len() as f64;
         let p = wanted.len() as f64;
-        let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * share.ln();
+        let undesigned = expected_errors(&whole).map_or(f64::NEG_INFINITY, |found| found.0) + p * ln(share);
         let (tour, mut points) = self.play(&mut rating, &candidates, &selection.chosen, &limits)?;
         if tour.longest() > self.spec.duration {
             return Err(Refusal::TooLong(tour.longest()));
@@ -258,7 +260,7 @@ impl Planner<'_> {
             candidates: candidates.len(),
             log_det,
             undesigned_log_det: undesigned,
-            gain: ((log_det - undesigned) / p).exp(),
+            gain: exp((log_det - undesigned) / p),
             duration,
         };
         Ok((plan, tour))
@@ -368,7 +370,7 @@ impl Planner<'_> {
             // The nearest one next, so that ramps are short.
             let far = |k: usize| -> f64 {
                 let scaled = |i: usize| (candidates[k].speeds[i] - now[i]) / limits[self.reduced.coordinates[i]];
-                if constant { (0..r).map(|i| scaled(i).powi(2)).sum() } else { 0.0 }
+                if constant { (0..r).map(|i| powi(scaled(i), 2)).sum() } else { 0.0 }
             };
             let best = (0..left.len()).min_by(|&a, &b| far(left[a]).total_cmp(&far(left[b]))).unwrap_or(0);
             let candidate = &candidates[left.remove(best)];
@@ -531,7 +533,7 @@ fn sines(samples: usize, period: f64, ramp: usize, random: &mut Random) -> Vec<f
             (std::f64::consts::TAU * periods / samples as f64, std::f64::consts::TAU * random.unit())
         })
         .collect();
-    let value = |k: usize| parts.iter().map(|(w, phase)| (w * k as f64 + phase).sin()).sum::<f64>();
+    let value = |k: usize| parts.iter().map(|(w, phase)| sin(w * k as f64 + phase)).sum::<f64>();
     let mut out: Vec<f64> = (0..samples).map(|k| window(k, samples, ramp) * value(k)).collect();
     let largest = out.iter().fold(f64::MIN_POSITIVE, |largest: f64, x| largest.max(x.abs()));
     out.iter_mut().for_each(|x| *x /= largest);

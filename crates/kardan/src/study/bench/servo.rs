@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kardan_rt::functions::exp;
+
 use super::inverse::Inverse;
 use super::plan::Course;
 use crate::analysis::OutputSignal;
@@ -174,7 +176,7 @@ impl Block for Servo {
         }
         let (at, rates, accelerations) = self.course.at(self.sample);
         self.sample += 1;
-        let decay = (-FILTER * self.bandwidth * self.period).exp();
+        let decay = exp(-FILTER * self.bandwidth * self.period);
         let (on_position, on_speed) = (1.0 - decay * decay, (1.0 - decay) * (1.0 - decay) / self.period);
         let w = self.bandwidth;
         for i in 0..r {

@@ -1,5 +1,7 @@
 //! Models compared by cross-validation.
 
+use kardan_rt::functions::powi;
+
 use super::asked::{Asked, CandidateSpec, Method, asked};
 use super::fitting::{Chosen, fit_options, unseen};
 use super::plant::{Plant, columns, plant_without};
@@ -164,6 +166,6 @@ fn fold_errors(samples: &Samples, folds: &[usize], predicted: &[f64]) -> Predict
     let each: Vec<f64> = sums.iter().filter(|sum| sum.1 > 0.0).map(|sum| sum.0 / sum.1).collect();
     let n = each.len() as f64;
     let mean = each.iter().sum::<f64>() / n;
-    let spread = (each.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
+    let spread = (each.iter().map(|x| powi(x - mean, 2)).sum::<f64>() / (n - 1.0).max(1.0) / n).sqrt();
     PredictionError { mean: mean.sqrt(), spread: if mean > 0.0 { spread / (2.0 * mean.sqrt()) } else { 0.0 } }
 }

@@ -1,5 +1,7 @@
 //! Windows to rows of the torque balance.
 
+use kardan_rt::functions::powi;
+
 use super::asked::Asked;
 use super::channels::Quantity;
 use super::plant::{Columns, Plant, in_coordinates, silence};
@@ -190,14 +192,14 @@ impl Moving {
                 self.position[k] = found.value;
                 self.position_variance[k] = variance * Reading::VALUE_GAIN;
                 (self.speed[k], self.acceleration[k]) = (found.first, found.second);
-                self.speed_variance[k] = variance * Reading::FIRST_GAIN / window.powi(2);
-                self.acceleration_variance[k] = variance * Reading::SECOND_GAIN / window.powi(4);
+                self.speed_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
+                self.acceleration_variance[k] = variance * Reading::SECOND_GAIN / powi(window, 4);
             }
             if let Some(slot) = speed {
                 let (found, variance) = reading(*slot);
                 (self.speed[k], self.acceleration[k]) = (found.value, found.first);
                 self.speed_variance[k] = variance * Reading::VALUE_GAIN;
-                self.acceleration_variance[k] = variance * Reading::FIRST_GAIN / window.powi(2);
+                self.acceleration_variance[k] = variance * Reading::FIRST_GAIN / powi(window, 2);
             }
         }
         for (k, slot) in plant.torques.iter().enumerate() {

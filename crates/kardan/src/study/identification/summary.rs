@@ -1,5 +1,7 @@
 //! What was found, in words and numbers.
 
+use kardan_rt::functions::powi;
+
 use super::fitted::{Fitted, short};
 use super::parameters::{damping, for_file, parameters};
 use super::pictures::{curves, traces};
@@ -176,7 +178,7 @@ fn validation(fitted: &Fitted<'_>) -> Vec<Validation> {
     let Fitted { samples, fit, unseen, .. } = fitted;
     let (n, r) = (samples.len(), samples.rows);
     let rms = |of: &dyn Fn(usize, usize) -> f64, row: usize| {
-        ((0..n).map(|k| of(k, row).powi(2)).sum::<f64>() / n.max(1) as f64).sqrt()
+        ((0..n).map(|k| powi(of(k, row), 2)).sum::<f64>() / n.max(1) as f64).sqrt()
     };
     fitted
         .row_names()
@@ -208,8 +210,8 @@ fn drowned(fitted: &Fitted<'_>) -> Vec<String> {
             Kind::Friction => continue,
         };
         let g = in_coordinates(row, &basis);
-        let square = (0..samples.len()).map(|s| dot(&g, samples.motion(s, part)).powi(2)).sum::<f64>();
-        let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| (g * sigma).powi(2)).sum();
+        let square = (0..samples.len()).map(|s| powi(dot(&g, samples.motion(s, part)), 2)).sum::<f64>();
+        let variance: f64 = g.iter().zip(&noise[part]).map(|(g, sigma)| powi(g * sigma, 2)).sum();
         let share = variance / windows / (square / samples.len().max(1) as f64);
         if share > NOISE {
             out.push(format!(

@@ -1,5 +1,7 @@
 //! How wrong each motor and reading of a loop may be alone, and all motors at once.
 
+use kardan_rt::functions::{atan2, hypot};
+
 use crate::analysis::OutputSignal;
 use crate::results::{ChannelMargin, TogetherMargin, WrongTorque};
 use crate::study::PreparedVariant;
@@ -119,8 +121,8 @@ pub(super) fn named_together(response: &Response, names: &[String]) -> Option<To
     let found = all_at_once(response)?;
     let wrong = |(name, (re, im)): (&String, &(f64, f64))| WrongTorque {
         motor: name.clone(),
-        factor: re.hypot(*im),
-        turn: im.atan2(*re),
+        factor: hypot(*re, *im),
+        turn: atan2(*im, *re),
     };
     let worst = names.iter().zip(&found.worst).map(wrong).collect();
     Some(TogetherMargin { disk: found.disk, frequency: found.frequency, worst })

@@ -1,6 +1,7 @@
 //! What the loop of a controller answers to sines and to steps, and its largest singular values.
 
 use faer::{Mat, c64};
+use kardan_rt::functions::ln;
 
 use super::channels::{named_together, row_of, sensor_rows};
 use crate::names::SignalName;
@@ -286,7 +287,7 @@ fn first_window(view: &ControlLoop<'_>, duration: f64) -> Option<f64> {
         Ok(found) => (found.slowest()?, found.sample_time),
         Err(_) => (SampledLoop::driven(view.plant, view.parts, 1e-3).ok()?.slowest()?, 1e-3),
     };
-    let rate = -found.growth.ln() / per;
+    let rate = -ln(found.growth) / per;
     let window = if rate > 0.0 { FOLLOWED / rate } else { f64::INFINITY };
     let window = if found.left_out > 0 { window.min(duration) } else { window };
     Some(if window.is_finite() { window } else { duration })

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kardan_rt::functions::{ln, powf};
+
 use super::channels::errors;
 use super::clocks::{clocks, shortest};
 use super::warnings::{HARDLY, hardly};
@@ -21,7 +23,7 @@ const STILL: f64 = 1e-9;
 /// How fast the slowest motion of a sampled loop decays, 1/s; `None` if it does not, or is not known.
 pub(in crate::study) fn decay(variant: &PreparedVariant, margins: &Margins) -> Option<f64> {
     let own = margins.sample_time.unwrap_or_else(|| shortest(&clocks(&variant.model.controls)));
-    let rate = -margins.spectral_radius?.ln() / own;
+    let rate = -ln(margins.spectral_radius?) / own;
     (rate > 0.0).then_some(rate)
 }
 
@@ -56,7 +58,7 @@ pub(in crate::study) fn survey(
     };
     // Beside a law that is designed for its sample time, hardly any other one has a common period with it.
     let for_one_time = laws.iter().any(|law| law.clock().is_some());
-    let radius = |growth: f64| own.map_or(growth, |own| growth.powf(own.period / shortest(&clocks)));
+    let radius = |growth: f64| own.map_or(growth, |own| powf(growth, own.period / shortest(&clocks)));
     let exact = exact_motions(&variant.linear_model(), &plant.lags, laws);
     let continuous = clocks.iter().all(Option::is_none) && !for_one_time;
     let known = as_it_is.as_ref().map(|found| Known::of(found, exact.as_ref(), &plant, laws, continuous));
@@ -194,7 +196,7 @@ fn motion(limit: &Limit, design: &Design) -> String {
     if limit.frequency == 0.0 {
         return "a motion without oscillation".into();
     }
-    let near = |frequency: f64| (frequency / limit.frequency).ln().abs() < SAME_MOTION;
+    let near = |frequency: f64| ln(frequency / limit.frequency).abs() < SAME_MOTION;
     let zero = design.zero_dynamics.modes.iter().find(|mode| mode.pole.im != 0.0 && near(mode.natural_frequency));
     match zero {
         Some(mode) if design.cancels_zeros => {

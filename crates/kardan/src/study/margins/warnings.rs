@@ -1,5 +1,7 @@
 //! Margins that are too small, in words.
 
+use kardan_rt::functions::ln;
+
 use super::verdict::{at, at_once, because, time};
 use crate::results::{ChannelMargin, Margins, TogetherMargin};
 
@@ -71,7 +73,7 @@ pub(super) fn hardly(one: &ChannelMargin) -> bool {
 pub(super) fn close(one: &ChannelMargin) -> Option<String> {
     let ([low, high], what) = (one.gain, of(one));
     let (factor, frequency) =
-        if high.ln() < -low.ln() { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
+        if ln(high) < -ln(low) { (high, one.gain_frequency[1]) } else { (low, one.gain_frequency[0]) };
     let prefix = if hardly(one) { "stable, but hardly: " } else { "" };
     if low > 1.0 / HARDLY || high < HARDLY {
         Some(format!("{prefix}{what} times {factor:.4} makes the loop unstable{}", at(frequency)))

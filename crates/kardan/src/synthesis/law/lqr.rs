@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use kardan_rt::functions::powi;
+
 use crate::num::Matrix;
 use crate::schema::{Keys, LawKeys, Sign, keys};
 use crate::synthesis::outputs::{AS_MANY_INPUTS, OUTPUT, REFERENCE, Task, channels, channels_for, inputs, references};
@@ -82,9 +84,9 @@ fn design(request: &Request<'_>) -> Result<Arc<dyn Law>, SynthesisError> {
             return Err(SynthesisError::NotPositive { name: name.clone() });
         }
     }
-    let weight = |name: &String| largest.iter().find(|(other, _)| other == name).map(|(_, x)| x.to_f64().powi(-2));
+    let weight = |name: &String| largest.iter().find(|(other, _)| other == name).map(|(_, x)| powi(x.to_f64(), -2));
     let of_outputs: Vec<f64> =
-        channels(request.values).map(|channel| channel.number_or_default("largest").powi(-2)).collect();
+        channels(request.values).map(|channel| powi(channel.number_or_default("largest"), -2)).collect();
     let (c, d) = (task.system.c.to_f64(), task.system.d.to_f64());
     let product = |a: &Matrix<f64>, b: &Matrix<f64>, i: usize, j: usize| -> f64 {
         of_outputs.iter().enumerate().map(|(k, w)| w * a[(k, i)] * b[(k, j)]).sum()

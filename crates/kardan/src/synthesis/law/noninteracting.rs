@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use kardan_rt::functions::powi;
 use kardan_rt::{Channel, Gain, Measurement, PositionLoop, Task};
 
 use super::computed_torque::FRICTION_WIDTH;
@@ -532,7 +533,7 @@ impl Law for Designed {
                 let gain = self.block.acceleration_gain[i * m + k];
                 let (per_reference, per_load) = match channel {
                     Channel::Position { position_loop, inverse_inertia } => {
-                        (position_loop.natural_frequency.powi(2), *inverse_inertia)
+                        (powi(position_loop.natural_frequency, 2), *inverse_inertia)
                     }
                     Channel::Torque { inverse_inertia } => (*inverse_inertia, *inverse_inertia),
                 };

@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use kardan_rt::Bounds;
+use kardan_rt::functions::{atan2, ln, powf, powi};
 
 use crate::analysis::OutputSignal;
 use crate::element::Values;
@@ -521,7 +522,7 @@ struct Observer {
 
 /// What the keys of an observer say of the noise of states and sensors.
 fn noise(keys: &Values, states: &[String], sensors: usize) -> Noise {
-    let number = |key: &str, otherwise: f64| keys.number(key).unwrap_or(otherwise).powi(2);
+    let number = |key: &str, otherwise: f64| powi(keys.number(key).unwrap_or(otherwise), 2);
     let intensity = |name: &String| match SignalName::new(name).quantity() {
         Some(Quantity::Angle) => 0.0,
         Some(Quantity::Speed) => number("speed_noise", 10.0),
@@ -612,7 +613,7 @@ fn observer(request: &Request<'_>, inputs: &[String], lags: &[f64], clock: Clock
 
 /// The pole in continuous time of a multiplier per sample, 1/s.
 fn as_pole(multiplier: Complex, period: f64) -> Pole {
-    Pole::new(multiplier.abs().ln() / period, multiplier.im.atan2(multiplier.re) / period)
+    Pole::new(ln(multiplier.abs()) / period, atan2(multiplier.im, multiplier.re) / period)
 }
 
 /// The block's matrices from feedback, observer and reference models.
@@ -707,7 +708,7 @@ fn governor(data: &RegulatorData, problem: &Problem, held: &[(usize, Vec<f64>)])
     let slowest = problem.targets.iter().map(|target| target.bandwidth).fold(f64::INFINITY, f64::min);
     let horizon = (HORIZON / (slowest * problem.clock.period)).ceil().max(1.0);
     let mut instants: Vec<usize> =
-        (0..INSTANTS).map(|i| (horizon.powf(i as f64 / (INSTANTS - 1) as f64)).round() as usize - 1).collect();
+        (0..INSTANTS).map(|i| (powf(horizon, i as f64 / (INSTANTS - 1) as f64)).round() as usize - 1).collect();
     instants.dedup();
     // [x̂; ξ; r]⁺ with u = −K [x̂; ξ; r].
     let mut closed = Matrix::zeros(size, size);

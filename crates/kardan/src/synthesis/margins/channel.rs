@@ -1,5 +1,7 @@
 use std::f64::consts::TAU;
 
+use kardan_rt::functions::{atan, atan2};
+
 use super::Response;
 
 /// A factor that rounding makes of zero, where an open channel leaves a motion at zero: `1 + 1/M` at M = −1.
@@ -38,7 +40,7 @@ impl ChannelMargins {
 
     /// The turns of the phase that the disk holds, rad: `2 atan(α/2)`, half a turn from 2 on.
     pub fn disk_phase(&self) -> f64 {
-        2.0 * (0.5 * self.disk).atan()
+        2.0 * atan(0.5 * self.disk)
     }
 }
 
@@ -83,7 +85,7 @@ pub fn channel_margins(channel: &Response) -> Option<ChannelMargins> {
     for place in channel.crossings(false) {
         let m = channel.at(place)[(0, 0)];
         let factor = 1.0 + m.conj() / m.norm_sqr();
-        let (turn, frequency) = (-factor.im.atan2(factor.re), channel.frequency(place));
+        let (turn, frequency) = (-atan2(factor.im, factor.re), channel.frequency(place));
         if turn.abs() < out.phase {
             (out.phase, out.phase_frequency) = (turn.abs(), Some(frequency));
         }

@@ -1,6 +1,7 @@
 //! Frequencies at which responses are looked at, dense where they bend.
 
 use faer::c64;
+use kardan_rt::functions::{log10, powf};
 use rayon::prelude::*;
 
 use super::Response;
@@ -32,9 +33,9 @@ pub fn frequency_range(response: &Response) -> [f64; 2] {
         Some(nyquist) => (0.01 * nyquist, nyquist),
         None => (1.0, 1.0),
     };
-    let up = 10f64.powf((fastest * BEYOND).log10().ceil());
+    let up = powf(10.0, log10(fastest * BEYOND).ceil());
     let high = nyquist.unwrap_or(up);
-    let low = 10f64.powf((slowest / BEYOND).log10().floor()).max(high / WIDEST).min(0.01 * high);
+    let low = powf(10.0, log10(slowest / BEYOND).floor()).max(high / WIDEST).min(0.01 * high);
     [low, high]
 }
 
@@ -46,8 +47,8 @@ pub fn refined<T: Send>(
     look: &(dyn Fn(f64) -> T + Sync),
     curves: &dyn Fn(&T) -> Vec<c64>,
 ) -> Vec<(f64, T)> {
-    let count = ((high / low).log10() * PER_DECADE).ceil().max(1.0) as usize;
-    let even = (0..=count).map(|k| if k == count { high } else { low * (high / low).powf(k as f64 / count as f64) });
+    let count = (log10(high / low) * PER_DECADE).ceil().max(1.0) as usize;
+    let even = (0..=count).map(|k| if k == count { high } else { low * powf(high / low, k as f64 / count as f64) });
     let mut next: Vec<f64> = even.chain(places.iter().copied().filter(|place| *place > low && *place < high)).collect();
     next.sort_by(f64::total_cmp);
     next.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-9);

@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use kardan_rt::functions::{atan, hypot, tan};
 
 use crate::num::{Matrix, Transfer, at_zero, balance, eigenvalues};
 
@@ -128,12 +129,12 @@ impl Response {
 
     /// The angular frequency, rad/s, of a place on the imaginary axis.
     pub fn frequency(&self, place: f64) -> f64 {
-        self.sample_time.map_or(place, |time| 2.0 * place.atan() / time)
+        self.sample_time.map_or(place, |time| 2.0 * atan(place) / time)
     }
 
     /// The place on the imaginary axis of an angular frequency.
     pub fn place(&self, frequency: f64) -> f64 {
-        self.sample_time.map_or(frequency, |time| (0.5 * frequency * time).tan())
+        self.sample_time.map_or(frequency, |time| tan(0.5 * frequency * time))
     }
 
     /// M at an angular frequency, rad/s.
@@ -165,7 +166,7 @@ impl Response {
 
     /// The poles as angular frequencies, rad/s: of each its distance from zero, of a pair once, ascending.
     pub fn pole_frequencies(&self) -> Vec<f64> {
-        let mut out: Vec<f64> = self.poles.iter().map(|(re, im)| self.frequency(re.hypot(*im))).collect();
+        let mut out: Vec<f64> = self.poles.iter().map(|(re, im)| self.frequency(hypot(*re, *im))).collect();
         out.sort_by(f64::total_cmp);
         out.dedup_by(|a, b| (*a - *b).abs() <= LEVEL * a.abs());
         out
@@ -174,7 +175,7 @@ impl Response {
     /// How many poles grow: those at zero do not, and those on the axis but for rounding. `None` if the iteration fails.
     pub fn unstable_poles(&self) -> Option<usize> {
         let held = eigenvalues(&at_zero(&self.a)?.rest)?;
-        Some(held.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * re.hypot(*im)).count())
+        Some(held.iter().filter(|(re, im)| *re > NEXT_TO_AXIS * hypot(*re, *im)).count())
     }
 
     /// The other side of the same loop, `−(I + M)⁻¹ M`: of a loop gain L what errors see when it is closed, of that again L. `None`
@@ -268,7 +269,7 @@ impl Response {
     /// Places worth a look before anything is known: zero, infinity, next to each pole.
     pub(super) fn first_places(&self) -> Vec<f64> {
         let mut out = vec![0.0, f64::INFINITY];
-        out.extend(self.poles.iter().flat_map(|(re, im)| [im.abs(), re.hypot(*im)]));
+        out.extend(self.poles.iter().flat_map(|(re, im)| [im.abs(), hypot(*re, *im)]));
         out.sort_by(f64::total_cmp);
         out.dedup();
         out
@@ -358,7 +359,7 @@ impl Response {
         let size = 2 * n + 1;
         let sign = if real { 1.0 } else { -1.0 };
         let corner = if real { 0.0 } else { 2.0 * self.d[(0, 0)] + 1.0 };
-        let sizes: Vec<f64> = self.poles.iter().map(|(re, im)| re.hypot(*im)).filter(|x| *x > 0.0).collect();
+        let sizes: Vec<f64> = self.poles.iter().map(|(re, im)| hypot(*re, *im)).filter(|x| *x > 0.0).collect();
         let (low, high) = sizes.iter().fold((f64::MAX, 0.0f64), |(low, high), x| (low.min(*x), high.max(*x)));
         let mut out: Vec<f64> = Vec::new();
         if sizes.is_empty() {
@@ -436,7 +437,7 @@ impl Response {
 pub(super) fn largest_singular(matrix: &Mat<c64>) -> f64 {
     let (rows, m) = (matrix.nrows(), matrix.ncols());
     if m == 1 && rows == 1 {
-        return matrix[(0, 0)].re.hypot(matrix[(0, 0)].im);
+        return hypot(matrix[(0, 0)].re, matrix[(0, 0)].im);
     }
     let square: Vec<c64> =
         (0..m * m).map(|k| (0..rows).map(|i| matrix[(i, k / m)].conj() * matrix[(i, k % m)]).sum()).collect();

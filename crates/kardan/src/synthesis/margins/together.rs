@@ -1,4 +1,5 @@
 use faer::{Mat, c64};
+use kardan_rt::functions::{exp, hypot, ln, powi};
 
 use super::Response;
 use super::response::largest_singular;
@@ -140,20 +141,20 @@ fn without(intervals: Vec<(f64, f64)>, from: f64, to: f64) -> Vec<(f64, f64)> {
 fn best_scaling(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
     let m = matrix.nrows();
     let mut d = vec![0.0f64; m];
-    let size = |i: usize, j: usize| matrix[(i, j)].re.hypot(matrix[(i, j)].im);
+    let size = |i: usize, j: usize| hypot(matrix[(i, j)].re, matrix[(i, j)].im);
     for _ in 0..20 {
         for k in 0..m {
             let others = || (0..m).filter(|i| *i != k);
-            let row: f64 = others().map(|j| (size(k, j) * (d[k] - d[j]).exp()).powi(2)).sum();
-            let column: f64 = others().map(|i| (size(i, k) * (d[i] - d[k]).exp()).powi(2)).sum();
+            let row: f64 = others().map(|j| powi(size(k, j) * exp(d[k] - d[j]), 2)).sum();
+            let column: f64 = others().map(|i| powi(size(i, k) * exp(d[i] - d[k]), 2)).sum();
             if row > 0.0 && column > 0.0 {
-                d[k] += 0.25 * (column / row).ln();
+                d[k] += 0.25 * ln(column / row);
             }
         }
     }
     let value = |d: &[f64]| {
         largest_singular(&Mat::from_fn(m, m, |i, j| {
-            matrix[(i, j)] * c64::new((d[i] - d[j]).clamp(-60.0, 60.0).exp(), 0.0)
+            matrix[(i, j)] * c64::new(exp((d[i] - d[j]).clamp(-60.0, 60.0)), 0.0)
         }))
     };
     let mut best = value(&d);
@@ -189,7 +190,7 @@ fn best_scaling(matrix: &Mat<c64>) -> (f64, Vec<f64>) {
             break;
         }
     }
-    (best, d.iter().map(|x| x.clamp(-60.0, 60.0).exp()).collect())
+    (best, d.iter().map(|x| exp(x.clamp(-60.0, 60.0))).collect())
 }
 
 /// Turns of the channels with the largest spectral radius of `diag(turns) M`, such that one eigenvalue is real and positive.

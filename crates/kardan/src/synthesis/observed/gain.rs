@@ -1,5 +1,7 @@
 //! The gain of an observer, and what its sensors can tell.
 
+use kardan_rt::functions::powi;
+
 use crate::analysis::LinearSystem;
 use crate::element::Values;
 use crate::names::{Quantity, SignalName};
@@ -25,7 +27,7 @@ pub(super) fn gain(
     }
     let title = ("observer_gain", "observer gain L of x' = A x + B u + L (y - C x)", "");
     if values.word("method") == Some("kalman") {
-        let number = |key: &str, otherwise: f64| values.number(key).unwrap_or(otherwise).powi(2);
+        let number = |key: &str, otherwise: f64| powi(values.number(key).unwrap_or(otherwise), 2);
         let process = extended.states.iter().map(|state| match SignalName::new(state).quantity() {
             Some(Quantity::Angle) => 0.0,
             Some(Quantity::Speed) => number("speed_noise", 0.1),

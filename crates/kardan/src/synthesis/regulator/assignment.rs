@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
+use kardan_rt::functions::ln;
 
 use super::pole_list::WantedPole;
 use crate::num::Random;
@@ -114,7 +115,7 @@ fn improve(parts: &mut [Part], x: &mut Mat<f64>) -> Option<()> {
             let [first, second] = parts.get_disjoint_mut([two[0], two[1]]).ok()?;
             improve_two(first, second, x)?;
         }
-        let volume: f64 = x.singular_values().ok()?.iter().map(|s| s.ln()).sum();
+        let volume: f64 = x.singular_values().ok()?.iter().map(|s| ln(*s)).sum();
         if volume - last < 1e-4 {
             break;
         }

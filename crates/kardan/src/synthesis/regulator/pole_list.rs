@@ -1,3 +1,5 @@
+use kardan_rt::functions::hypot;
+
 use crate::results::{Complex, Pole};
 
 /// A real pole or a conjugate pair.
@@ -43,7 +45,7 @@ pub(super) fn multiplicities(poles: &[Pole]) -> Vec<(Pole, usize)> {
 pub(super) fn take_nearest(poles: &mut Vec<Pole>, others: &[Pole]) -> Vec<f64> {
     let mut out = Vec::new();
     for other in others {
-        let distance = |p: &Pole| (p.re - other.re).hypot(p.im - other.im);
+        let distance = |p: &Pole| hypot(p.re - other.re, p.im - other.im);
         let nearest = (0..poles.len()).min_by(|&i, &j| distance(&poles[i]).total_cmp(&distance(&poles[j])));
         out.push(nearest.map_or(f64::INFINITY, |at| distance(&poles.swap_remove(at))));
     }

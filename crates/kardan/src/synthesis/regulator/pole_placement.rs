@@ -1,4 +1,5 @@
 use faer::Mat;
+use kardan_rt::functions::{exp2, hypot, log2};
 
 use super::assignment::{Assignment, assign};
 use super::floating::{finite, from_faer, scaled, to_faer};
@@ -128,9 +129,9 @@ pub fn place_poles(system: &LinearSystem, poles: &[Pole]) -> Result<Placement, P
     let (a, b, reached) = match unreached(&explicit) {
         None => (explicit.a.clone(), explicit.b.clone(), (0..n).collect()),
         Some(part) => {
-            let largest = poles.iter().map(|p| p.re.hypot(p.im)).fold(0.0, f64::max);
+            let largest = poles.iter().map(|p| hypot(p.re, p.im)).fold(0.0, f64::max);
             let distances = take_nearest(&mut free, &part.modes);
-            let near = |(mode, distance): (&Pole, &f64)| *distance <= 1e-6 * mode.re.hypot(mode.im) + 1e-9 * largest;
+            let near = |(mode, distance): (&Pole, &f64)| *distance <= 1e-6 * hypot(mode.re, mode.im) + 1e-9 * largest;
             if !part.modes.iter().zip(&distances).all(near) || paired(&free).is_err() {
                 let polynomial = part.polynomial.to_string();
                 let (modes, combinations) = (part.modes, part.combinations);
@@ -193,7 +194,7 @@ fn eigenvectors(
 
 /// Largest distance of an achieved pole from its wish, relative to the wish.
 fn mismatch(achieved: &[Pole], wishes: &[Pole]) -> f64 {
-    let size = |p: &Pole| p.re.hypot(p.im);
+    let size = |p: &Pole| hypot(p.re, p.im);
     let largest = wishes.iter().map(size).fold(0.0, f64::max);
     let distances = take_nearest(&mut achieved.to_vec(), wishes);
     let relative = |(d, wanted): (f64, &Pole)| if d > 0.0 { d / size(wanted).max(1e-3 * largest) } else { 0.0 };
@@ -229,5 +230,5 @@ fn check_repetitions(a: &Matrix<Rational>, b: &Matrix<Rational>, poles: &[Pole])
 /// A power of two near the length of a column; one for a column of zeros.
 fn size(m: &Mat<f64>, column: usize) -> f64 {
     let length = m.col(column).norm_l2();
-    if length > 0.0 { length.log2().round().exp2() } else { 1.0 }
+    if length > 0.0 { exp2(log2(length).round()) } else { 1.0 }
 }

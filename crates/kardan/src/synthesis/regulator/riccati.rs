@@ -1,5 +1,6 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+use kardan_rt::functions::{exp2, log2};
 
 use super::floating::{scaled, symmetric};
 use super::lyapunov::Solver;
@@ -134,7 +135,7 @@ pub(super) fn balance_with_costate(a: &Mat<f64>, g: &Mat<f64>, q: &Mat<f64>) -> 
             if !(column > 0.0 && row > 0.0 && column.is_finite() && row.is_finite()) {
                 continue;
             }
-            let factor = (0.5 * (row / column).log2()).round().exp2();
+            let factor = exp2((0.5 * log2(row / column)).round());
             if column * factor + row / factor < 0.95 * (column + row) {
                 changed = true;
                 scales[k] *= factor;

@@ -1,4 +1,5 @@
 use faer::{Mat, c64};
+use kardan_rt::functions::hypot;
 
 /// The Schur form `A = U T Uᴴ` of a real square matrix: U unitary, T upper triangular with the eigenvalues on its diagonal.
 #[derive(Debug, Clone)]
@@ -19,7 +20,7 @@ struct Rotation {
 impl Rotation {
     /// The one that brings (x, y) to (r, 0).
     fn to_first(x: c64, y: c64) -> Self {
-        let (size, h) = (x.norm(), x.norm().hypot(y.norm()));
+        let (size, h) = (x.norm(), hypot(x.norm(), y.norm()));
         match (h > 0.0, size > 0.0) {
             (false, _) => Self { c: 1.0, s: c64::new(0.0, 0.0) },
             (true, false) => Self { c: 0.0, s: c64::new(1.0, 0.0) },
@@ -149,6 +150,8 @@ fn wilkinson(t: &Mat<c64>, high: usize) -> c64 {
 
 #[cfg(test)]
 mod tests {
+    use kardan_rt::functions::exp2;
+
     use super::*;
     use crate::num::Random;
 
@@ -170,7 +173,7 @@ mod tests {
                     0 => 2.0 * random.unit() - 1.0,
                     1 => f64::from(u8::from(j == i + 1)) + if (i, j) == (n - 1, 0) { 1.0 } else { 0.0 },
                     2 => f64::from(u8::from(j == i + 1)) - 3.0 * f64::from(u8::from(i == j)),
-                    _ => (2.0 * random.unit() - 1.0) * f64::from(i as i32 - j as i32).exp2(),
+                    _ => (2.0 * random.unit() - 1.0) * exp2(f64::from(i as i32 - j as i32)),
                 });
                 let mut schur = Schur::of(&a).unwrap();
                 assert!(residual(&a, &schur) < 3e-14 * n as f64, "{n} {kind}: {:e}", residual(&a, &schur));

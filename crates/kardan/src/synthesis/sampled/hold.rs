@@ -1,3 +1,5 @@
+use kardan_rt::functions::{log2, powi};
+
 use crate::num::{Matrix, exponential};
 use crate::synthesis::Clock;
 
@@ -115,8 +117,8 @@ pub(in crate::synthesis) fn integrated(
 ) -> Option<(Matrix<f64>, Matrix<f64>)> {
     let n = a.rows();
     let norm = (0..n).map(|i| a.row(i).iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * time;
-    let doublings = if norm > 0.5 { (norm / 0.5).log2().ceil() as i32 } else { 0 };
-    let step = time / 2f64.powi(doublings);
+    let doublings = if norm > 0.5 { log2(norm / 0.5).ceil() as i32 } else { 0 };
+    let step = time / powi(2.0, doublings);
     let both = Matrix::from_fn(2 * n, 2 * n, |i, j| {
         step * match (i < n, j < n) {
             (true, true) => -a[(j, i)],

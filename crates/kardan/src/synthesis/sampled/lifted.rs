@@ -1,6 +1,7 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, c64};
+use kardan_rt::functions::hypot;
 
 use super::SampledLoop;
 use crate::num::{AtZero, Matrix, at_zero};
@@ -43,7 +44,7 @@ impl Lifted {
             self.map.with_factor(c64::new(re, im)).map(|m| self.split.left.multiply(&m).multiply(&self.split.right));
         let n = re.rows();
         let all = Mat::from_fn(n, n, |i, j| c64::new(re[(i, j)], im[(i, j)])).eigenvalues().ok()?;
-        let largest = all.iter().map(|x| x.re.hypot(x.im)).fold(0.0, f64::max);
+        let largest = all.iter().map(|x| hypot(x.re, x.im)).fold(0.0, f64::max);
         largest.is_finite().then_some(largest)
     }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use faer::c64;
+use kardan_rt::functions::{atan2, cos, exp, hypot, ln_1p, powf, sin};
 
 use super::jump::Jump;
 use super::places::Places;
@@ -102,7 +103,7 @@ impl Slowest {
         let drift = found.dropped.iter().map(|(re, _)| *re).fold(0.0, f64::max);
         let (left_out, rounding) = (found.left_out(), found.split.rounding);
         Some(Self {
-            growth: re.exp(),
+            growth: exp(re),
             frequency: im.abs(),
             stable,
             free: found.split.motions,
@@ -154,7 +155,7 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
             }
         })
     };
-    let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + (i as f64).sin());
+    let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));
     let vector = |a: &Matrix<f64>, im: f64| {
         let once = shifted(a, im).solve(&start)?;
         let largest = once.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
@@ -167,7 +168,7 @@ fn error(matrix: &Matrix<f64>, value: (f64, f64)) -> f64 {
     let condition = match (right, left) {
         (Some(x), Some(y)) => {
             let sum = |a: usize, b: usize| (0..n).map(|k| y[(a + k, 0)] * x[(b + k, 0)]).sum::<f64>();
-            let along = (sum(0, 0) + sum(n, n)).hypot(sum(0, n) - sum(n, 0));
+            let along = hypot(sum(0, 0) + sum(n, n), sum(0, n) - sum(n, 0));
             let length = |x: &Matrix<f64>| x.as_slice().iter().map(|x| x * x).sum::<f64>().sqrt();
             (length(&x) * length(&y) / along).max(1.0)
         }
@@ -439,7 +440,7 @@ impl SampledLoop {
         let rest = found.split.rest.plus(&Matrix::identity(found.split.rest.rows()));
         // |1 + μ|² = 1 + 2 Re μ + |μ|²: the growth keeps its digits next to one.
         let grows = |(re, im): (f64, f64)| 2.0 * re + re * re + im * im;
-        let per_second = |change: (f64, f64)| 0.5 * grows(change).ln_1p() / self.period;
+        let per_second = |change: (f64, f64)| 0.5 * ln_1p(grows(change)) / self.period;
         let drift = found.dropped.iter().map(|change| per_second(*change)).fold(0.0, f64::max);
         let (left_out, rounding) = (found.left_out(), found.split.rounding / self.period);
         let Some(change) = found.held.iter().copied().max_by(|a, b| grows(*a).total_cmp(&grows(*b))) else {
@@ -460,7 +461,7 @@ impl SampledLoop {
             beyond if beyond > CLOSE => false,
             beyond => beyond <= error(&rest, own),
         };
-        let growth = (1.0 + grows(change)).max(0.0).powf(0.5 * self.sample_time / self.period);
+        let growth = powf((1.0 + grows(change)).max(0.0), 0.5 * self.sample_time / self.period);
         let frequency = self.turn(own).abs() / self.period;
         Some(Slowest { growth, frequency, stable, free: found.split.motions, left_out, drift, rounding })
     }
@@ -486,7 +487,7 @@ impl SampledLoop {
     /// By which angle the motion of an eigenvalue of the map turns in a period, rad: its angle, and whole turns, which are counted
     /// from sample to sample.
     fn turn(&self, (re, im): (f64, f64)) -> f64 {
-        let angle = im.atan2(re);
+        let angle = atan2(im, re);
         if self.period < (1.0 + SAME) * self.sample_time {
             return angle;
         }
@@ -513,7 +514,7 @@ impl SampledLoop {
                 }
             }
         });
-        let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + (i as f64).sin());
+        let start = Matrix::from_fn(2 * n, 1, |i, _| 1.0 + sin(i as f64));
         let Some(found) = shifted.solve(&start) else { return angle };
         let largest = found.as_slice().iter().fold(0.0f64, |max, x| max.max(x.abs()));
         let part = |first: usize| {
@@ -528,7 +529,7 @@ impl SampledLoop {
             .map(|k| {
                 let sum = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
                 let along = sum(&x[k - 1], &x[k]) + sum(&y[k - 1], &y[k]);
-                (sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k])).atan2(along)
+                atan2(sum(&x[k - 1], &y[k]) - sum(&y[k - 1], &x[k]), along)
             })
             .sum();
         angle + TAU * ((turned - angle) / TAU).round()
@@ -592,7 +593,7 @@ impl SampledLoop {
 }
 
 fn size((re, im): (f64, f64)) -> f64 {
-    re.hypot(im)
+    hypot(re, im)
 }
 
 /// A power of a complex number.
@@ -600,8 +601,8 @@ fn power((re, im): (f64, f64), exponent: f64) -> (f64, f64) {
     if exponent == 1.0 {
         return (re, im);
     }
-    let (size, angle) = (re.hypot(im).powf(exponent), im.atan2(re) * exponent);
-    (size * angle.cos(), size * angle.sin())
+    let (size, angle) = (powf(hypot(re, im), exponent), atan2(im, re) * exponent);
+    (size * cos(angle), size * sin(angle))
 }
 
 /// What happens within a period, instant by instant, in the steady state: commands of the period before are on their way.

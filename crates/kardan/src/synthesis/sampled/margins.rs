@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use kardan_rt::functions::{ln, powi};
+
 use super::{ControlLoop, Lifted, LoopPlant, SampledLoop, SampledPart, Slowest, Wire};
 use crate::num::{Matrix, at_zero, bracket};
 use crate::synthesis::margins::Response;
@@ -143,8 +145,8 @@ impl Survey<'_> {
     ) -> Option<Limit> {
         // Negative where the loop is stable; the size is how fast the motion grows or decays.
         let grows = |value: f64| match self.slowest_without(change(value), left_out) {
-            Some(found) if found.stable => -found.growth.ln().abs().max(f64::MIN_POSITIVE),
-            Some(found) => found.growth.ln().abs().max(f64::MIN_POSITIVE),
+            Some(found) if found.stable => -ln(found.growth).abs().max(f64::MIN_POSITIVE),
+            Some(found) => ln(found.growth).abs().max(f64::MIN_POSITIVE),
             None => f64::INFINITY,
         };
         let mut before: Option<(f64, f64)> = None;
@@ -233,6 +235,6 @@ impl Survey<'_> {
 
 /// From one value to another in steps of a factor.
 fn path(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let steps = ((to / from).ln() / STEP.ln()).ceil() as i32;
-    (0..=steps).map(move |k| (from * STEP.powi(k)).min(to))
+    let steps = (ln(to / from) / ln(STEP)).ceil() as i32;
+    (0..=steps).map(move |k| (from * powi(STEP, k)).min(to))
 }

@@ -1,4 +1,4 @@
-use crate::Real;
+//! What the elementary functions need to know of `f32` and `f64`.
 
 /// What the functions need to know of a binary format.
 ///
@@ -74,10 +74,14 @@ pub trait Format: Sized + Copy + 'static {
     /// The size of this with the sign of the other.
     #[must_use]
     fn with_sign(self, other: Self) -> Self;
+    /// The same number.
+    fn widened(self) -> f64;
+    /// The nearest number.
+    fn nearest(wide: f64) -> Self;
 }
 
 macro_rules! bits {
-    ($number:ty, sign $sign:literal, mantissa $mantissa:literal, bias $bias:literal, root_half $root_half:literal) => {
+    ($number:ty, one $one:literal, sign $sign:literal, mantissa $mantissa:literal, bias $bias:literal, root_half $root_half:literal) => {
         const HALF: Self = 0.5;
         const INFINITY: Self = <$number>::INFINITY;
         const LEAST: Self = <$number>::from_bits(1);
@@ -87,13 +91,13 @@ macro_rules! bits {
         #[inline]
         fn is_odd(self) -> Self {
             // The digits of 1, or none.
-            Self::from_bits((self.to_bits() & 1).wrapping_neg() & <$number as Real>::ONE.to_bits())
+            Self::from_bits((self.to_bits() & 1).wrapping_neg() & $one.to_bits())
         }
 
         #[inline]
         fn turned(self) -> Self {
             // The second last digit as sign.
-            Self::from_bits(((self.to_bits() & 2) << $sign) | <$number as Real>::ONE.to_bits())
+            Self::from_bits(((self.to_bits() & 2) << $sign) | $one.to_bits())
         }
 
         #[inline]
@@ -122,7 +126,7 @@ macro_rules! bits {
 
         #[inline]
         fn sign(self) -> Self {
-            <$number as Real>::ONE.copysign(self)
+            $one.copysign(self)
         }
 
         #[inline]
@@ -229,7 +233,17 @@ impl Format for f64 {
         0.029_612_011_264_955_12,
     ];
 
-    bits!(f64, sign 62, mantissa 52, bias 1023_i64, root_half 0x3fe6_a09e_667f_3bcd_u64);
+    bits!(f64, one 1.0_f64, sign 62, mantissa 52, bias 1023_i64, root_half 0x3fe6_a09e_667f_3bcd_u64);
+
+    #[inline]
+    fn widened(self) -> f64 {
+        self
+    }
+
+    #[inline]
+    fn nearest(wide: f64) -> Self {
+        wide
+    }
 }
 
 impl Format for f32 {
@@ -248,8 +262,7 @@ impl Format for f32 {
     ];
     const TAN_PI_8: Self = 0.414_213_57;
     // 2^100, 2^-30; 2^-40, 2^80
-    const RANGES: ((Self, Self), (Self, Self)) =
-        ((1.267_650_6e30, 9.313_225_7e-10), (9.094_947e-13, 1.208_925_8e24));
+    const RANGES: ((Self, Self), (Self, Self)) = ((1.267_650_6e30, 9.313_226e-10), (9.094_947e-13, 1.208_925_8e24));
     // 2^-90
     const NO_REST: Self = 8.077_936e-28;
     const EXPONENTS: (Self, Self) = (-104.0, 89.0);
@@ -265,5 +278,16 @@ impl Format for f32 {
     const ARC_SINE: &'static [Self] =
         &[0.166_666_66, 0.075_000_94, 0.044_599_403, 0.031_100_662, 0.017_149_238, 0.033_690_847];
 
-    bits!(f32, sign 30, mantissa 23, bias 127_i32, root_half 0x3f35_04f3_u32);
+    bits!(f32, one 1.0_f32, sign 30, mantissa 23, bias 127_i32, root_half 0x3f35_04f3_u32);
+
+    #[inline]
+    fn widened(self) -> f64 {
+        f64::from(self)
+    }
+
+    #[inline]
+    #[allow(clippy::as_conversions, clippy::cast_possible_truncation)] // to the nearest
+    fn nearest(wide: f64) -> Self {
+        wide as Self
+    }
 }

@@ -1,0 +1,83 @@
+//! Sine, cosine and tangent of angles that are not too large.
+
+use super::sums::{all, exact_product, exact_sum, ordered_sum, polynomial, quotient};
+use crate::format::Format;
+use crate::number::Number;
+use crate::real::Real;
+
+/// An angle within ±π/4 rad (and a little more) as a sum; and how many quarters of a turn were subtracted, added to
+/// [`Format::ROUND`].
+#[derive(Clone, Copy)]
+pub struct Reduced<N> {
+    /// Quarters.
+    pub quarters: N,
+    /// The angle.
+    pub angle: (N, N),
+}
+
+/// Subtracts the multiple of π/2 in parts so short that products with it are exact.
+#[inline(always)]
+pub fn reduced<N: Number>(x: N) -> Reduced<N> {
+    let quarters = x * all(N::One::TWO_OVER_PI) + all(N::One::ROUND);
+    let n = quarters - all(N::One::ROUND);
+    let [first, second, third, rest] = N::One::HALF_PI.map(all::<N>);
+    let (angle, lost) = exact_sum(x - n * first, -(n * second));
+    let (angle, lost_again) = exact_sum(angle, -(n * third));
+    Reduced { quarters, angle: exact_sum(angle, (lost + lost_again) - n * rest) }
+}
+
+/// What `sin(a + b) − a` is.
+#[inline(always)]
+pub fn sine_rest<N: Number>((a, b): (N, N), square: N) -> N {
+    a * square * polynomial(N::One::SINE, square) + b * (all::<N>(N::One::ONE) - all::<N>(N::One::HALF) * square)
+}
+
+/// `cos(a + b)` as a sum; the square of a may come with what it lost.
+#[inline(always)]
+pub fn cosine<N: Number>((a, b): (N, N), (square, lost): (N, N)) -> (N, N) {
+    let half = all::<N>(N::One::HALF);
+    let own = half * square;
+    let first = all::<N>(N::One::ONE) - own;
+    let rest = square * square * polynomial(N::One::COSINE, square) - (a * b + half * lost);
+    (first, ((all::<N>(N::One::ONE) - first) - own) + rest)
+}
+
+#[inline(always)]
+pub fn sin_cos_of<N: Number>(x: N, Reduced { quarters, angle }: Reduced<N>) -> (N, N) {
+    let square = angle.0 * angle.0;
+    let sine = angle.0 + sine_rest(angle, square);
+    let (first, rest) = cosine(angle, (square, all(N::One::ZERO)));
+    let cosine = first + rest;
+    // 0 or 1, and signs ±1.
+    let (odd, half) = (quarters.map(Format::is_odd), all(N::One::HALF));
+    let turned = quarters.map(Format::turned);
+    let (sine, cosine) = (odd.select(half, sine, cosine), odd.select(half, cosine, sine));
+    let flipped = odd.select(half, turned, -turned);
+    (x.map(Real::abs).select(all(N::One::NORMAL), x, turned * sine), flipped * cosine)
+}
+
+/// sin and cos from the sums of both; −cos/sin in odd quarters.
+#[inline(always)]
+pub fn tan_of<N: Number>(x: N, Reduced { quarters, angle }: Reduced<N>) -> N {
+    let square = exact_product(angle.0, angle.0);
+    let sine = ordered_sum(angle.0, sine_rest(angle, square.0));
+    let (first, rest) = cosine(angle, square);
+    let cosine = ordered_sum(first, rest);
+    let (odd, half) = (quarters.map(Format::is_odd), all(N::One::HALF));
+    let above = (odd.select(half, sine.0, -cosine.0), odd.select(half, sine.1, -cosine.1));
+    let below = (odd.select(half, cosine.0, sine.0), odd.select(half, cosine.1, sine.1));
+    let (ratio, rest) = quotient(above, below);
+    x.map(Real::abs).select(all(N::One::NORMAL), x, ratio + rest)
+}
+
+/// Sine and cosine where no angle is beyond [`Format::NEAR`].
+#[inline(always)]
+pub fn sin_cos<N: Number>(x: N) -> (N, N) {
+    sin_cos_of(x, reduced(x))
+}
+
+/// The tangent where no angle is beyond [`Format::NEAR`].
+#[inline(always)]
+pub fn tan<N: Number>(x: N) -> N {
+    tan_of(x, reduced(x))
+}
