@@ -42,6 +42,8 @@ pub trait Format: Sized + Copy + 'static {
     const LN_2: (Self, Self);
     /// `(sin x − x)/x³` in `x²` up to π/4.
     const SINE: &'static [Self];
+    /// What rounding took from the first of them.
+    const SINE_REST: Self;
     /// `(cos x − 1 + x²/2)/x⁴` in `x²` up to π/4.
     const COSINE: &'static [Self];
     /// `(eˣ − 1 − x)/x²` in x within ±(ln 2)/2.
@@ -171,6 +173,7 @@ impl Format for f64 {
         1.605_852_962_030_773_5e-10,
         -7.586_579_414_439_557e-13,
     ];
+    const SINE_REST: Self = -9.240_109_900_177_261e-18;
     const COSINE: &'static [Self] = &[
         0.041_666_666_666_666_664,
         -0.001_388_888_888_888_738_2,
@@ -269,6 +272,7 @@ impl Format for f32 {
     const ONE_OVER_LN_2: Self = core::f32::consts::LOG2_E;
     const LN_2: (Self, Self) = (0.693_145_75, 1.428_606_8e-06);
     const SINE: &'static [Self] = &[-0.166_666_67, 0.008_333_332, -0.000_198_400_83, 2.724_932_8e-06];
+    const SINE_REST: Self = 4.995_387_5e-9;
     const COSINE: &'static [Self] = &[0.041_666_664, -0.001_388_830_1, 2.454_745e-05];
     const EXPONENTIAL: &'static [Self] =
         &[0.5, 0.166_666_67, 0.041_666_463, 0.008_333_310_5, 0.001_393_373_1, 0.000_198_910_8];

@@ -56,11 +56,25 @@ pub fn sin_cos_of<N: Number>(x: N, Reduced { quarters, angle }: Reduced<N>) -> (
     (x.map(Real::abs).select(all(N::One::NORMAL), x, turned * sine), flipped * cosine)
 }
 
+/// `sin(a + b)` as a sum: of its series the second term, too, is exact.
+#[inline(always)]
+fn exact_sine<N: Number>((a, b): (N, N), (square, lost): (N, N)) -> (N, N) {
+    let (Some((third, others)), one) = (N::One::SINE.split_first(), all::<N>(N::One::ONE)) else { return (a, b) };
+    let third = all::<N>(*third);
+    let cube = exact_product(a, square);
+    let term = exact_product(cube.0, third);
+    let others = cube.0 * (all::<N>(N::One::SINE_REST) + square * polynomial(others, square));
+    let cube_rest = cube.1 + a * lost;
+    let rest = term.1 + (cube_rest * third + others) + b * (one - all::<N>(N::One::HALF) * square);
+    let (sum, lost) = ordered_sum(a, term.0);
+    ordered_sum(sum, lost + rest)
+}
+
 /// sin and cos from the sums of both; −cos/sin in odd quarters.
 #[inline(always)]
 pub fn tan_of<N: Number>(x: N, Reduced { quarters, angle }: Reduced<N>) -> N {
     let square = exact_product(angle.0, angle.0);
-    let sine = ordered_sum(angle.0, sine_rest(angle, square.0));
+    let sine = exact_sine(angle, square);
     let (first, rest) = cosine(angle, square);
     let cosine = ordered_sum(first, rest);
     let (odd, half) = (quarters.map(Format::is_odd), all(N::One::HALF));
