@@ -93,7 +93,7 @@ pub struct RunArgs {
     /// Run controllers too that are unstable at their sample time, or whose references no motor can hold.
     #[arg(long)]
     pub force: bool,
-    /// Only the runs: neither the structure of the model nor the designs of its controllers beside them. Faster.
+    /// Only the runs: neither the structure of the model, nor the designs of its controllers, nor an estimate of errors. Faster.
     #[arg(long)]
     pub runs_only: bool,
     /// How the runs are integrated.

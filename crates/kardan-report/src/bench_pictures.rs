@@ -33,6 +33,7 @@ fn named(run: &Run, name: String, experiment: &Experiment) -> Run {
         notes: Vec::new(),
         strains: Vec::new(),
         effort: run.effort,
+        accuracy: None,
     }
 }
 

@@ -8,8 +8,8 @@ use crate::text::number;
 use crate::text::{Clock, figure};
 use crate::words;
 use kardan::results::{
-    self, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal, Structure, Study,
-    Verdict,
+    self, Accuracy, DisplayUnit, Energy, Event, Extreme, ModelSummary, MotorStrain, Outcome, Plot, Run, Signal,
+    Structure, Study, Verdict,
 };
 
 use super::{analysis, design};
@@ -37,6 +37,7 @@ fn with_plots(study: &Study, drawn: &[PlotFile]) -> Page {
         ("requirements", "Requirements", requirements(study)),
         ("motors", "Motors and their limits", motors(study)),
         ("energy", "Energy balance", energy(study)),
+        ("accuracy", "Accuracy", accuracy(study)),
         ("events", "Events", new().detail(events(study))),
         ("notes", "Notes", new().list(notes(study))),
         ("warnings", "Warnings", study.warnings.iter().fold(new(), |body, text| body.judge(false, text))),
@@ -280,6 +281,41 @@ fn energy(study: &Study) -> Body {
     )
 }
 
+/// How far the integration may be wrong, if that is known.
+fn accuracy(study: &Study) -> Body {
+    let known = || study.runs.iter().filter_map(|run| Some((run, run.accuracy.as_ref()?)));
+    let Some((_, first)) = known().next() else { return Body::default() };
+    let row_of = |(run, found): (&Run, &Accuracy)| {
+        let mut row = row![variant_label(study, run)];
+        row.extend(first.errors.iter().map(|own| {
+            let error = found.errors.iter().find(|error| error.unit == own.unit);
+            Cell::from(error.map_or("–".into(), |error| format!("{} ({})", figure(error.error, 2), error.signal)))
+        }));
+        row
+    };
+    let titles: Vec<String> = first.errors.iter().map(|own| format!("#error [{}]", own.unit.unit())).collect();
+    let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
+    let body = Body::default().table(&headers, known().map(row_of)).hint(&format!(
+        "What the integration may be wrong by at most, over all rows, in the signal where that is most (readings of sensors \
+         are not compared). Estimated, not proven: a third of \
+         the difference to a second run at the tolerance {} instead of {}.",
+        figure(first.looser, 2),
+        figure(first.tolerance, 2)
+    ));
+    let others: Vec<String> =
+        known().filter(|(_, found)| !found.same_events).map(|(run, _)| variant_label(study, run)).collect();
+    if others.is_empty() {
+        return body;
+    }
+    body.judge(
+        false,
+        format!(
+            "{}: the second run came through other events, or in another order; a smaller `tolerance` tells which are right",
+            others.join(", ")
+        ),
+    )
+}
+
 /// What happened, run by run, folded away.
 fn events(study: &Study) -> Body {
     let body = study.runs.iter().fold(Body::default(), |body, run| {
@@ -376,6 +412,7 @@ mod tests {
             notes: vec![],
             strains: vec![],
             effort: Default::default(),
+            accuracy: None,
         };
         let plots = vec![plot("x", &["a"]), plot("y", &[])];
         let mut study = Study { plots, runs: vec![run], ..Study::default() };

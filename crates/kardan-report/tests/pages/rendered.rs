@@ -46,6 +46,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             ..MotorStrain::default()
         }],
         effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7 },
+        accuracy: None,
     }
 }
 

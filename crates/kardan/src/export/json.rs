@@ -10,8 +10,8 @@ use super::printed::printed;
 use crate::diagnostics::{Diagnostic, Lines, Severity};
 use crate::results::serial::by_name;
 use crate::results::{
-    Effort, Energy, Event, Mechanism, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal, StrainView,
-    Study, extremes,
+    Accuracy, Effort, Energy, Event, Mechanism, Outcome, ParameterValue, Physical, RequirementResult, Run, Signal,
+    StrainView, Study, extremes,
 };
 
 /// The files that were written for a study.
@@ -78,6 +78,8 @@ struct RunView<'a> {
     motors: Vec<StrainView<'a>>,
     /// What the integrator did.
     effort: Effort,
+    /// How far the integration may be wrong, estimated by a second run; null with `--runs-only`, and where one of both ended early.
+    accuracy: Option<&'a Accuracy>,
     /// Paths of its files.
     files: &'a [String],
 }
@@ -225,6 +227,7 @@ fn variant<'a>(run: &'a Run, files: &'a [String]) -> RunView<'a> {
         notes: &run.notes,
         motors: run.strains.iter().map(|strain| StrainView::of(strain, run.length())).collect(),
         effort: run.effort,
+        accuracy: run.accuracy.as_ref(),
         files,
     }
 }

@@ -1,5 +1,6 @@
 //! What a study produces: plain data with names and units, nothing computed here.
 
+mod accuracy;
 mod analysis;
 mod bench;
 mod descriptor;
@@ -24,6 +25,7 @@ use kardan_rt::functions::hypot;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+pub use accuracy::*;
 pub use analysis::*;
 pub use bench::*;
 pub use descriptor::*;
@@ -346,6 +348,8 @@ pub struct Run {
     pub strains: Vec<MotorStrain>,
     /// What the integrator did.
     pub effort: Effort,
+    /// How far it may be wrong; none where that was not asked.
+    pub accuracy: Option<Accuracy>,
 }
 
 impl Run {

@@ -1,5 +1,6 @@
 //! What a model file asks for: checked, designed, run for every variant, judged.
 
+mod accuracy;
 mod analysis;
 mod analyze;
 mod asked;

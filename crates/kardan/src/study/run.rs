@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::accuracy;
 use super::analyze::analyze_variant;
 use super::design::designed;
 use super::prepare::is_error;
@@ -16,7 +17,7 @@ use super::{
 use crate::diagnostics::{Diagnostic, nearest};
 use crate::names::Quantity;
 use crate::results::{Analysis, Design, Outcome, Plot, PlottedReference, Run, Study};
-use crate::simulate::{Method, Setup, Tolerance, signal_names};
+use crate::simulate::{Method, RunResult, Setup, Tolerance, signal_names, simulate};
 
 /// Told of a study that ends with its runs.
 const MISSING: &str = "structure and designs of the report are missing";
@@ -28,7 +29,8 @@ pub struct Settings {
     pub variants: Vec<String>,
     /// Whether controllers run that are unstable at their sample time.
     pub force: bool,
-    /// Whether only the runs are asked for, without the structure of the model and the designs of its controllers beside them.
+    /// Whether only the runs are asked for, without the structure of the model, the designs of its controllers and the estimate of
+    /// errors beside them.
     /// For many runs in a row: margins and bounds of a design take longer than a run.
     pub runs_only: bool,
     /// How runs are integrated.
@@ -85,7 +87,8 @@ impl Project {
                 || designs_of(prepared, &chosen, progress),
             )
         };
-        let (study, (analysis, mut designs)) = rayon::join(ran, beside);
+        let again = || if settings.runs_only { Vec::new() } else { run_again(prepared, &chosen, settings, progress) };
+        let ((study, seconds), (analysis, mut designs)) = rayon::join(|| rayon::join(ran, again), beside);
         designs.iter_mut().for_each(|design| tell_strains(design, &chosen, &study.runs));
         if let Some(why) = progress.stop() {
             warnings.push(format!("{why}: what was not computed by then is left out"));
@@ -95,7 +98,13 @@ impl Project {
             None
         });
         progress.release();
-        Ok(Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) })
+        let mut study = Study { warnings, analysis, designs, ..Arc::unwrap_or_clone(study) };
+        for ((run, second), variant) in study.runs.iter_mut().zip(&seconds).zip(&chosen) {
+            let sensors = variant.reduced.equations.sensors.iter();
+            let readings: Vec<String> = sensors.map(|(name, sensor)| sensor.measured.quantity().of(name)).collect();
+            run.accuracy = accuracy::estimate(run, second, tolerance(prepared, settings, progress), &readings);
+        }
+        Ok(study)
     }
 }
 
@@ -130,6 +139,26 @@ fn run_all(
     });
     progress.keep(&|| Part::Study(Arc::clone(&study)));
     study
+}
+
+/// The runs at a looser tolerance, which tell how accurate the others are.
+fn run_again(
+    prepared: &Prepared,
+    chosen: &[&PreparedVariant],
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Vec<RunResult> {
+    let tolerance = accuracy::looser(tolerance(prepared, settings, progress));
+    chosen.par_iter().map(|variant| simulate(setup(variant), tolerance, &mut |_| progress.stop())).collect()
+}
+
+fn setup(variant: &PreparedVariant) -> Setup<'_> {
+    Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario }
+}
+
+fn tolerance(prepared: &Prepared, settings: &Settings, progress: &dyn Progress) -> Tolerance {
+    let asked = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
+    Tolerance { most_steps: progress.most_steps(), method: settings.method, ..asked }
 }
 
 /// The design of each controller, as in the first variant that uses it. Of a study that ends early the runs are written, and
@@ -271,10 +300,8 @@ fn run_variant(
     (prepared, settings): (&Prepared, &Settings),
     progress: &dyn Progress,
 ) -> Run {
-    let setup = Setup { reduced: &variant.reduced, laws: &variant.running, scenario: &variant.scenario };
-    let asked = settings.tolerance.map_or(prepared.tolerance, Tolerance::relative);
-    let tolerance = Tolerance { most_steps: progress.most_steps(), method: settings.method, ..asked };
-    let result = simulate_heard(setup, tolerance, (number, &variant.name), progress);
+    let tolerance = tolerance(prepared, settings, progress);
+    let result = simulate_heard(setup(variant), tolerance, (number, &variant.name), progress);
     let completed = result.outcome == Outcome::Completed;
     let requirements = prepared
         .requirements
@@ -293,5 +320,6 @@ fn run_variant(
         notes: result.notes,
         strains: result.strains,
         effort: result.effort,
+        accuracy: None,
     }
 }

@@ -32,6 +32,7 @@ fn run(name: &str, time: Vec<f64>, values: Vec<f64>) -> Run {
         notes: vec!["the split is not unique".into()],
         strains: vec![],
         effort: Default::default(),
+        accuracy: None,
     }
 }
 

@@ -238,6 +238,7 @@ impl PreparedBench {
             notes: result.notes,
             strains: result.strains,
             effort: result.effort,
+            accuracy: None,
         }
     }
 }

@@ -1,0 +1,70 @@
+//! The error of a run, estimated by a second run.
+
+use crate::results::{Accuracy, Event, Outcome, Run, Series, Signal, SignalError};
+use crate::simulate::{RunResult, Tolerance};
+
+/// How much looser the second run is.
+const LOOSER: f64 = 10.0;
+/// Part of the difference that is taken for the error of the run. Errors that follow the tolerance exactly would be a ninth of it; a
+/// third is safe where they follow it less well, and where both runs are near the rounding of numbers.
+const PART: f64 = 1.0 / 3.0;
+
+/// The tolerance of the second run.
+pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
+    Tolerance { relative: LOOSER * tolerance.relative, absolute: LOOSER * tolerance.absolute, ..tolerance }
+}
+
+/// What the difference to a second run tells of a run; none where one of them ended early. Readings of sensors are left out: they are
+/// copies of other signals, and where they are rounded to counts they jump by one.
+pub(super) fn estimate(run: &Run, second: &RunResult, tolerance: Tolerance, readings: &[String]) -> Option<Accuracy> {
+    if run.outcome != Outcome::Completed || second.outcome != Outcome::Completed {
+        return None;
+    }
+    let gaps = gaps(&run.events, &second.events);
+    let rows = common_rows(&run.series, &second.series, gaps.as_deref().unwrap_or_default());
+    let mut errors: Vec<SignalError> = Vec::new();
+    let pairs = run.series.signals.iter().zip(&second.series.signals);
+    for (signal, other) in pairs.filter(|(signal, _)| !readings.contains(&signal.name)) {
+        let error = PART * largest_difference(signal, other, &rows);
+        let unit = signal.physical;
+        let own = || SignalError { signal: signal.name.clone(), unit, error };
+        match errors.iter_mut().find(|known| known.unit == unit) {
+            Some(known) if known.error >= error => {}
+            Some(known) => *known = own(),
+            None => errors.push(own()),
+        }
+    }
+    let looser = LOOSER * tolerance.relative;
+    Some(Accuracy { tolerance: tolerance.relative, looser, same_events: gaps.is_some(), errors })
+}
+
+/// The times between each event and its like, if both runs have the same ones.
+fn gaps(own: &[Event], other: &[Event]) -> Option<Vec<(f64, f64)>> {
+    let same = own.len() == other.len() && own.iter().zip(other).all(|(a, b)| a.what == b.what);
+    same.then(|| own.iter().zip(other).map(|(a, b)| (a.time.min(b.time), a.time.max(b.time))).collect())
+}
+
+/// Rows of both at the same times, outside of the gaps.
+fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize, usize)> {
+    let mut rows = Vec::new();
+    let (mut k, mut gap) = (0, 0);
+    for (row, &time) in own.time.iter().enumerate() {
+        while k < other.time.len() && other.time[k] < time {
+            k += 1;
+        }
+        while gap < gaps.len() && gaps[gap].1 < time {
+            gap += 1;
+        }
+        // Values at an event are those after it, in one run perhaps already.
+        let within = gaps.get(gap).is_some_and(|(from, until)| *from <= time && time <= *until && from < until);
+        if other.time.get(k) == Some(&time) && !within {
+            rows.push((row, k));
+        }
+    }
+    rows
+}
+
+fn largest_difference(own: &Signal, other: &Signal, rows: &[(usize, usize)]) -> f64 {
+    let differences = rows.iter().map(|(k, l)| (own.values[*k] - other.values[*l]).abs());
+    differences.fold(0.0, f64::max)
+}

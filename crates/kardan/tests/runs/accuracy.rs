@@ -1,0 +1,50 @@
+//! The estimate of a run's error against runs at a tolerance near rounding.
+
+use kardan::results::{Run, Study};
+use kardan::simulate::Method;
+use kardan::study::{Project, Settings, Silent};
+
+use super::common::runs_only;
+
+fn study(model: &str, tolerance: f64, method: Method, runs: bool) -> Study {
+    let settings = Settings { tolerance: Some(tolerance), method, runs_only: runs, ..runs_only() };
+    Project::open(kardan::model::builtin(model).unwrap().source).run(&settings, &Silent).expect("built in")
+}
+
+/// The largest difference of a signal at the times of both, away from events, where values jump.
+fn difference(one: &Run, other: &Run, name: &str) -> f64 {
+    let (a, b) = (one.series.signal(name).unwrap(), other.series.signal(name).unwrap());
+    let calm = |t: f64| one.events.iter().chain(&other.events).all(|event| (event.time - t).abs() > 1e-6);
+    let rows = one.series.time.iter().enumerate().filter(|(_, t)| calm(**t));
+    let both = rows.filter_map(|(k, t)| Some((k, other.series.time.binary_search_by(|s| s.total_cmp(t)).ok()?)));
+    both.map(|(k, l)| (a.values[k] - b.values[l]).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_estimate_is_near_the_error() {
+    for (model, method) in
+        [("two-bodies", Method::Taylor), ("two-bodies", Method::Dop853), ("sia-steering", Method::Taylor)]
+    {
+        let exact = study(model, 1e-13, method, true);
+        for tolerance in [1e-6, 1e-8] {
+            let study = study(model, tolerance, method, false);
+            for (run, exact) in study.runs.iter().zip(&exact.runs) {
+                let found = run.accuracy.as_ref().expect("an estimate");
+                assert_eq!((found.tolerance, found.looser), (tolerance, 10.0 * tolerance));
+                assert!(found.same_events || tolerance > 1e-7, "{model} {}: other events", run.name);
+                for worst in &found.errors {
+                    let error = difference(run, exact, &worst.signal);
+                    let told = format!("{model} {}, {method:?}, {tolerance:e}: {worst:?}, error {error:e}", run.name);
+                    assert!(error <= worst.error, "{told}");
+                    assert!(!found.same_events || worst.error <= 30.0 * error + 1e-12, "{told}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn runs_alone_are_not_estimated() {
+    let study = study("two-bodies", 1e-8, Method::Taylor, true);
+    assert!(study.runs.iter().all(|run| run.accuracy.is_none()));
+}
