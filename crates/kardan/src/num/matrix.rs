@@ -76,15 +76,18 @@ impl<S: Scalar> Matrix<S> {
             "matrix product of {}x{} and {}x{}",
             self.rows, self.columns, other.rows, other.columns
         );
-        Self::from_fn(self.rows, other.columns, |i, j| {
-            let mut sum = S::zero();
-            for k in 0..self.columns {
-                if !self[(i, k)].is_zero() && !other[(k, j)].is_zero() {
-                    sum = sum.plus(&self[(i, k)].times(&other[(k, j)]));
+        // Zeros are passed over: matrices of drivetrains have few other entries.
+        let filled = |row: &[S]| (0..row.len()).filter(|&j| !row[j].is_zero()).collect::<Vec<usize>>();
+        let filled: Vec<Vec<usize>> = (0..other.rows).map(|k| filled(other.row(k))).collect();
+        let mut out = Self::zeros(self.rows, other.columns);
+        for i in 0..self.rows {
+            for (k, factor) in self.row(i).iter().enumerate().filter(|(_, factor)| !factor.is_zero()) {
+                for &j in &filled[k] {
+                    out[(i, j)] = out[(i, j)].plus(&factor.times(&other[(k, j)]));
                 }
             }
-            sum
-        })
+        }
+        out
     }
 
     /// `self + other`.
