@@ -295,7 +295,7 @@ fn accuracy(study: &Study) -> Body {
     };
     let titles: Vec<String> = first.errors.iter().map(|own| format!("#error [{}]", own.unit.unit())).collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
-    let body = Body::default().table(&headers, known().map(row_of)).hint(&format!(
+    let body = Body::default().table(&headers, known().map(row_of)).hint(format!(
         "What the integration may be wrong by at most, over all rows, in the signal where that is most (readings of sensors \
          are not compared). Estimated, not proven: a third of \
          the difference to a second run at the tolerance {} instead of {}.",

@@ -43,7 +43,21 @@ pub enum ReduceError {
         /// Coordinates that would do, if there are any.
         suggestion: Vec<String>,
     },
+    /// A shaft follows through so many transmissions that its exact ratio has too many digits.
+    #[error("`{shaft}` follows from the coordinates through {transmissions} transmissions one after the other, more than {MOST_IN_SERIES}: its \
+             exact ratio would have {} digits", transmissions * DIGITS_OF_A_RATIO)]
+    TooDeep {
+        /// The shaft.
+        shaft: String,
+        /// How many transmissions.
+        transmissions: usize,
+    },
 }
+
+/// Transmissions that a shaft may follow through, one after the other: exact ratios of so many take seconds.
+pub(super) const MOST_IN_SERIES: usize = 500;
+/// Decimal digits of a ratio that is rounded to binary, on both sides of its point.
+const DIGITS_OF_A_RATIO: usize = 16;
 
 /// Constraint elements whose rows are linearly dependent.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,6 @@
 //! The choice of coordinates, and how all other shafts follow from them.
 
+use super::error::MOST_IN_SERIES;
 use super::{Affine, Dependency, ReduceError, Reduced, Step};
 use crate::assemble::{Equations, TransmissionRow};
 use crate::num::{Echelon, Rational, Scalar, echelon, rational_to_f64};
@@ -45,7 +46,27 @@ pub fn reduce(equations: Equations, named: Option<&[String]>) -> Result<Reduced,
         }
     };
     let (coordinates, steps) = explicit?;
+    check_depth(&equations, &steps)?;
     Ok(Reduced { equations, coordinates, steps })
+}
+
+/// Refuses shafts that follow through more transmissions than their exact ratios allow.
+fn check_depth(equations: &Equations, steps: &[Step]) -> Result<(), ReduceError> {
+    let mut depth = vec![0; equations.coordinates.len()];
+    for step in steps {
+        let (value, own) = match step {
+            Step::Linear { value, .. } => (value, 0),
+            Step::Curve { argument, .. } => (argument, 1),
+        };
+        depth[step.shaft()] = own + value.terms.iter().map(|(shaft, _)| depth[*shaft]).max().unwrap_or(0);
+    }
+    let deepest = (0..depth.len()).rev().max_by_key(|&shaft| depth[shaft]);
+    match deepest {
+        Some(shaft) if depth[shaft] > MOST_IN_SERIES => {
+            Err(ReduceError::TooDeep { shaft: equations.coordinates[shaft].clone(), transmissions: depth[shaft] })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Reduced coordinates and the steps that follow from them.

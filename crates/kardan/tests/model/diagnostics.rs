@@ -167,6 +167,24 @@ fn thousands_of_misspelt_names_are_told() {
     assert!(unknown.iter().all(|d| d.help.is_some()));
 }
 
+/// Shafts in a row, each behind a universal joint of the one before.
+fn joints_in_series(count: usize) -> String {
+    let shafts = (0..=count).map(|k| format!("[shaft.s{k:04}]\ninertia = \"1e-3 kg m^2\"\n"));
+    let joints = (0..count).map(|k| {
+        let (one, two) = (format!("s{k:04}"), format!("s{:04}", k + 1));
+        format!("[universal_joint.j{k:04}]\nshaft_1 = \"{one}\"\nshaft_2 = \"{two}\"\nangle = \"20 deg\"\n")
+    });
+    shafts.chain(joints).collect()
+}
+
+#[test]
+fn too_many_joints_in_series_are_refused_with_their_number() {
+    assert!(study::check(&joints_in_series(20)).is_empty());
+    let found = study::check(&joints_in_series(2000));
+    assert_eq!((found.len(), found[0].code), (1, "constraint::depth"), "{found:?}");
+    assert!(found[0].message.contains("through 2000 transmissions"), "{}", found[0].message);
+}
+
 #[test]
 fn the_models_of_the_program_are_right() {
     for builtin in model::BUILTIN {
