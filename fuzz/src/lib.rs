@@ -258,6 +258,7 @@ pub fn run(bytes: &[u8]) {
             notes: result.notes,
             strains: result.strains,
             effort: result.effort,
+            accuracy: None,
         };
         let rows = run.series.time.len();
         assert!(run.series.signals.iter().all(|signal| signal.values.len() == rows), "columns of two lengths");
