@@ -22,6 +22,9 @@ pub struct Cli {
     /// No progress bars and no notes.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// No machine code of its own: equations are interpreted, with the same results.
+    #[arg(long, global = true)]
+    pub portable: bool,
 }
 
 #[derive(Debug, Subcommand)]

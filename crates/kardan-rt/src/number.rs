@@ -56,6 +56,7 @@ impl<T: Real> Number for T {
 
 /// Numbers side by side: an evaluation does all of them at once, with the bits of one after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(transparent)]
 pub struct Lanes<T, const N: usize>(pub [T; N]);
 
 impl<T: Real, const N: usize> Lanes<T, N> {

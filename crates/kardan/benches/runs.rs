@@ -2,6 +2,7 @@
 //! chains of shafts, with each method.
 
 use divan::{Bencher, black_box};
+use kardan::reduce::Dynamics;
 use kardan::results::Effort;
 use kardan::simulate::{Method, Ready, Setup, Tolerance};
 use kardan::study::{self, Prepared};
@@ -135,4 +136,60 @@ fn chain_with_friction_dop853(bencher: Bencher, n: usize) {
 #[divan::bench(args = [10, 20, 50])]
 fn chain_with_friction_taylor(bencher: Bencher, n: usize) {
     chain_work(n, true).bench(bencher, Method::Taylor, 1e-6);
+}
+
+/// One evaluation of the steering system's equations of motion, and of those of chains: interpreted, as machine code, and as machine code
+/// for four at once.
+mod evaluation {
+    use super::*;
+    use kardan_native::Native;
+    use kardan_rt::Lanes;
+
+    const MODELS: [&str; 3] = ["sia-steering", "chain of 20", "chain of 100"];
+
+    fn dynamics(model: &str) -> Dynamics {
+        let source = match model {
+            "chain of 20" => chain(20, true),
+            "chain of 100" => chain(100, true),
+            _ => builtin(model).to_owned(),
+        };
+        let (prepared, _) = study::prepare(&source);
+        Dynamics::new(&prepared.variants.last().expect("a variant").reduced).0
+    }
+
+    #[divan::bench(args = MODELS)]
+    fn interpreted(bencher: Bencher, model: &str) {
+        let dynamics = dynamics(model);
+        let plan = &dynamics.plan().plan;
+        let mut memory = plan.memory();
+        memory[..plan.inputs.len()].fill(0.3);
+        bencher.bench_local(|| black_box(plan.block().evaluate(black_box(&mut memory))));
+    }
+
+    #[divan::bench(args = MODELS)]
+    fn native(bencher: Bencher, model: &str) {
+        let dynamics = dynamics(model);
+        let plan = &dynamics.plan().plan;
+        let Some(native) = Native::<f64>::new(&plan.block()) else { return };
+        let mut memory = plan.memory();
+        memory[..plan.inputs.len()].fill(0.3);
+        bencher.bench_local(|| black_box(native.evaluate(black_box(&mut memory))));
+    }
+
+    #[divan::bench(args = MODELS)]
+    fn native_four_lanes(bencher: Bencher, model: &str) {
+        let dynamics = dynamics(model);
+        let plan = &dynamics.plan().plan;
+        let Some(native) = Native::<Lanes<f64, 4>>::new(&plan.block()) else { return };
+        let mut memory: Vec<Lanes<f64, 4>> = plan.memory().iter().map(|value| Lanes([*value; 4])).collect();
+        memory[..plan.inputs.len()].fill(Lanes([0.3; 4]));
+        bencher.bench_local(|| black_box(native.evaluate(black_box(&mut memory))));
+    }
+
+    /// From the plan to its code.
+    #[divan::bench(args = MODELS)]
+    fn compiled(bencher: Bencher, model: &str) {
+        let dynamics = dynamics(model);
+        bencher.bench_local(|| Native::<f64>::new(&dynamics.plan().plan.block()).is_some());
+    }
 }

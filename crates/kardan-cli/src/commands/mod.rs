@@ -44,6 +44,9 @@ pub fn main(arguments: Vec<OsString>) -> u8 {
     let json = cli.command.json();
     stop::listen(json);
     panics::answer(json);
+    if cli.portable {
+        kardan_native::switch_off();
+    }
     let limits = match &cli.command {
         Command::Run(args) => Some(&args.limits),
         Command::Design(args) => Some(&args.limits),

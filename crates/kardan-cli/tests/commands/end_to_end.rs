@@ -123,3 +123,16 @@ fn a_failed_requirement_gives_exit_code_1() {
     assert!(folder.join("kardan-out/report.html").exists());
     std::fs::remove_dir_all(&folder).expect("cleaning up");
 }
+
+/// Machine code and interpreter give the same bits.
+#[test]
+fn a_portable_run_writes_the_same_tables() {
+    let folder = folder("portable");
+    let table = |arguments: &[&str]| {
+        let done =
+            kardan(&folder, &[&["run", "two-bodies", "--no-report", "--runs-only", "-o", "out"], arguments].concat());
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        std::fs::read(folder.join("out/two-bodies.csv")).expect("a table")
+    };
+    assert_eq!(table(&[]), table(&["--portable"]));
+}

@@ -1,6 +1,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use kardan_native::Native;
 use kardan_rt::functions::exp;
 
 use super::motion::{Motion, SparseRow};
@@ -100,6 +101,8 @@ pub struct MotionPlan {
     pub more: Range<usize>,
     /// Angles and speeds alone; its outputs are those of `angles`, then those of `speeds`.
     shafts: Plan,
+    /// The plan as machine code, where there is such code.
+    native: Option<Native<f64>>,
 }
 
 /// What is evaluated with the equations of motion: symbols that are given beside the motion, and expressions of both.
@@ -148,6 +151,7 @@ impl MotionPlan {
         outputs.extend(extension.outputs);
         let symbols: Vec<Symbol> = motion.symbols.iter().copied().chain(extension.inputs).collect();
         let plan = compile(&motion.graph, &symbols, &outputs).expect("an extension names all that it is given");
+        let native = Native::new(&plan.block());
         Self {
             plan,
             angles,
@@ -161,6 +165,7 @@ impl MotionPlan {
             input_rows,
             more,
             shafts,
+            native,
         }
     }
 }
@@ -339,12 +344,15 @@ impl Dynamics {
     /// Returns whether the inertia is numerically positive definite. Allocates nothing.
     pub fn update(&self, position: &[f64], speed: &[f64], work: &mut Work) -> bool {
         let r = self.degrees_of_freedom;
-        let MotionPlan { plan, angles, speeds, basis, bias, passive, .. } = &*self.plan;
+        let MotionPlan { plan, native, angles, speeds, basis, bias, passive, .. } = &*self.plan;
         let Work { kinematics, memory, .. } = work;
         memory[..r].copy_from_slice(&position[..r]);
         memory[r..2 * r].copy_from_slice(&speed[..r]);
-        // What is no number is seen where it is used.
-        let _ = plan.block().evaluate(memory);
+        // What is no number is seen where it is used. The code has the bits of the list.
+        let _ = match native {
+            Some(native) => native.evaluate(memory),
+            None => plan.block().evaluate(memory),
+        };
         let put = |list: &[(usize, usize)], memory: &[f64], out: &mut [f64]| {
             list.iter().for_each(|(place, output)| out[*place] = memory[plan.place(*output)]);
         };

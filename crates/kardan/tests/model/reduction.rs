@@ -934,6 +934,31 @@ fn null_vectors_of_wide_and_empty_requests() {
     assert!(null_vectors(Mat::from_fn(1, 1, |_, _| c64::new(f64::NAN, 0.0)).as_ref(), 1).is_none());
 }
 
+/// The machine code of all built-in models has the bits of their lists of operations.
+#[test]
+fn machine_code_has_the_bits_of_the_plan() {
+    use kardan::reduce::Dynamics;
+    use kardan_native::Native;
+    for builtin in kardan::model::BUILTIN {
+        let (prepared, _) = kardan::study::prepare(builtin.source);
+        for variant in &prepared.variants {
+            let (dynamics, _) = Dynamics::new(&variant.reduced);
+            let plan = &dynamics.plan().plan;
+            let Some(native) = Native::<f64>::new(&plan.block()) else { continue };
+            let (mut one, mut other) = (plan.memory(), plan.memory());
+            for sample in 0..20 {
+                let number = |k: usize| ((sample * 31 + k * 17) as f64 * 0.7).sin() * (1 + 20 * sample) as f64;
+                for (k, input) in (0..plan.inputs.len()).enumerate() {
+                    (one[input], other[input]) = (number(k), number(k));
+                }
+                assert!(plan.block().evaluate(&mut one) && native.evaluate(&mut other));
+                let bits = |memory: &[f64]| memory.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+                assert_eq!(bits(&one), bits(&other), "{} {}", builtin.name, variant.name);
+            }
+        }
+    }
+}
+
 /// The plan of the motion against the kinematics evaluated shaft by shaft and against the block of the runtime.
 #[test]
 fn plans_of_motion_agree_with_other_ways() {

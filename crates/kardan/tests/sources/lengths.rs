@@ -46,7 +46,7 @@ fn functions(code: &str) -> Vec<(String, usize)> {
 fn functions_can_be_read() {
     let (mut wrong, mut found) = (Vec::new(), Vec::new());
     let mut read = 0;
-    for name in ["kardan", "kardan-cli", "kardan-rt", "kardan-tables"] {
+    for name in ["kardan", "kardan-cli", "kardan-native", "kardan-rt", "kardan-tables"] {
         let src = crate_folder(&format!("../{name}/src"));
         for file in sources(&src) {
             if file.file_stem().is_some_and(|stem| stem == "tests" || stem == "example") {

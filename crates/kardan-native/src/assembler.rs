@@ -1,0 +1,157 @@
+//! Instructions of x86-64 with AVX, as far as plans need them.
+
+/// A vector register.
+pub type Register = u8;
+
+/// A register or a place in memory, as the last operand of an instruction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Operand {
+    /// A register.
+    Register(Register),
+    /// Bytes from where the memory of the plan begins (rbx).
+    Memory(u32),
+    /// Bytes from where the constants of the code begin (rbp).
+    Constant(u32),
+}
+
+/// What an instruction does with one number, or all of a register.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Opcode {
+    /// The map of opcodes: 1 for 0F, 3 for 0F 3A.
+    map: u8,
+    byte: u8,
+    /// Whether it works bit by bit, on whole registers only.
+    bits: bool,
+}
+
+const fn number(byte: u8) -> Opcode {
+    Opcode { map: 1, byte, bits: false }
+}
+
+const fn bits(byte: u8) -> Opcode {
+    Opcode { map: 1, byte, bits: true }
+}
+
+/// The root of the last operand.
+pub const ROOT: Opcode = number(0x51);
+/// Both, bit by bit.
+pub const AND: Opcode = bits(0x54);
+/// One of both, bit by bit.
+pub const XOR: Opcode = bits(0x57);
+/// The sum.
+pub const ADD: Opcode = number(0x58);
+/// The product.
+pub const MULTIPLY: Opcode = number(0x59);
+/// First less second.
+pub const SUBTRACT: Opcode = number(0x5c);
+/// The first if it is smaller, else the second.
+pub const MINIMUM: Opcode = number(0x5d);
+/// First by second.
+pub const DIVIDE: Opcode = number(0x5e);
+/// The first if it is larger, else the second.
+pub const MAXIMUM: Opcode = number(0x5f);
+/// All digits where a comparison holds, none elsewhere.
+const COMPARE: Opcode = number(0xc2);
+const LOAD: Opcode = number(0x10);
+const STORE: Opcode = number(0x11);
+/// The last operand where the highest digit of a mask is set, else the first.
+const BLEND: Opcode = Opcode { map: 3, byte: 0x4b, bits: true };
+
+/// Machine code while it is written, for one number or for four side by side.
+pub struct Assembler {
+    pub code: Vec<u8>,
+    wide: bool,
+}
+
+impl Assembler {
+    pub fn new(wide: bool) -> Self {
+        Self { code: Vec::new(), wide }
+    }
+
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.code.extend_from_slice(bytes);
+    }
+
+    /// `target = opcode(first, last)`.
+    pub fn operation(&mut self, opcode: Opcode, target: Register, first: Register, last: Operand) {
+        // Three bytes of VEX: high digits of the registers (inverted) and the map; the first operand (inverted), the length and the
+        // kind of numbers: 66 for packed doubles, F2 for one.
+        let high = |register: Register| u8::from(register < 8);
+        let (base_high, mode, low) = match last {
+            Operand::Register(register) => (high(register), 0xc0, register & 7),
+            Operand::Memory(_) => (1, 0x80, 3),
+            Operand::Constant(_) => (1, 0x80, 5),
+        };
+        let packed = self.wide || opcode.bits;
+        let kind = if packed { 1 } else { 3 };
+        let length = u8::from(self.wide) << 2;
+        self.bytes(&[
+            0xc4,
+            (high(target) << 7) | (1 << 6) | (base_high << 5) | opcode.map,
+            ((!first & 15) << 3) | length | kind,
+            opcode.byte,
+            mode | ((target & 7) << 3) | low,
+        ]);
+        if let Operand::Memory(offset) | Operand::Constant(offset) = last {
+            self.bytes(&offset.to_le_bytes());
+        }
+    }
+
+    /// Loads a register. Numbers in memory alone are loaded, constants as wide as bits are.
+    pub fn load(&mut self, target: Register, from: Operand) {
+        match from {
+            // vmovapd
+            Operand::Register(_) => self.operation(bits(0x28), target, 0, from),
+            _ => self.operation(LOAD, target, 0, from),
+        }
+    }
+
+    /// Loads a register with as many bits of constants as it has.
+    pub fn load_bits(&mut self, target: Register, from: Operand) {
+        self.operation(bits(0x10), target, 0, from);
+    }
+
+    pub fn store(&mut self, register: Register, offset: u32) {
+        self.operation(STORE, register, 0, Operand::Memory(offset));
+    }
+
+    /// `target = then where a < b, else otherwise`; `mask` is overwritten.
+    pub fn select(
+        &mut self,
+        target: Register,
+        mask: Register,
+        a: Register,
+        b: Operand,
+        [then, otherwise]: [Register; 2],
+    ) {
+        self.operation(COMPARE, mask, a, b);
+        self.bytes(&[1]); // less, false for NaN
+        self.operation(BLEND, target, otherwise, Operand::Register(then));
+        self.bytes(&[mask << 4]);
+    }
+
+    /// Keeps the arguments in registers that calls leave alone: the memory in rbx, constants in rbp.
+    pub fn begin(&mut self) {
+        self.bytes(&[0x53, 0x55]); // push rbx, push rbp
+        self.bytes(&[0x48, 0x83, 0xec, 0x08]); // sub rsp, 8: calls want multiples of 16
+        self.bytes(&[0x48, 0x89, 0xfb, 0x48, 0x89, 0xf5]); // mov rbx, rdi; mov rbp, rsi
+    }
+
+    pub fn end(&mut self) {
+        self.bytes(&[0xc5, 0xf8, 0x77]); // vzeroupper
+        self.bytes(&[0x48, 0x83, 0xc4, 0x08, 0x5d, 0x5b, 0xc3]); // add rsp, 8; pop rbp; pop rbx; ret
+    }
+
+    /// Calls a function with addresses of places: two that it reads, two that it writes.
+    pub fn call(&mut self, function: u64, places: [u32; 4]) {
+        self.bytes(&[0xc5, 0xf8, 0x77]);
+        // lea rdi, rsi, rdx, rcx of rbx + offset
+        for (modrm, offset) in [0xbb, 0xb3, 0x93, 0x8b].into_iter().zip(places) {
+            self.bytes(&[0x48, 0x8d, modrm]);
+            self.bytes(&offset.to_le_bytes());
+        }
+        self.bytes(&[0x48, 0xb8]); // mov rax, function
+        self.bytes(&function.to_le_bytes());
+        self.bytes(&[0xff, 0xd0]); // call rax
+    }
+}

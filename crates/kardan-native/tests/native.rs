@@ -1,0 +1,148 @@
+//! Machine code against the interpreter, bit for bit.
+
+use kardan_native::{Native, Value};
+use kardan_rt::{Lanes, Operator, Plan, Run};
+
+const OPERATORS: [Operator; 20] = [
+    Operator::Add,
+    Operator::Subtract,
+    Operator::Multiply,
+    Operator::Divide,
+    Operator::AddProduct,
+    Operator::SubtractProduct,
+    Operator::Negate,
+    Operator::Absolute,
+    Operator::SquareRoot,
+    Operator::SineCosine,
+    Operator::Tangent,
+    Operator::ArcSine,
+    Operator::ArcCosine,
+    Operator::ArcTangent,
+    Operator::ArcTangent2,
+    Operator::Exponential,
+    Operator::Logarithm,
+    Operator::Minimum,
+    Operator::Maximum,
+    Operator::Select,
+];
+
+/// Random numbers with a given begin.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % most
+    }
+
+    /// Mostly from −2 to 2, at times an edge.
+    fn number(&mut self) -> f64 {
+        match self.below(40) {
+            0 => 0.0,
+            1 => -0.0,
+            2 => f64::INFINITY,
+            3 => f64::NAN,
+            4 => 1e300,
+            5 => 5e-324,
+            6 => 3e7,
+            _ => self.below(1 << 31) as f64 / f64::from(1 << 29) - 2.0,
+        }
+    }
+}
+
+/// A random list of operations.
+struct Owned {
+    inputs: usize,
+    constants: Vec<f64>,
+    runs: Vec<Run>,
+    operands: Vec<u32>,
+    outputs: Vec<u32>,
+}
+
+impl Owned {
+    fn random(random: &mut Random) -> Self {
+        let inputs = 1 + random.below(6) as usize;
+        let constants: Vec<f64> = (0..random.below(4)).map(|_| random.number()).collect();
+        let mut known = (inputs + constants.len()) as u64;
+        let (mut runs, mut operands) = (Vec::new(), Vec::new());
+        for _ in 0..1 + random.below(12) {
+            let operator = OPERATORS[random.below(20) as usize];
+            let count = 1 + random.below(8) as usize;
+            for _ in 0..count * operator.operands() {
+                operands.push(random.below(known) as u32);
+            }
+            runs.push(Run { operator, count });
+            known += (count * operator.values()) as u64;
+        }
+        let outputs = (0..3).map(|_| random.below(known) as u32).collect();
+        Self { inputs, constants, runs, operands, outputs }
+    }
+
+    fn plan(&self) -> Plan<'_, f64> {
+        let Self { inputs, constants, runs, operands, outputs } = self;
+        Plan { inputs: *inputs, constants, runs, operands, outputs, tables: &[] }
+    }
+}
+
+/// The same number, or both none.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+/// Evaluates both ways and compares all values; false where there is no machine code here.
+fn agrees<N: Value>(plan: &Plan<'_, f64>, inputs: &[N], lanes: impl Fn(&N) -> Vec<f64>) -> bool {
+    let Some(native) = Native::<N>::new(plan) else { return false };
+    let mut one = vec![N::all(0.0); plan.memory()];
+    plan.begin(&mut one);
+    one[..plan.inputs].copy_from_slice(inputs);
+    let mut other = one.clone();
+    assert_eq!(plan.evaluate(&mut one), native.evaluate(&mut other), "{plan:?}");
+    for (k, (a, b)) in one.iter().zip(&other).enumerate() {
+        let (a, b) = (lanes(a), lanes(b));
+        assert!(a.iter().zip(&b).all(|(a, b)| same(*a, *b)), "place {k}: {a:?} and {b:?} of {plan:?}");
+    }
+    true
+}
+
+#[test]
+fn machine_code_has_the_bits_of_the_interpreter() {
+    let mut random = Random(41);
+    for _ in 0..3000 {
+        let owned = Owned::random(&mut random);
+        let plan = owned.plan();
+        let inputs: Vec<f64> = (0..owned.inputs).map(|_| random.number()).collect();
+        let here = agrees(&plan, &inputs, |x| vec![*x]);
+        let inputs: Vec<Lanes<f64, 4>> =
+            (0..owned.inputs).map(|_| Lanes(std::array::from_fn(|_| random.number()))).collect();
+        assert_eq!(here, agrees(&plan, &inputs, |x| x.0.to_vec()));
+        let able = cfg!(all(target_arch = "x86_64", unix));
+        assert!(here || !able || !has_avx2(), "no code");
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_avx2() -> bool {
+    false
+}
+
+#[test]
+fn what_cannot_be_code_is_left_to_the_interpreter() {
+    let runs = [Run { operator: Operator::Add, count: 1 }];
+    let plan = Plan { inputs: 1, constants: &[], runs: &runs, operands: &[0, 7], outputs: &[1], tables: &[] };
+    assert!(Native::<f64>::new(&plan).is_none(), "an operand that is not there yet");
+    let short = Plan { operands: &[0], ..plan };
+    assert!(Native::<f64>::new(&short).is_none(), "too few operands");
+    let tables = Plan { runs: &[Run { operator: Operator::Table, count: 1 }], operands: &[0, 0], ..plan };
+    assert!(Native::<f64>::new(&tables).is_none(), "a table");
+    let whole = Plan { operands: &[0, 0], ..plan };
+    if let Some(native) = Native::<f64>::new(&whole) {
+        assert!(!native.evaluate(&mut [1.0]), "too little memory");
+        let mut memory = [f64::NAN, 0.0];
+        assert!(!native.evaluate(&mut memory), "an input that is no number");
+    }
+}
