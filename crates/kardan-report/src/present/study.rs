@@ -296,9 +296,8 @@ fn accuracy(study: &Study) -> Body {
     let titles: Vec<String> = first.errors.iter().map(|own| format!("#error [{}]", own.unit.unit())).collect();
     let headers: Vec<&str> = ["variant"].into_iter().chain(titles.iter().map(String::as_str)).collect();
     let body = Body::default().table(&headers, known().map(row_of)).hint(format!(
-        "What the integration may be wrong by at most, over all rows, in the signal where that is most (readings of sensors \
-         are not compared). Estimated, not proven: a third of \
-         the difference to a second run at the tolerance {} instead of {}.",
+        "How far the integration is estimated to be off, over all rows, in the signal where that is most (readings of sensors are not \
+         compared). Not proven: a third of the difference to a second run at the tolerance {} instead of {}.",
         figure(first.looser, 2),
         figure(first.tolerance, 2)
     ));
