@@ -60,13 +60,9 @@ impl Writer {
         self.assembler.load_bits(SIZE, Operand::Constant(32));
     }
 
-    /// A register that none of the places needs.
-    fn free(&mut self, needed: &[u32]) -> Register {
-        let age = |held: &Option<(u32, u64)>| match held {
-            None => 0,
-            Some((place, _)) if needed.contains(place) => u64::MAX,
-            Some((_, used)) => *used,
-        };
+    /// The register that was not used for longest: none of those that the operation at hand has in use.
+    fn free(&mut self) -> Register {
+        let age = |held: &Option<(u32, u64)>| held.map_or(0, |(_, used)| used);
         let oldest = (0..VALUES).min_by_key(|&k| age(&self.held[k])).expect("there are registers");
         self.held[oldest] = None;
         oldest as Register
@@ -88,11 +84,11 @@ impl Writer {
     }
 
     /// A value in a register.
-    fn loaded(&mut self, place: u32, needed: &[u32]) -> Register {
+    fn loaded(&mut self, place: u32) -> Register {
         if let Some(register) = self.register_of(place) {
             return register;
         }
-        let register = self.free(needed);
+        let register = self.free();
         self.assembler.load(register, Operand::Memory(place * self.width));
         self.held[usize::from(register)] = Some((place, self.now));
         register
@@ -121,9 +117,9 @@ impl Writer {
             Operator::Absolute => (AND, x[0], x[0]),
             Operator::SquareRoot => (ROOT, x[0], x[0]),
             Operator::Select => {
-                let registers = [x[0], x[2], x[3]].map(|place| self.loaded(place, x));
+                let registers = [x[0], x[2], x[3]].map(|place| self.loaded(place));
                 let b = self.operand(x[1]);
-                let target = self.free(x);
+                let target = self.free();
                 self.assembler.select(target, MASK, registers[0], b, [registers[1], registers[2]]);
                 self.keep(target, out);
                 return Some(());
@@ -132,18 +128,18 @@ impl Writer {
         };
         if operator == Operator::SquareRoot {
             let last = self.operand(last);
-            let target = self.free(x);
+            let target = self.free();
             self.assembler.operation(ROOT, target, 0, last);
             self.keep(target, out);
             return Some(());
         }
-        let first = self.loaded(first, x);
+        let first = self.loaded(first);
         let last = match operator {
             Operator::Negate => Operand::Register(SIGN),
             Operator::Absolute => Operand::Register(SIZE),
             _ => self.operand(last),
         };
-        let target = self.free(x);
+        let target = self.free();
         self.assembler.operation(opcode, target, first, last);
         // The product is rounded, then the sum.
         match operator {

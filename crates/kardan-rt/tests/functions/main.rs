@@ -126,6 +126,9 @@ fn angles_of_points() {
         let size = random.magnitude(-1060.0, 1022.0);
         points.push((size * random.uniform(), size));
         points.push((size, size * random.uniform()));
+        // Quotients of few digits, which a rest may not spoil.
+        points.push((tiny * (random.bits() >> 40) as f64, 1.0 + random.uniform().abs()));
+        points.push((random.magnitude(-1074.0, -900.0), random.magnitude(-120.0, 0.0).abs()));
     }
     points.retain(|(y, x)| *y != 0.0 && *x != 0.0);
     for (y, x) in points {
