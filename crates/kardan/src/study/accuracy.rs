@@ -56,7 +56,8 @@ fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize,
             gap += 1;
         }
         // Values at an event are those after it, in one run perhaps already.
-        let within = gaps.get(gap).is_some_and(|(from, until)| *from <= time && time <= *until && from < until);
+        let mut begun = gaps[gap..].iter().take_while(|(from, _)| *from <= time);
+        let within = begun.any(|(from, until)| from < until && time <= *until);
         if other.time.get(k) == Some(&time) && !within {
             rows.push((row, k));
         }
@@ -67,4 +68,22 @@ fn common_rows(own: &Series, other: &Series, gaps: &[(f64, f64)]) -> Vec<(usize,
 fn largest_difference(own: &Signal, other: &Signal, rows: &[(usize, usize)]) -> f64 {
     let differences = rows.iter().map(|(k, l)| (own.values[*k] - other.values[*l]).abs());
     differences.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_between_an_event_and_its_like_are_left_out() {
+        let series = |time: &[f64]| Series { time: time.to_vec(), signals: Vec::new() };
+        let (own, other) = (series(&[0.0, 1.0, 2.0, 3.0, 4.0]), series(&[0.0, 1.0, 1.5, 2.0, 3.0, 4.0]));
+        let event = |time: f64| Event { time, what: "a slips forward".into() };
+        let gaps = gaps(&[event(1.0), event(1.0), event(3.5)], &[event(1.0), event(2.0), event(3.6)]).expect("alike");
+        // An event that both have at 1 s, one that comes at 1 s here and at 2 s there, one between two rows.
+        assert_eq!(gaps, [(1.0, 1.0), (1.0, 2.0), (3.5, 3.6)]);
+        assert_eq!(common_rows(&own, &other, &gaps), [(0, 0), (3, 4), (4, 5)]);
+        assert_eq!(common_rows(&own, &other, &[(1.0, 1.0)]).len(), 5);
+        assert!(super::gaps(&[event(1.0)], &[]).is_none());
+    }
 }
