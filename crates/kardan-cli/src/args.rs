@@ -118,6 +118,9 @@ pub enum RunMethod {
     Dop853,
     /// Taylor series of the equations: fewest evaluations. Loops with a law that computes by itself at every instant by dop853.
     Taylor,
+    /// Radau IIA, an implicit method with exact Jacobian: for stiff loops, whose fastest motions decay at once. Loops with a law that
+    /// computes by itself at every instant by dop853.
+    Radau,
     /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; all others by taylor.
     Automatic,
 }

@@ -47,6 +47,7 @@ pub fn run(args: &RunArgs, quiet: bool) -> Result<u8, Failure> {
             RunMethod::Automatic => Method::Automatic,
             RunMethod::Taylor => Method::Taylor,
             RunMethod::Dop853 => Method::Dop853,
+            RunMethod::Radau => Method::Radau,
         },
         tolerance: args.tolerance,
     };

@@ -2,21 +2,35 @@
 
 use super::Machine;
 use super::dop853::{Counts, Dop853, StepError};
+use super::radau::{Equations, Radau};
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
+use crate::reduce::Reduced;
 
 /// A method with its memory.
 pub(super) enum Integrator {
     Dop853(Box<Dop853>),
     Taylor(Box<Taylor>),
+    Radau(Box<Radau>),
+}
+
+impl Equations for Machine {
+    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        self.derivative(time, state, out);
+    }
+
+    fn jacobian(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
+        self.find_jacobian(time, state, out);
+    }
 }
 
 /// Calls the method of the same name.
-macro_rules! both {
+macro_rules! each {
     ($self:ident, $method:ident $(, $argument:expr)*) => {
         match $self {
             Self::Dop853(solver) => solver.$method($($argument),*),
             Self::Taylor(solver) => solver.$method($($argument),*),
+            Self::Radau(solver) => solver.$method($($argument),*),
         }
     };
 }
@@ -33,8 +47,14 @@ impl Integrator {
         able.then(|| Self::Taylor(Box::new(Taylor::new(relative, absolute))))
     }
 
+    /// The method for stiff loops, if the machine has a Jacobian.
+    pub(super) fn radau(relative: f64, absolute: &[f64], machine: &mut Machine, reduced: &Reduced) -> Option<Self> {
+        let able = machine.prepare_jacobian(reduced);
+        able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
+    }
+
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
-        both!(self, keep, keeper)
+        each!(self, keep, keeper)
     }
 
     /// Stands at a state, which the machine has then evaluated.
@@ -44,6 +64,7 @@ impl Integrator {
                 solver.start(time, state, &mut |t, x: &[f64], dx: &mut [f64]| machine.derivative(t, x, dx))
             }
             Self::Taylor(solver) => solver.start(time, state, |k, x| machine.expand(time, k, x)),
+            Self::Radau(solver) => solver.start(time, state, machine),
         }
     }
 
@@ -60,6 +81,7 @@ impl Integrator {
                 let time = solver.time();
                 solver.step(until, machine.evaluated(), |k, x| machine.expand(time, k, x))
             }
+            Self::Radau(solver) => solver.step(until, machine),
         }
     }
 
@@ -81,7 +103,7 @@ impl Integrator {
     /// Whether the machine certainly stays in its modes within the last step.
     pub(super) fn stays(&self, machine: &mut Machine) -> bool {
         match self {
-            Self::Dop853(_) => false,
+            Self::Dop853(_) | Self::Radau(_) => false,
             Self::Taylor(solver) => machine.stays(solver.time() - solver.previous_time(), solver.order()),
         }
     }
@@ -102,45 +124,47 @@ impl Integrator {
 
     /// The state at a time within the last step.
     pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
-        both!(self, interpolate, time, out)
+        each!(self, interpolate, time, out)
     }
 
     pub(super) fn rests(&self) -> bool {
-        both!(self, rests)
+        each!(self, rests)
     }
 
     pub(super) fn rest(&mut self, until: f64) {
-        both!(self, rest, until)
+        each!(self, rest, until)
     }
 
     /// The length that the next step is to have, as far as the method does not find it by itself.
     pub(super) fn set_step(&mut self, step: f64) {
-        if let Self::Dop853(solver) = self {
-            solver.set_step(step);
+        match self {
+            Self::Dop853(solver) => solver.set_step(step),
+            Self::Radau(solver) => solver.set_step(step),
+            Self::Taylor(_) => {}
         }
     }
 
     pub(super) fn next_step(&self) -> f64 {
-        both!(self, next_step)
+        each!(self, next_step)
     }
 
     pub(super) fn previous_time(&self) -> f64 {
-        both!(self, previous_time)
+        each!(self, previous_time)
     }
 
     pub(super) fn time(&self) -> f64 {
-        both!(self, time)
+        each!(self, time)
     }
 
     pub(super) fn previous_state(&self) -> &[f64] {
-        both!(self, previous_state)
+        each!(self, previous_state)
     }
 
     pub(super) fn state(&self) -> &[f64] {
-        both!(self, state)
+        each!(self, state)
     }
 
     pub(super) fn counts(&self) -> Counts {
-        both!(self, counts)
+        each!(self, counts)
     }
 }

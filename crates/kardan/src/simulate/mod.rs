@@ -8,6 +8,7 @@ mod integrator;
 mod linear;
 mod machine;
 mod outputs;
+mod radau;
 mod run;
 mod sampler;
 mod scenario;

@@ -33,6 +33,9 @@ pub enum Method {
     /// or that have kinks, by the reference.
     #[default]
     Taylor,
+    /// Radau IIA of order 5, 9 or 13 with an exact Jacobian, for stiff loops: its steps do not depend on how fast motions decay. Loops in
+    /// which a law computes by itself at every instant, by the reference.
+    Radau,
     /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by Taylor series. Not for
     /// [`Simulation`](super::Simulation), which goes step by step.
     Automatic,
@@ -294,15 +297,16 @@ impl RunningLoop {
         state[..r].copy_from_slice(&scenario.position);
         state[r..2 * r].copy_from_slice(&scenario.speed);
         machine.start_laws(&mut state);
-        let taylor = match tolerance.method {
+        let solver = match tolerance.method {
             Method::Dop853 => None,
             Method::Taylor | Method::Automatic => Integrator::taylor(tolerance.relative, &absolute, &mut machine),
+            Method::Radau => Integrator::radau(tolerance.relative, &absolute, &mut machine, reduced),
         };
-        if taylor.is_some() {
+        if matches!(solver, Some(Integrator::Taylor(_))) {
             outputs.prepare_series(&machine);
         }
         RunningLoop {
-            solver: taylor.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
+            solver: solver.unwrap_or_else(|| Integrator::dop853(tolerance.relative, &absolute)),
             segment: None,
             linear: tolerance.method == Method::Automatic
                 && scenario.duration.is_finite()

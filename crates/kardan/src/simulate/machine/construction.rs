@@ -170,6 +170,7 @@ impl Machine {
             sharing: Sharing::new(m, r),
             box_problem: BoxProblem::new(m),
             expansion: None,
+            jacobian: None,
             evaluated: 0,
             scratch: vec![0.0; r.max(m)],
             friction_torques: vec![0.0; m],

@@ -5,6 +5,7 @@ mod expansion;
 mod expressions;
 mod forces;
 mod friction_modes;
+mod jacobian;
 mod laws;
 mod motor_modes;
 mod series;
@@ -20,6 +21,7 @@ use crate::num::{Cholesky, Keeper};
 use crate::reduce::{Dynamics, Work};
 use expansion::Expansion;
 use expressions::Places;
+use jacobian::Jacobian;
 use sharing::Sharing;
 use wired::{Computer, Wired};
 
@@ -75,6 +77,8 @@ pub struct Machine {
     scratch: Vec<f64>,
     /// Series of the motion, where they are asked for.
     expansion: Option<Box<Expansion>>,
+    /// Derivatives of the rates, where they are asked for.
+    jacobian: Option<Box<Jacobian>>,
     /// Evaluations of the equations so far.
     evaluated: u64,
     pub(super) friction_torques: Vec<f64>,

@@ -1,0 +1,516 @@
+//! Integration of stiff loops: Radau IIA (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8) with 3, 5 or 7 stages, from an
+//! exact Jacobian.
+//!
+//! Stages are the unknowns of a Newton iteration that falls apart into one real and some complex systems of the size of the state. The
+//! error estimate is that of a polynomial of the degree of the stages, which is the dense output: what is read within a step is as accurate as
+//! the tolerance asks, its end is more so.
+//!
+//! The first step after a start is as short as its fastest motion asks, and its polynomial leaves with the slope that the motion has there:
+//! a direction that breaks away begins to move the way that it is pulled.
+
+mod tableau;
+
+use kardan_rt::functions::{exp, ln, powi};
+
+use super::dop853::{Counts, StepError};
+use crate::num::{Keeper, Lu};
+use tableau::{Tableau, tableau};
+
+/// What is integrated.
+pub(super) trait Equations {
+    /// The rates of all states.
+    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]);
+    /// Their derivatives by the states, row by row, without the last states, which nothing depends on.
+    fn jacobian(&mut self, time: f64, state: &[f64], out: &mut [f64]);
+}
+
+/// Part of the length at which the error is as large as the tolerance.
+const SAFETY: f64 = 0.9;
+/// A step grows or shrinks by no more.
+const GROWTH: (f64, f64) = (0.125, 8.0);
+/// Steps that would grow by less keep their length, and their factors.
+const KEPT: (f64, f64) = (1.0, 1.2);
+/// Convergence that is so fast that the next step takes the same Jacobian.
+const FAST: f64 = 1e-3;
+/// Where the iteration ends, in tolerances.
+const CONVERGED: f64 = 1e-2;
+/// Changes that do not become smaller and are no larger, in tolerances, are taken for rounding.
+const ROUNDING: f64 = 0.1;
+
+/// Solver of `ẋ = f(t, x)`, of which the last components are integrals of the others.
+pub(super) struct Radau {
+    relative: f64,
+    absolute: Vec<f64>,
+    tableau: &'static Tableau,
+    /// States without the integrals.
+    implicit: usize,
+    previous_time: f64,
+    time: f64,
+    previous: Vec<f64>,
+    state: Vec<f64>,
+    /// f at the state.
+    slope: Vec<f64>,
+    /// States at the stages less that at the begin, in columns of stages; of the last step, and of one that is tried.
+    increments: Vec<f64>,
+    trial: Vec<f64>,
+    /// The trial in coordinates in which the iteration falls apart.
+    split: Vec<f64>,
+    rates: Vec<f64>,
+    jacobian: Vec<f64>,
+    /// What is added to the last step so that its polynomial leaves with the slope, times the length; and to the trial.
+    bend: Vec<f64>,
+    trial_bend: Vec<f64>,
+    /// Whether no step was made since the start.
+    started: bool,
+    /// Whether the Jacobian is that at the state.
+    fresh: bool,
+    /// Whether there is a Jacobian at all, and whether the increments are those of a step that ends at the state.
+    known: bool,
+    goes_on: bool,
+    /// The length that the factors are for; 0: there are none.
+    factored: f64,
+    real: Lu,
+    pairs: Vec<Lu>,
+    matrix: Vec<f64>,
+    work: Vec<f64>,
+    error: Vec<f64>,
+    weights: Vec<f64>,
+    next: f64,
+    counts: Counts,
+}
+
+impl Radau {
+    /// `implicit` states are followed by integrals of theirs.
+    pub(super) fn new(relative: f64, absolute: &[f64], implicit: usize) -> Self {
+        let (size, tableau) = (absolute.len(), tableau(relative));
+        let (zero, stages) = (vec![0.0; size], vec![0.0; size * tableau.stages]);
+        Self {
+            relative,
+            absolute: absolute.to_vec(),
+            implicit,
+            previous_time: 0.0,
+            time: 0.0,
+            previous: zero.clone(),
+            state: zero.clone(),
+            slope: zero.clone(),
+            increments: stages.clone(),
+            trial: stages.clone(),
+            split: stages.clone(),
+            rates: stages,
+            jacobian: vec![0.0; implicit * implicit],
+            bend: zero.clone(),
+            trial_bend: zero.clone(),
+            started: true,
+            fresh: false,
+            known: false,
+            goes_on: false,
+            factored: 0.0,
+            real: Lu::new(implicit),
+            pairs: tableau.pairs.iter().map(|_| Lu::new(2 * implicit)).collect(),
+            matrix: vec![0.0; 4 * implicit * implicit],
+            work: vec![0.0; 2 * size],
+            error: zero,
+            weights: vec![0.0; tableau.stages],
+            next: 0.0,
+            counts: Counts::default(),
+            tableau,
+        }
+    }
+
+    pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {
+        for time in [&mut self.previous_time, &mut self.time, &mut self.next, &mut self.factored] {
+            keeper.number(time);
+        }
+        let Self { previous, state, slope, increments, bend, jacobian, .. } = self;
+        [previous, state, slope, increments, bend, jacobian].into_iter().for_each(|list| keeper.numbers(list));
+        let Self { started, fresh, known, goes_on, .. } = self;
+        [started, fresh, known, goes_on].into_iter().for_each(|flag| keeper.flag(flag));
+        let Counts { accepted, rejected, evaluations } = &mut self.counts;
+        [accepted, rejected, evaluations].into_iter().for_each(|count| keeper.word(count));
+        if self.factored > 0.0 {
+            self.factor(self.factored);
+        }
+    }
+
+    /// Stands at a state, with no history but the counts.
+    pub(super) fn start(&mut self, time: f64, state: &[f64], equations: &mut impl Equations) {
+        self.state.copy_from_slice(state);
+        self.previous.copy_from_slice(state);
+        (self.time, self.previous_time) = (time, time);
+        equations.rates(time, state, &mut self.slope);
+        self.counts.evaluations += 1;
+        (self.fresh, self.known, self.goes_on) = (false, false, false);
+        (self.factored, self.next, self.started) = (0.0, 0.0, true);
+    }
+
+    pub(super) fn set_step(&mut self, step: f64) {
+        self.next = step;
+    }
+
+    /// Makes one step, at most to `until`.
+    pub(super) fn step(&mut self, until: f64, equations: &mut impl Equations) -> Result<(), StepError> {
+        let not_finite = |list: &[f64]| list.iter().any(|x| !x.is_finite());
+        if not_finite(&self.state) || not_finite(&self.slope) {
+            return Err(StepError::NotFinite { time: self.time });
+        }
+        let room = until - self.time;
+        if self.next == 0.0 {
+            self.next = self.starting_step(room, equations);
+        }
+        if !self.known {
+            self.take_jacobian(equations);
+        }
+        let least = (16.0 * f64::EPSILON * self.time.abs()).max(f64::MIN_POSITIVE);
+        let mut again = false;
+        let mut finite = true;
+        loop {
+            let whole = 1.01 * self.next >= room;
+            let h = if whole { room } else { self.next };
+            if h < least {
+                let (time, step) = (self.time, h);
+                return Err(if finite { StepError::StepTooSmall { time, step } } else { StepError::NotFinite { time } });
+            }
+            if self.factored != h {
+                self.factor(h);
+            }
+            let convergence = self.iterate(h, equations);
+            finite = !not_finite(&self.trial);
+            let Some((iterations, rate)) = convergence else {
+                if !self.fresh {
+                    self.take_jacobian(equations);
+                } else {
+                    self.next = 0.5 * h;
+                }
+                self.counts.rejected += 1;
+                (self.factored, self.goes_on) = (0.0, false);
+                continue;
+            };
+            self.integrate(h);
+            let error = self.error(h, again, equations);
+            // Fewer iterations than may be are a reason for more.
+            let most = self.most_iterations() as f64;
+            let effort = (2.0 * most + 1.0) / (2.0 * most + iterations as f64);
+            let power = -1.0 / (self.tableau.stages as f64 + 1.0);
+            let growth = if error > 0.0 { SAFETY * effort * exp(power * ln(error)) } else { GROWTH.1 };
+            let growth = growth.clamp(GROWTH.0, GROWTH.1);
+            if !(error <= 1.0) {
+                self.next = if error.is_nan() { 0.5 * h } else { h * growth.min(0.9) };
+                self.counts.rejected += 1;
+                (again, self.goes_on) = (true, false);
+                if !self.fresh {
+                    self.take_jacobian(equations);
+                }
+                continue;
+            }
+            self.accept(if whole { until } else { self.time + h }, equations);
+            let kept = rate < FAST;
+            if !kept {
+                self.take_jacobian(equations);
+            }
+            let keep = KEPT.0 <= growth && growth <= KEPT.1;
+            // A step that was cut short says only that a longer one may do.
+            let proposed = if keep { h } else { h * growth };
+            self.next = if whole { self.next.max(proposed) } else { proposed };
+            return Ok(());
+        }
+    }
+
+    fn accept(&mut self, end: f64, equations: &mut impl Equations) {
+        (self.previous_time, self.time) = (self.time, end);
+        std::mem::swap(&mut self.increments, &mut self.trial);
+        match self.started {
+            true => std::mem::swap(&mut self.bend, &mut self.trial_bend),
+            false => self.bend.fill(0.0),
+        }
+        let last = self.tableau.stages - 1;
+        self.previous.copy_from_slice(&self.state);
+        let ends = self.increments.iter().skip(last).step_by(self.tableau.stages);
+        self.state.iter_mut().zip(ends).for_each(|(x, z)| *x += z);
+        equations.rates(self.time, &self.state, &mut self.slope);
+        self.counts.evaluations += 1;
+        self.counts.accepted += 1;
+        (self.started, self.fresh, self.goes_on) = (false, false, true);
+    }
+
+    fn take_jacobian(&mut self, equations: &mut impl Equations) {
+        equations.jacobian(self.time, &self.state, &mut self.jacobian);
+        self.counts.evaluations += 1;
+        (self.fresh, self.known, self.factored) = (true, true, 0.0);
+    }
+
+    /// Factors `(γ/h) I − J`, and `[(α/h) I − J, (β/h) I; −(β/h) I, (α/h) I − J]` of each pair.
+    fn factor(&mut self, h: f64) {
+        let n = self.implicit;
+        let Self { tableau, jacobian, matrix, real, pairs, .. } = self;
+        let shifted = |matrix: &mut [f64], width: usize, shift: f64| {
+            for (row, given) in matrix.chunks_exact_mut(width).zip(jacobian.chunks_exact(n)) {
+                row[..n].iter_mut().zip(given).for_each(|(entry, x)| *entry = -x);
+            }
+            (0..n).for_each(|i| matrix[i * width + i] += shift);
+        };
+        let square = &mut matrix[..n * n];
+        shifted(square, n, tableau.real / h);
+        let mut regular = real.factor(square);
+        for (lu, (alpha, beta)) in pairs.iter_mut().zip(&tableau.pairs) {
+            matrix.fill(0.0);
+            let (upper, lower) = matrix.split_at_mut(2 * n * n);
+            shifted(upper, 2 * n, alpha / h);
+            for i in 0..n {
+                lower[i * 2 * n + n..][..n].copy_from_slice(&upper[i * 2 * n..][..n]);
+                (upper[i * 2 * n + n + i], lower[i * 2 * n + i]) = (beta / h, -beta / h);
+            }
+            regular &= lu.factor(matrix);
+        }
+        // A singular matrix makes steps that do not converge.
+        self.factored = if regular { h } else { f64::NAN };
+    }
+
+    /// How many iterations may be needed.
+    fn most_iterations(&self) -> usize {
+        7 + 3 * (self.tableau.stages - 3) / 2
+    }
+
+    /// Solves for the increments of the trial; `None` if that does not converge. Tells how many iterations it took, and how much each one
+    /// takes of the defect.
+    fn iterate(&mut self, h: f64, equations: &mut impl Equations) -> Option<(usize, f64)> {
+        self.predict(h);
+        let (mut before, mut rate) = (f64::NAN, 0.0f64);
+        for iteration in 1..=self.most_iterations() {
+            self.evaluate(h, equations);
+            let change = self.improve(h);
+            if !change.is_finite() {
+                return None;
+            }
+            if iteration > 1 {
+                let now = change / before;
+                rate = if iteration == 2 { now } else { (now * rate).sqrt() };
+                let left = (self.most_iterations() - iteration) as i32;
+                if rate >= 0.99 || rate / (1.0 - rate) * change * powi(rate, left) > 1.0 {
+                    // Where rounding alone is left, nothing gets better.
+                    return (change <= ROUNDING).then_some((iteration, rate));
+                }
+            }
+            // What the iterations to come would still change.
+            let rest = if iteration == 1 { change } else { rate / (1.0 - rate) * change };
+            if change == 0.0 || rest <= CONVERGED && iteration > 1 || change <= CONVERGED * FAST {
+                return Some((iteration, rate));
+            }
+            before = change;
+        }
+        None
+    }
+
+    /// First values of the increments: the last step's polynomial goes on.
+    fn predict(&mut self, h: f64) {
+        let Self { tableau, increments, trial, split, weights, .. } = self;
+        let s = tableau.stages;
+        if self.goes_on {
+            let last = self.time - self.previous_time;
+            for i in 0..s {
+                tableau.weights(1.0 + tableau.nodes[i] * h / last, weights);
+                for (trial, increments) in trial.chunks_exact_mut(s).zip(increments.chunks_exact(s)) {
+                    let there: f64 = increments.iter().zip(&*weights).map(|(z, w)| z * w).sum();
+                    trial[i] = there - increments[s - 1];
+                }
+            }
+        } else {
+            trial.fill(0.0);
+        }
+        for (split, trial) in split.chunks_exact_mut(s).zip(trial.chunks_exact(s)) {
+            for (out, row) in split.iter_mut().zip(tableau.inverse.chunks_exact(s)) {
+                *out = row.iter().zip(trial).map(|(m, z)| m * z).sum();
+            }
+        }
+    }
+
+    /// The rates at the stages of the trial.
+    fn evaluate(&mut self, h: f64, equations: &mut impl Equations) {
+        let Self { tableau, state, trial, rates, work, .. } = self;
+        let (s, size) = (tableau.stages, state.len());
+        let (there, slope) = work.split_at_mut(size);
+        for i in 0..s {
+            for ((there, x), trial) in there.iter_mut().zip(&*state).zip(trial.chunks_exact(s)) {
+                *there = x + trial[i];
+            }
+            equations.rates(self.time + tableau.nodes[i] * h, there, slope);
+            rates.chunks_exact_mut(s).zip(&*slope).for_each(|(rates, slope)| rates[i] = *slope);
+        }
+        self.counts.evaluations += s as u64;
+    }
+
+    /// One iteration; gives the largest change, in tolerances.
+    fn improve(&mut self, h: f64) -> f64 {
+        let Self { tableau, implicit: n, split, trial, rates, work, state, .. } = self;
+        let (s, n) = (tableau.stages, *n);
+        // What is left, in the coordinates of the iteration: T⁻¹ f − Λ w/h, in place of the rates.
+        for (rates, w) in rates.chunks_exact_mut(s).zip(split.chunks_exact(s)).take(n) {
+            for (out, row) in work.iter_mut().zip(tableau.inverse.chunks_exact(s)) {
+                *out = row.iter().zip(&*rates).map(|(m, f)| m * f).sum();
+            }
+            rates[0] = work[0] - tableau.real / h * w[0];
+            for (k, (alpha, beta)) in tableau.pairs.iter().enumerate() {
+                let (i, j) = (2 * k + 1, 2 * k + 2);
+                rates[i] = work[i] - (alpha * w[i] + beta * w[j]) / h;
+                rates[j] = work[j] - (alpha * w[j] - beta * w[i]) / h;
+            }
+        }
+        work.iter_mut().zip(rates.chunks_exact(s)).take(n).for_each(|(out, rates)| *out = rates[0]);
+        self.real.solve(&mut work[..n]);
+        split.chunks_exact_mut(s).zip(&*work).take(n).for_each(|(split, change)| split[0] += change);
+        for (k, lu) in self.pairs.iter_mut().enumerate() {
+            let (i, j) = (2 * k + 1, 2 * k + 2);
+            for (row, rates) in rates.chunks_exact(s).enumerate().take(n) {
+                (work[row], work[n + row]) = (rates[i], rates[j]);
+            }
+            lu.solve(&mut work[..2 * n]);
+            for (row, split) in split.chunks_exact_mut(s).enumerate().take(n) {
+                split[i] += work[row];
+                split[j] += work[n + row];
+            }
+        }
+        let mut largest = 0.0f64;
+        for (k, (trial, split)) in trial.chunks_exact_mut(s).zip(split.chunks_exact(s)).take(n).enumerate() {
+            let size = self.absolute[k] + self.relative * state[k].abs();
+            for (z, row) in trial.iter_mut().zip(tableau.vectors.chunks_exact(s)) {
+                let next: f64 = row.iter().zip(split).map(|(m, w)| m * w).sum();
+                let change = (next - *z).abs() / size;
+                *z = next;
+                // What is no number counts.
+                largest = if change <= largest { largest } else { change };
+            }
+        }
+        largest
+    }
+
+    /// The increments of the integrals, from the last rates.
+    fn integrate(&mut self, h: f64) {
+        let Self { tableau, implicit, trial, rates, .. } = self;
+        let s = tableau.stages;
+        for (trial, rates) in trial.chunks_exact_mut(s).zip(rates.chunks_exact(s)).skip(*implicit) {
+            for (z, row) in trial.iter_mut().zip(tableau.integrals.chunks_exact(s)) {
+                *z = h * row.iter().zip(rates).map(|(a, f)| a * f).sum::<f64>();
+            }
+        }
+    }
+
+    /// The error of the trial, in tolerances. After a rejection with one more evaluation, as the estimate of a stiff component is too
+    /// large otherwise.
+    fn error(&mut self, h: f64, again: bool, equations: &mut impl Equations) -> f64 {
+        let found = self.estimate(h, None);
+        if self.started || !(again && found > 1.0) {
+            return found;
+        }
+        let mut work = std::mem::take(&mut self.work);
+        let (there, slope) = work.split_at_mut(self.state.len());
+        there.iter_mut().zip(&self.state).zip(&self.error).for_each(|((there, x), error)| *there = x + error);
+        equations.rates(self.time, there, slope);
+        self.counts.evaluations += 1;
+        let found = self.estimate(h, Some(slope));
+        self.work = work;
+        found
+    }
+
+    /// `((γ/h) I − J)⁻¹ (f + (γ/h) Σ e_i z_i)`, with f at the begin or that given; in the first step without J.
+    fn estimate(&mut self, h: f64, slope: Option<&[f64]>) -> f64 {
+        let Self { tableau, implicit, trial, trial_bend, error, state, .. } = self;
+        let (s, per) = (tableau.stages, tableau.real / h);
+        let slope = slope.unwrap_or(&self.slope);
+        for ((error, trial), slope) in error.iter_mut().zip(trial.chunks_exact(s)).zip(slope) {
+            let sum: f64 = trial.iter().zip(&tableau.error).map(|(z, e)| z * e).sum();
+            *error = slope + per * sum;
+        }
+        let unfiltered = if self.started {
+            // The slope less that of the polynomial.
+            trial_bend.iter_mut().zip(&*error).for_each(|(bend, error)| *bend = h * error);
+            0
+        } else {
+            self.real.solve(&mut error[..*implicit]);
+            *implicit
+        };
+        error[unfiltered..].iter_mut().for_each(|error| *error /= per);
+        let mut largest = 0.0f64;
+        for (k, (error, trial)) in error.iter().zip(trial.chunks_exact(s)).enumerate() {
+            let size = state[k].abs().max((state[k] + trial[s - 1]).abs());
+            let part = error.abs() / (self.absolute[k] + self.relative * size);
+            largest = if part <= largest { largest } else { part };
+        }
+        largest
+    }
+
+    /// A first length, from slope and its change, as that of DOP853 is found \[HNW, II.4\].
+    fn starting_step(&mut self, room: f64, equations: &mut impl Equations) -> f64 {
+        let Self { state, slope, absolute, relative, work, .. } = self;
+        let norm = |value: &dyn Fn(usize) -> f64| {
+            (0..state.len()).map(|i| value(i).abs() / (absolute[i] + *relative * state[i].abs())).fold(0.0, f64::max)
+        };
+        let (size, speed) = (norm(&|i| state[i]), norm(&|i| slope[i]));
+        let euler = if size >= 1e-5 && speed >= 1e-5 { 0.01 * size / speed } else { 1e-6 }.min(room);
+        let (there, slope_there) = work.split_at_mut(state.len());
+        there.iter_mut().zip(&*state).zip(&*slope).for_each(|((there, x), slope)| *there = x + euler * slope);
+        equations.rates(self.time + euler, there, slope_there);
+        self.counts.evaluations += 1;
+        let curvature = norm(&|i| slope_there[i] - slope[i]) / euler;
+        if !curvature.is_finite() || !speed.is_finite() {
+            return euler;
+        }
+        let most = speed.max(curvature);
+        let power = 1.0 / (self.tableau.stages as f64 + 1.0);
+        let second = if most <= 1e-15 { (1e-3 * euler).max(1e-6) } else { exp(power * ln(0.01 / most)) };
+        second.min(100.0 * euler).min(room)
+    }
+
+    /// Whether all rates are exactly zero where it stands.
+    pub(super) fn rests(&self) -> bool {
+        self.slope.iter().all(|slope| *slope == 0.0)
+    }
+
+    /// Stays where it is until a time.
+    pub(super) fn rest(&mut self, until: f64) {
+        self.previous.copy_from_slice(&self.state);
+        (self.previous_time, self.time) = (self.time, until);
+        self.increments.fill(0.0);
+        self.bend.fill(0.0);
+        (self.fresh, self.known, self.goes_on) = (false, false, false);
+        self.counts.accepted += 1;
+    }
+
+    /// The state within the last step.
+    pub(super) fn interpolate(&self, time: f64, out: &mut [f64]) {
+        let (s, length) = (self.tableau.stages, self.time - self.previous_time);
+        if length == 0.0 {
+            out.copy_from_slice(&self.state);
+            return;
+        }
+        let mut weights = [0.0; 7];
+        let weights = &mut weights[..s];
+        let bend = self.tableau.weights((time - self.previous_time) / length, weights);
+        let known = self.previous.iter().zip(self.increments.chunks_exact(s)).zip(&self.bend);
+        for (out, ((x, z), own)) in out.iter_mut().zip(known) {
+            *out = x + z.iter().zip(&*weights).fold(bend * own, |sum, (z, w)| sum + z * w);
+        }
+    }
+
+    pub(super) fn next_step(&self) -> f64 {
+        self.next
+    }
+
+    pub(super) fn previous_time(&self) -> f64 {
+        self.previous_time
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        self.time
+    }
+
+    pub(super) fn previous_state(&self) -> &[f64] {
+        &self.previous
+    }
+
+    pub(super) fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        self.counts
+    }
+}
