@@ -100,7 +100,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub runs_only: bool,
     /// How the runs are integrated.
-    #[arg(long, value_enum, default_value = "taylor")]
+    #[arg(long, value_enum, default_value = "automatic")]
     pub method: RunMethod,
     /// Relative error allowed per step, from 1e-13 to 1e-3, in place of that of the file (1e-10 if it tells none).
     #[arg(long, value_name = "NUMBER", value_parser = relative_tolerance)]
@@ -121,7 +121,8 @@ pub enum RunMethod {
     /// Radau IIA, an implicit method with exact Jacobian: for stiff loops, whose fastest motions decay at once. Loops with a law that
     /// computes by itself at every instant by dop853.
     Radau,
-    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; all others by taylor.
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, however stiff; others by radau where the rates
+    /// at the start show that this takes less time, else by taylor. The table of effort names what ran.
     Automatic,
 }
 

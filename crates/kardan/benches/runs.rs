@@ -43,7 +43,7 @@ impl Work {
 
     fn bench(&self, bencher: Bencher, method: Method, tolerance: f64) {
         if std::env::var_os("KARDAN_EFFORT").is_some() {
-            let Effort { steps, rejected, evaluations, events } =
+            let Effort { steps, rejected, evaluations, events, .. } =
                 self.ready(method, tolerance).run(&mut |_| None).effort;
             eprintln!(
                 "{method:?} {tolerance:e}: {steps} steps, {rejected} rejected, {evaluations} evaluations, {events} events"
@@ -86,7 +86,7 @@ fn steering_all_signals(bencher: Bencher, method: Method) {
 }
 
 /// 2 s of the stiff drive with a spring, both angles.
-#[divan::bench(args = [Method::Taylor, Method::Automatic])]
+#[divan::bench(args = [Method::Taylor, Method::Radau, Method::Automatic])]
 fn stiff_drive(bencher: Bencher, method: Method) {
     Work::new(builtin("harmonic-drive-spring"), "position", &["rk.phi", "fs_torque.tau"], None)
         .bench(bencher, method, 1e-10);

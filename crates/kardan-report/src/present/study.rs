@@ -164,13 +164,15 @@ fn variants(study: &Study) -> Body {
             &run.name,
             parameters.join(", "),
             outcome,
+            effort.method.word(),
             effort.steps,
             effort.rejected,
             effort.evaluations,
             effort.events
         ]
     });
-    let headers = ["variant", "parameters", "outcome", "#steps", "#rejected", "#evaluations", "#located events"];
+    let headers =
+        ["variant", "parameters", "outcome", "method", "#steps", "#rejected", "#evaluations", "#located events"];
     or_none(Body::default().table(&headers, rows), "There are no runs.")
 }
 

@@ -45,7 +45,7 @@ fn run(name: &str, beta: &str, end: f64) -> Run {
             at_torque_limit: vec![Span { from: 0.25, until: 0.75 }],
             ..MotorStrain::default()
         }],
-        effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7 },
+        effort: Effort { steps: 4321, rejected: 12, evaluations: 56_789, events: 7, ..Effort::default() },
         accuracy: None,
     }
 }

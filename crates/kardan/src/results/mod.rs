@@ -323,6 +323,35 @@ pub struct Effort {
     pub evaluations: usize,
     /// Located events.
     pub events: usize,
+    /// How the run was integrated: another method than that asked for, where a loop has no series or derivatives.
+    pub method: IntegrationMethod,
+}
+
+/// A method of integration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum IntegrationMethod {
+    /// The Runge-Kutta method of order 8 of Dormand and Prince.
+    #[default]
+    Dop853,
+    /// Taylor series.
+    Taylor,
+    /// Radau IIA, an implicit method.
+    Radau,
+    /// Matrix exponentials, without an error of integration.
+    Exponential,
+}
+
+impl IntegrationMethod {
+    /// Its word on the command line and in tables.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Dop853 => "dop853",
+            Self::Taylor => "taylor",
+            Self::Radau => "radau",
+            Self::Exponential => "exponential",
+        }
+    }
 }
 
 /// The run of one variant.

@@ -6,6 +6,7 @@ use super::radau::{Equations, Radau};
 use super::taylor::{self, Taylor};
 use crate::num::Keeper;
 use crate::reduce::Reduced;
+use crate::results::IntegrationMethod;
 
 /// A method with its memory.
 pub(super) enum Integrator {
@@ -51,6 +52,16 @@ impl Integrator {
     pub(super) fn radau(relative: f64, absolute: &[f64], machine: &mut Machine, reduced: &Reduced) -> Option<Self> {
         let able = machine.prepare_jacobian(reduced);
         able.then(|| Self::Radau(Box::new(Radau::new(relative, absolute, absolute.len() - 2))))
+    }
+
+    /// What it is; `exact` where it was not needed.
+    pub(super) fn method(&self, exact: bool) -> IntegrationMethod {
+        match self {
+            _ if exact => IntegrationMethod::Exponential,
+            Self::Dop853(_) => IntegrationMethod::Dop853,
+            Self::Taylor(_) => IntegrationMethod::Taylor,
+            Self::Radau(_) => IntegrationMethod::Radau,
+        }
     }
 
     pub(super) fn keep(&mut self, keeper: &mut Keeper<'_>) {

@@ -13,6 +13,7 @@ mod run;
 mod sampler;
 mod scenario;
 mod simulation;
+mod stiffness;
 mod taylor;
 
 pub use machine::{Machine, Setup};

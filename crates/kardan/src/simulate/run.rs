@@ -6,6 +6,7 @@ use super::dop853::StepError;
 use super::integrator::Integrator;
 use super::linear::{self, LinearSegment};
 use super::outputs::Outputs;
+use super::stiffness::is_stiff;
 use super::{FaultKind, Machine, Scenario, Setup};
 use crate::equations::Domain;
 use crate::num::Keeper;
@@ -36,9 +37,12 @@ pub enum Method {
     /// Radau IIA of order 5, 9 or 13 with an exact Jacobian, for stiff loops: its steps do not depend on how fast motions decay. Loops in
     /// which a law computes by itself at every instant, by the reference.
     Radau,
-    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, everything else by Taylor series. Not for
-    /// [`Simulation`](super::Simulation), which goes step by step.
+    /// Loops that are linear between the breakpoints of the scenario by matrix exponentials, where the end of the run is known
+    /// ([`Simulation`](super::Simulation) goes step by step). Others by Radau IIA where the rates at the start show that this takes less
+    /// time, else by Taylor series.
     Automatic,
+    /// The same without exponentials: every run goes step by step.
+    Stepping,
 }
 
 impl Tolerance {
@@ -297,9 +301,15 @@ impl RunningLoop {
         state[..r].copy_from_slice(&scenario.position);
         state[r..2 * r].copy_from_slice(&scenario.speed);
         machine.start_laws(&mut state);
-        let solver = match tolerance.method {
+        let method = match tolerance.method {
+            Method::Automatic | Method::Stepping if is_stiff(&mut machine, scenario, &state) => Method::Radau,
+            asked => asked,
+        };
+        let solver = match method {
             Method::Dop853 => None,
-            Method::Taylor | Method::Automatic => Integrator::taylor(tolerance.relative, &absolute, &mut machine),
+            Method::Taylor | Method::Automatic | Method::Stepping => {
+                Integrator::taylor(tolerance.relative, &absolute, &mut machine)
+            }
             Method::Radau => Integrator::radau(tolerance.relative, &absolute, &mut machine, reduced),
         };
         if matches!(solver, Some(Integrator::Taylor(_))) {
@@ -1004,6 +1014,7 @@ impl RunningLoop {
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
+                method: self.solver.method(self.segments.steps > 0 && counts.accepted == 0),
             },
         }
     }

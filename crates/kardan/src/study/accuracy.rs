@@ -1,7 +1,7 @@
 //! The error of a run, estimated by a second run.
 
 use crate::results::{Accuracy, Event, Outcome, Run, Series, Signal, SignalError};
-use crate::simulate::{RunResult, Tolerance};
+use crate::simulate::{Method, RunResult, Tolerance};
 
 /// How much looser the second run is.
 const LOOSER: f64 = 10.0;
@@ -9,9 +9,13 @@ const LOOSER: f64 = 10.0;
 /// third is safe where they follow it less well, and where both runs are near the rounding of numbers.
 const PART: f64 = 1.0 / 3.0;
 
-/// The tolerance of the second run.
+/// The tolerance of the second run. It goes step by step: exponentials have no tolerance that could be looser.
 pub(super) fn looser(tolerance: Tolerance) -> Tolerance {
-    Tolerance { relative: LOOSER * tolerance.relative, absolute: LOOSER * tolerance.absolute, ..tolerance }
+    let method = match tolerance.method {
+        Method::Automatic => Method::Stepping,
+        method => method,
+    };
+    Tolerance { relative: LOOSER * tolerance.relative, absolute: LOOSER * tolerance.absolute, method, ..tolerance }
 }
 
 /// What the difference to a second run tells of a run; none where one of them ended early. Readings of sensors are left out: they are

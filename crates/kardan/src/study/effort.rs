@@ -24,7 +24,7 @@ const SEED: u64 = 1;
 /// What a run is expected to cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effort {
-    /// Steps of the integrator, at most about: a motion that sleeps costs less.
+    /// Steps of an explicit method, at most about: a motion that sleeps costs less.
     pub steps: f64,
     /// Fastest rate of the loop at its initial position, 1/s.
     pub rate: f64,
@@ -229,8 +229,11 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
         let element = document.elements.iter().find(|element| element.name == *name)?;
         Some(TableReader::place(&element.table, key))
     });
-    let message =
-        format!("the run of {} s may take about {} steps of the integrator: {cause}", short(duration), short(steps));
+    let message = format!(
+        "the run of {} s may take about {} steps of an explicit method: {cause}",
+        short(duration),
+        short(steps)
+    );
     let warning = Diagnostic::warning("run::steps", message);
     let warning = match place {
         Some(place) => warning.at(place, "the fastest motion comes from here"),
@@ -238,6 +241,7 @@ pub(super) fn check_effort(document: &Document, variant: &PreparedVariant, out: 
     };
     out.push(warning.help(
         "check this number and its unit; leave out a motion that fast (a rigid connection, no inertia of its own), or shorten \
-         `duration`. `kardan run` takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
+         `duration`. Where that motion is damped, `--method radau` (which `--method automatic` takes then) needs no such steps. `kardan run` \
+         takes `--max-steps N` and `--time-limit SECONDS`, and keeps what it has when they are reached",
     ));
 }

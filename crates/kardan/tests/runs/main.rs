@@ -15,5 +15,6 @@ mod motor_limits;
 mod noise;
 mod ripple;
 mod simulation;
+mod stiff;
 mod taylor;
 mod written;

@@ -6,19 +6,19 @@ use kardan::study::{Project, Settings, Silent};
 
 use super::common::runs_only;
 
-fn runs(source: &str, method: Method, tolerance: f64, variants: &[&str]) -> Vec<Run> {
+pub fn runs(source: &str, method: Method, tolerance: f64, variants: &[&str]) -> Vec<Run> {
     let variants = variants.iter().map(ToString::to_string).collect();
     let settings = Settings { method, tolerance: Some(tolerance), variants, ..runs_only() };
     let study = Project::open(source).run(&settings, &Silent);
     study.unwrap_or_else(|mistakes| panic!("{mistakes:?}\n{source}")).runs
 }
 
-fn builtin(name: &str) -> &'static str {
+pub fn builtin(name: &str) -> &'static str {
     kardan::model::builtin(name).unwrap().source
 }
 
 /// Largest difference of signals of a kind, in parts of the largest value of that kind, between events.
-fn difference(one: &Run, other: &Run, physical: Physical) -> f64 {
+pub fn difference(one: &Run, other: &Run, physical: Physical) -> f64 {
     let alike = || one.series.signals.iter().filter(|signal| signal.physical == physical);
     let size = alike().flat_map(|signal| &signal.values).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let near_event = |time: f64| one.events.iter().any(|event| (event.time - time).abs() < 1e-6);

@@ -17,6 +17,12 @@ impl Machine {
             && self.drives.iter().all(|drive| drive.limit.is_none() && drive.rate.is_none() && drive.ripple.is_none())
     }
 
+    /// The shortest time between two samples of a law, s; infinite without such laws.
+    pub(in crate::simulate) fn shortest_period(&self) -> f64 {
+        let clocks = self.laws.iter().filter_map(|wired| wired.law.clock());
+        clocks.map(|clock| clock.period).fold(f64::INFINITY, f64::min)
+    }
+
     /// From a time on a source has one value, whatever the scenario says.
     pub(in crate::simulate) fn take_over(&mut self, source: usize, from: f64, value: f64) {
         self.profiles[source].hold(from, value);

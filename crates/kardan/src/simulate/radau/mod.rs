@@ -168,7 +168,11 @@ impl Radau {
             let h = if whole { room } else { self.next };
             if h < least {
                 let (time, step) = (self.time, h);
-                return Err(if finite { StepError::StepTooSmall { time, step } } else { StepError::NotFinite { time } });
+                return Err(if finite {
+                    StepError::StepTooSmall { time, step }
+                } else {
+                    StepError::NotFinite { time }
+                });
             }
             if self.factored != h {
                 self.factor(h);

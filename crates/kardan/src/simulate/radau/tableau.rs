@@ -96,7 +96,8 @@ fn integrals(nodes: &[f64]) -> Vec<f64> {
             polynomial = next;
         }
         for (i, end) in nodes.iter().enumerate() {
-            let horner = |sum: Rational, (power, c): (usize, &Rational)| (sum + c / Rational::from(power as i64 + 1)) * end;
+            let horner =
+                |sum: Rational, (power, c): (usize, &Rational)| (sum + c / Rational::from(power as i64 + 1)) * end;
             out[i * s + j] = rational_to_f64(&polynomial.iter().enumerate().rev().fold(Rational::ZERO, horner));
         }
     }
@@ -143,8 +144,7 @@ impl Tableau {
             }
         }
         let others = |i: usize| (0..s).filter(move |j| *j != i);
-        let denominators =
-            (0..s).map(|i| others(i).map(|j| nodes[i] - nodes[j]).product::<f64>() * nodes[i]).collect();
+        let denominators = (0..s).map(|i| others(i).map(|j| nodes[i] - nodes[j]).product::<f64>() * nodes[i]).collect();
         // A quadrature of order s that has the weight 1/real at 0 differs from the solution's by −ℓ_i(0)/real at the nodes.
         let at_zero = |i: usize| others(i).map(|j| nodes[j] / (nodes[j] - nodes[i])).product::<f64>();
         let weights: Vec<f64> = (0..s).map(|i| -at_zero(i) / real).collect();
