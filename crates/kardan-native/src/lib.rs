@@ -15,6 +15,7 @@
 //!     operands: &[1, 0, 2],
 //!     outputs: &[3],
 //!     tables: &[],
+//!     numbers: &[],
 //! };
 //! let mut memory = [0.0; 4];
 //! plan.begin(&mut memory);

@@ -80,7 +80,7 @@ impl Owned {
 
     fn plan(&self) -> Plan<'_, f64> {
         let Self { inputs, constants, runs, operands, outputs } = self;
-        Plan { inputs: *inputs, constants, runs, operands, outputs, tables: &[] }
+        Plan { inputs: *inputs, constants, runs, operands, outputs, tables: &[], numbers: &[] }
     }
 }
 
@@ -133,7 +133,8 @@ fn has_avx2() -> bool {
 #[test]
 fn what_cannot_be_code_is_left_to_the_interpreter() {
     let runs = [Run { operator: Operator::Add, count: 1 }];
-    let plan = Plan { inputs: 1, constants: &[], runs: &runs, operands: &[0, 7], outputs: &[1], tables: &[] };
+    let plan =
+        Plan { inputs: 1, constants: &[], runs: &runs, operands: &[0, 7], outputs: &[1], tables: &[], numbers: &[] };
     assert!(Native::<f64>::new(&plan).is_none(), "an operand that is not there yet");
     let short = Plan { operands: &[0], ..plan };
     assert!(Native::<f64>::new(&short).is_none(), "too few operands");

@@ -50,17 +50,19 @@ pub struct Situation<'a, T> {
 /// (6.124), (6.130) without its assumption of a straight joint.
 ///
 /// ```
-/// use kardan_rt::{ComputedTorque, Mechanism, PositionLoop, Row, Situation, Task};
+/// use kardan_rt::{ComputedTorque, Mechanism, Operator, Plan, PositionLoop, Run, Situation, Task};
 /// // A body of 2 kg m² with a damper of 0.5 N m s/rad and a motor: u = 2 v + 0.5 w.
 /// let body = Mechanism {
-///     shafts: 1, held: 0, coordinates: &[0], entries: &[(0, 1.0)], operations: &[], basis: &[1.0],
-///     inertia: &[2.0], damping: &[0.5], stiffness: &[0.0], force: &[0.0],
-///     inertias: &[], dampers: &[], springs: &[], frictions: &[], inputs: &[Row { first: 0, count: 1 }],
+///     shafts: 1, coordinates: 1, held: 0, inputs: 1, frictions: &[],
+///     plan: Plan {
+///         inputs: 2, constants: &[0.0, 1.0, 2.0, -0.5], runs: &[Run { operator: Operator::Multiply, count: 1 }],
+///         operands: &[5, 1], outputs: &[0, 1, 2, 3, 4, 6, 2, 3], tables: &[], numbers: &[],
+///     },
 /// };
 /// let position_loop = PositionLoop { natural_frequency: 10.0, damping_ratio: 1.0 };
 /// let tasks = [Task::Position { shaft: 0, position_loop }];
 /// let law = ComputedTorque { mechanism: body, tasks: &tasks, inputs: &[0], friction_width: None };
-/// let mut memory = [0.0; 13];
+/// let mut memory = [0.0; 21];
 /// assert_eq!(memory.len(), law.memory());
 /// let now = Situation { position: &[0.25], speed: &[3.0], references: &[1.0], disturbances: &[] };
 /// let mut torques = [0.0];
@@ -82,8 +84,8 @@ pub struct ComputedTorque<'a, T> {
 impl<T: Real> ComputedTorque<'_, T> {
     /// Entries of memory that a step needs: those of the mechanism, and with r coordinates, p of them cuts, and m tasks
     /// (r−p)² + 2r + m (r + m + 1).
-    pub const fn memory(&self) -> usize {
-        let (r, m) = (self.mechanism.coordinates.len(), self.tasks.len());
+    pub fn memory(&self) -> usize {
+        let (r, m) = (self.mechanism.coordinates, self.tasks.len());
         let moving = r.saturating_sub(self.mechanism.held);
         let own = [self.mechanism.memory(), moving.saturating_mul(moving), r, r, m.saturating_mul(sum(&[r, m, 1]))];
         sum(&own)
@@ -101,7 +103,7 @@ impl<T: Real> ComputedTorque<'_, T> {
 
     fn solution(&self, now: Situation<'_, T>, memory: &mut [T], torques: &mut [T]) -> Option<()> {
         let (mechanism, m) = (&self.mechanism, self.tasks.len());
-        let columns = mechanism.coordinates.len();
+        let columns = mechanism.coordinates;
         let r = columns.checked_sub(mechanism.held)?;
         let (position, speed) = (now.position.get(..r)?, now.speed.get(..r)?);
         let (references, torques) = (now.references.get(..m)?, torques.get_mut(..m)?);
@@ -117,12 +119,15 @@ impl<T: Real> ComputedTorque<'_, T> {
         let width = m.saturating_add(1);
         let equations = take(&mut rest, m.saturating_mul(width))?;
 
-        known_forces(mechanism, &evaluated, self.friction_width, y, force);
+        known_forces(mechanism, &evaluated, self.friction_width, force);
         for (torque, basis_row) in now.disturbances.iter().zip(evaluated.basis.chunks_exact(columns)) {
             add_scaled(*torque, basis_row, force);
         }
         for (number, input) in self.inputs.iter().zip(inputs.chunks_exact_mut(columns)) {
-            mechanism.sum_of_rows(*mechanism.inputs.get(*number)?, evaluated.basis, input);
+            if *number >= mechanism.inputs {
+                return None;
+            }
+            copy(row(evaluated.inputs, *number, columns), input);
         }
         factor(evaluated.inertia, columns, r, lower)?;
         let y = y.get_mut(..r)?;

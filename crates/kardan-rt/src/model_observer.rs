@@ -1,6 +1,15 @@
 use crate::dense::{add_scaled, at, copy, dot, factor, row, solve_factored, sum};
 use crate::mechanism::{known_forces, take};
-use crate::{Mechanism, Real, Row};
+use crate::{Mechanism, Real};
+
+/// A part of a list of coefficients over the shafts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Row {
+    /// Number of its first entry.
+    pub first: usize,
+    /// How many entries it has.
+    pub count: usize,
+}
 
 /// What a sensor reads of a mechanism: `Σ c q − rest` over the shafts, or `Σ c q̇ − rest`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,12 +47,14 @@ impl<T: Real> Sensor<T> {
 /// [`StateSpace`](crate::StateSpace).
 ///
 /// ```
-/// use kardan_rt::{Mechanism, ModelObserver, Row, Sensor};
+/// use kardan_rt::{Mechanism, ModelObserver, Plan, Row, Sensor};
 /// // A body of 2 kg m² with an encoder; the observer finds an unknown torque of 3 N m on it.
 /// let body = Mechanism {
-///     shafts: 1, held: 0, coordinates: &[0], entries: &[(0, 1.0)], operations: &[], basis: &[1.0],
-///     inertia: &[2.0], damping: &[0.0], stiffness: &[0.0], force: &[0.0],
-///     inertias: &[], dampers: &[], springs: &[], frictions: &[], inputs: &[Row { first: 0, count: 1 }],
+///     shafts: 1, coordinates: 1, held: 0, inputs: 1, frictions: &[],
+///     plan: Plan {
+///         inputs: 2, constants: &[0.0, 1.0, 2.0], runs: &[], operands: &[], outputs: &[0, 1, 2, 3, 4, 2, 2, 3],
+///         tables: &[], numbers: &[],
+///     },
 /// };
 /// let sensors = [Sensor { row: Row { first: 0, count: 1 }, speed: false, rest: 0.0 }];
 /// // Poles of the error at −10, three times: (s + 10)³ = s³ + L_q s² + L_w s + L_d/2.
@@ -53,7 +64,7 @@ impl<T: Real> Sensor<T> {
 ///     mechanism: body, inputs: &[0], sensors: &sensors, entries: &[(0, 1.0)], disturbances: &[0],
 ///     gain: &gain, held: &held, friction_width: None,
 /// };
-/// let mut memory = [0.0; 13];
+/// let mut memory = [0.0; 18];
 /// assert_eq!(memory.len(), observer.memory());
 /// // q = w = 1, d̂ = 3, u = −1; the encoder reads 1.5: e = 0.5.
 /// let mut rates = [0.0; 3];
@@ -84,14 +95,14 @@ pub struct ModelObserver<'a, T> {
 impl<T: Real> ModelObserver<'_, T> {
     /// Number of states: angles and speeds of the r coordinates, then the torques.
     pub const fn states(&self) -> usize {
-        let r = self.mechanism.coordinates.len();
+        let r = self.mechanism.coordinates;
         sum(&[r, r, self.disturbances.len()])
     }
 
-    /// Entries of memory that an evaluation needs: those of the mechanism, r² + 2r, and one for each state.
-    pub const fn memory(&self) -> usize {
-        let r = self.mechanism.coordinates.len();
-        sum(&[self.mechanism.memory(), r.saturating_mul(r), r, r, self.states()])
+    /// Entries of memory that an evaluation needs: those of the mechanism, r² + r, and one for each state.
+    pub fn memory(&self) -> usize {
+        let r = self.mechanism.coordinates;
+        sum(&[self.mechanism.memory(), r.saturating_mul(r), r, self.states()])
     }
 
     /// The derivative of the state, per second, while the inputs apply `torques` (N m) and the sensors read `readings`.
@@ -130,22 +141,23 @@ impl<T: Real> ModelObserver<'_, T> {
 
     /// x̂′ in the memory, if it is finite.
     fn found<'m>(&self, state: &[T], torques: &[T], readings: &[T], memory: &mut &'m mut [T]) -> Option<&'m [T]> {
-        let (r, p) = (self.mechanism.coordinates.len(), self.sensors.len());
+        let (r, p) = (self.mechanism.coordinates, self.sensors.len());
         let (position, rest) = state.split_at_checked(r)?;
         let (speed, disturbing) = rest.split_at_checked(r)?;
         let disturbing = disturbing.get(..self.disturbances.len())?;
         let evaluated = self.mechanism.evaluate_within(position, speed, memory)?;
         let force = take(memory, r)?;
-        let direction = take(memory, r)?;
         let lower = take(memory, r.checked_mul(r)?)?;
         let out = take(memory, self.states())?;
-        known_forces(&self.mechanism, &evaluated, self.friction_width, direction, force);
+        known_forces(&self.mechanism, &evaluated, self.friction_width, force);
         for (shaft, torque) in self.disturbances.iter().zip(disturbing) {
             add_scaled(*torque, row(evaluated.basis, *shaft, r), force);
         }
         for (number, torque) in self.inputs.iter().zip(torques) {
-            self.mechanism.sum_of_rows(*self.mechanism.inputs.get(*number)?, evaluated.basis, direction);
-            add_scaled(*torque, direction, force);
+            if *number >= self.mechanism.inputs {
+                return None;
+            }
+            add_scaled(*torque, row(evaluated.inputs, *number, r), force);
         }
         factor(evaluated.inertia, r, r, lower)?;
         solve_factored(lower, r, force)?;

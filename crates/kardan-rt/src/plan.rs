@@ -81,28 +81,40 @@ pub struct Run {
 }
 
 /// A function given by polynomials between knots; the first and the last hold beyond them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Table<'a, T> {
-    /// Where the pieces meet, rising; one less than there are pieces.
-    pub knots: &'a [T],
-    /// Coefficients of the pieces, constant first, `terms` for each; of each the argument is counted from its `origins`.
-    pub coefficients: &'a [T],
-    /// Where the argument of each piece is zero.
-    pub origins: &'a [T],
+///
+/// Its numbers stand in [`Plan::numbers`], one after the other: the knots, rising, one less than there are pieces; where the argument of each
+/// piece is zero; the coefficients of the pieces, constant first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Table {
+    /// Where its numbers begin.
+    pub first: usize,
+    /// How many pieces it has.
+    pub pieces: usize,
     /// Coefficients of a piece.
     pub terms: usize,
 }
 
-impl<T: Real> Table<'_, T> {
+impl Table {
+    /// How many numbers it has.
+    pub const fn count(&self) -> usize {
+        sum(&[self.pieces.saturating_sub(1), self.pieces, self.pieces.saturating_mul(self.terms)])
+    }
+
     /// The value at x; not finite where the table is not whole.
     #[inline]
-    pub(crate) fn at(&self, x: T) -> T {
-        let piece = self.knots.partition_point(|knot| *knot <= x);
-        let first = piece.saturating_mul(self.terms);
-        let own = self.coefficients.get(first..first.saturating_add(self.terms));
-        let (Some(own), Some(origin)) = (own, self.origins.get(piece)) else { return T::NAN };
-        let x = x - *origin;
-        own.iter().rev().fold(T::ZERO, |value, coefficient| value * x + *coefficient)
+    pub(crate) fn at<T: Real>(&self, numbers: &[T], x: T) -> T {
+        self.found(numbers, x).unwrap_or(T::NAN)
+    }
+
+    fn found<T: Real>(&self, numbers: &[T], x: T) -> Option<T> {
+        let own = numbers.get(self.first..)?;
+        let (knots, own) = own.split_at_checked(self.pieces.checked_sub(1)?)?;
+        let (origins, coefficients) = own.split_at_checked(self.pieces)?;
+        let piece = knots.partition_point(|knot| *knot <= x);
+        let first = piece.checked_mul(self.terms)?;
+        let own = coefficients.get(first..first.checked_add(self.terms)?)?;
+        let x = x - *origins.get(piece)?;
+        Some(own.iter().rev().fold(T::ZERO, |value, coefficient| value * x + *coefficient))
     }
 }
 
@@ -121,6 +133,7 @@ impl<T: Real> Table<'_, T> {
 ///     operands: &[0, 1, 2],
 ///     outputs: &[4],
 ///     tables: &[],
+///     numbers: &[],
 /// };
 /// let mut memory = [0.0; 5];
 /// assert_eq!(memory.len(), plan.memory());
@@ -142,7 +155,9 @@ pub struct Plan<'a, T> {
     /// Where the outputs are.
     pub outputs: &'a [u32],
     /// The tables.
-    pub tables: &'a [Table<'a, T>],
+    pub tables: &'a [Table],
+    /// Their numbers.
+    pub numbers: &'a [T],
 }
 
 #[inline]
@@ -261,7 +276,7 @@ impl<T: Real> Plan<'_, T> {
             }
             Operator::Table => {
                 for (out, [number, x]) in out.iter_mut().zip(operands.as_chunks().0) {
-                    let at = |x| self.tables.get(place(*number)).map_or(T::NAN, |table| table.at(x));
+                    let at = |x| self.tables.get(place(*number)).map_or(T::NAN, |table| table.at(self.numbers, x));
                     *out = value(known, *x).map(at);
                 }
             }

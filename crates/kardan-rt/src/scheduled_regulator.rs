@@ -1,5 +1,5 @@
-use crate::dense::{all_finite, at, sum};
-use crate::mechanism::{centrifugal, take};
+use crate::dense::{all_finite, at, copy, sum};
+use crate::mechanism::take;
 use crate::regulator::Known;
 use crate::{Bounds, Gain, Governor, Health, Mechanism, Real, Regulator, RegulatorMemory, Schedule, Sensor};
 
@@ -58,10 +58,10 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     }
 
     /// Entries of the scratch memory of [`step`](Self::step).
-    pub const fn scratch(&self, states: usize, model: usize, references: usize, commands: usize) -> usize {
-        let (p, c) = (self.sensors.len(), self.mechanism.coordinates.len());
+    pub fn scratch(&self, states: usize, model: usize, references: usize, commands: usize) -> usize {
+        let (p, c) = (self.sensors.len(), self.mechanism.coordinates);
         let width = Self::width(states, model, references, p, commands, c, self.governor_bounds.len());
-        sum(&[width, p, c, c, self.mechanism.memory()])
+        sum(&[width, p, c, self.mechanism.memory()])
     }
 
     /// One sample, as [`Regulator::step`]. `scratch` remembers nothing. With too little of it, or an estimate that is not finite,
@@ -81,14 +81,14 @@ impl<T: Real> ScheduledRegulator<'_, T> {
         scratch: &mut [T],
     ) -> Option<Health> {
         let [n, k, r, m] = [&*memory.estimate, &*memory.model, &*memory.references, &*memory.commands].map(<[T]>::len);
-        let (p, c, g) = (self.sensors.len(), self.mechanism.coordinates.len(), self.governor_bounds.len());
+        let (p, c, g) = (self.sensors.len(), self.mechanism.coordinates, self.governor_bounds.len());
         let mut rest = scratch;
         let numbers = take(&mut rest, Self::width(n, k, r, p, m, c, g))?;
-        let (foreseen, forces, direction) = (take(&mut rest, p)?, take(&mut rest, c)?, take(&mut rest, c)?);
+        let (foreseen, forces) = (take(&mut rest, p)?, take(&mut rest, c)?);
         if !self.schedule.at(at(memory.estimate, self.coordinate), numbers) {
             return None;
         }
-        let looked = self.look(memory.estimate, foreseen, forces, direction, rest);
+        let looked = self.look(memory.estimate, foreseen, forces, rest);
         let mut numbers: &[T] = numbers;
         let mut next = |rows: usize, columns: usize| {
             let (head, tail) = numbers.split_at_checked(rows.checked_mul(columns)?)?;
@@ -114,29 +114,21 @@ impl<T: Real> ScheduledRegulator<'_, T> {
     }
 
     /// What the sensors read at an estimate, and the forces of its speeds; `None` if a number is not finite.
-    fn look(
-        &self,
-        estimate: &[T],
-        foreseen: &mut [T],
-        forces: &mut [T],
-        direction: &mut [T],
-        memory: &mut [T],
-    ) -> Option<()> {
-        forces.fill(T::ZERO);
-        let c = self.mechanism.coordinates.len();
+    fn look(&self, estimate: &[T], foreseen: &mut [T], forces: &mut [T], memory: &mut [T]) -> Option<()> {
+        let c = self.mechanism.coordinates;
         let (position, rest) = estimate.split_at_checked(c)?;
         let evaluated = self.mechanism.evaluate(position, rest.get(..c)?, memory)?;
         for (foreseen, sensor) in foreseen.iter_mut().zip(self.sensors) {
             *foreseen = sensor.reading(self.entries, evaluated.angles, evaluated.speeds);
         }
-        centrifugal(&self.mechanism, &evaluated, direction, forces);
+        copy(evaluated.centrifugal, forces);
         (all_finite(foreseen) && all_finite(forces)).then_some(())
     }
 
     /// Whether the forces change no speed by more than a sixteenth of the largest one in a sample. Beyond that the sample time is
     /// too long to tell what they do, and an estimate that one bad reading made huge would feed itself.
     fn within_a_sample(&self, estimate: &[T], force_input: &Gain<'_, T>, forces: &[T]) -> bool {
-        let c = self.mechanism.coordinates.len();
+        let c = self.mechanism.coordinates;
         let speeds = estimate.iter().skip(c).take(c);
         let largest = speeds.fold(T::ZERO, |max, x| if x.abs() > max { x.abs() } else { max });
         let share = T::ONE / T::count(16);

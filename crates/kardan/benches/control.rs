@@ -233,7 +233,7 @@ fn sia_sample_scheduled_f32(bencher: Bencher) {
 /// The same task on the nonlinear model with a joint angle of 20 deg, state given.
 fn sia_computed_torque<T: Real>(bencher: Bencher, to: impl Fn(f64) -> T + Copy, friction: Option<T>) {
     let variant = variant("sia-steering", 2);
-    let data = MechanismData::new(&variant.reduced).expect("known curves").cast(to);
+    let data = MechanismData::new(&variant.reduced).cast(to);
     let tasks = [
         Task::Torque { shaft: shaft(&variant, "fs") },
         Task::Position { shaft: shaft(&variant, "rk"), position_loop: loops(to) },

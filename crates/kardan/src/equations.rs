@@ -73,9 +73,9 @@ pub trait Curve: fmt::Debug + Send + Sync {
     fn inverse(&self) -> Arc<dyn Curve>;
     /// The constant offset `γ(x) − x` if the curve is exactly a shifted identity, so that it can be treated as linear.
     fn shifted_identity(&self) -> Option<f64>;
-    /// The same curve as the runtime evaluates it, if it knows it.
-    fn block(&self) -> Option<kardan_rt::UniversalJoint<f64>> {
-        None
+    /// Whether its derivatives are the same half a turn later.
+    fn repeats_each_half_turn(&self) -> bool {
+        false
     }
 }
 

@@ -11,10 +11,12 @@ use serde_json::Value;
 
 use super::schemas::printed;
 
-/// 1e15 1/s: no computer gets through a second of it.
+/// 1e15 1/s: with steps of an explicit method no computer gets through a second of it.
 const ENDLESS: &str = "[shaft.a]\ninertia = \"1 kg m^2\"\n[shaft.b]\ninertia = \"1e-9 kg m^2\"\n[spring_damper.d]\nshaft_1 = \"a\"\n\
     shaft_2 = \"b\"\ndamping = \"1e6 N m s/rad\"\n[disturbance.T]\nshaft = \"a\"\n[scenario]\nduration = \"1 s\"\n\
     [[scenario.event]]\nat = \"0 s\"\nsignal = \"T\"\nto = \"1 N m\"\n";
+
+const RUN: [&str; 7] = ["run", "endless.toml", "--method", "taylor", "--json", "--out", "out"];
 
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -78,7 +80,7 @@ fn steps_and_seconds_are_limited() {
         ("time_limit", ["--time-limit", "0.5"], "time limit of 0.5 s"),
     ] {
         let at = folder(name);
-        let arguments = [&["run", "endless.toml", "--json", "--out", "out"][..], &limit[..]].concat();
+        let arguments = [&RUN[..], &limit[..]].concat();
         let out = ended(kardan(&at, &arguments));
         is_marked(&at, &out, cause);
         // Told before the run began, with the element.
@@ -102,7 +104,7 @@ fn steps_and_seconds_are_limited() {
 fn a_signal_ends_a_run_with_what_it_has() {
     for name in ["-INT", "-TERM"] {
         let at = folder(&format!("signal{name}"));
-        let child = kardan(&at, &["run", "endless.toml", "--json", "--out", "out"]);
+        let child = kardan(&at, &RUN);
         // The folder is there before the run begins, and the run has no end of its own.
         while !at.join("out").exists() {
             sleep(Duration::from_millis(20));

@@ -8,9 +8,9 @@
 use core::hint::black_box;
 
 use kardan_rt::{
-    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, PositionLoop, Regulator, RegulatorMemory, Row, Schedule, ScheduledRegulator, Sensor, Situation,
-    StateSpace, Task, UniversalJoint, hold,
+    Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting, Operator,
+    Plan, PositionLoop, Regulator, RegulatorMemory, Row, Run, Schedule, ScheduledRegulator, Sensor, Situation,
+    StateSpace, Table, Task, hold,
 };
 
 // On a computer with an operating system the C library brings the entry point and `memcpy`.
@@ -48,7 +48,7 @@ macro_rules! blocks {
             let x: &[T] = any!([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8]);
             let y: &[T] = any!([0.8, 0.7, 0.6, 0.5]);
             let mut out = [0.0 as T; 16];
-            let mut memory = [0.0 as T; 128];
+            let mut memory = [0.0 as T; 256];
 
             // Gains, loops and bounds.
             let loops = PositionLoop { natural_frequency: black_box(20.0 as T), damping_ratio: black_box(0.7) };
@@ -67,10 +67,6 @@ macro_rules! blocks {
             let bounds = Bounds { torque: black_box(Some(1.3 as T)), change: black_box(Some(0.1)) };
             count(bounds.nearest(black_box(2.0), 1.0).is_finite());
             count(hold(x, any_mut!(out)) == 0);
-            let joint =
-                UniversalJoint { ratio: black_box(0.9 as T), phase_in: black_box(0.1), phase_out: black_box(0.2) };
-            count(joint.at(black_box(1e9 as T)).is_some());
-
             // Linear laws.
             let law = Noninteracting { state_gain: wide, acceleration_gain: square, channels };
             let measured = Measurement { state: x, positions: x, speeds: x, references: x, loads: x };
@@ -112,36 +108,59 @@ macro_rules! blocks {
             // Laws and observers on the nonlinear model.
             let entries = [(0, 1.0 as T), (1, 1.0), (2, 1.0)];
             let row = |first| Row { first: black_box(first), count: black_box(1) };
-            let operations = [Operation {
-                shaft: black_box(2),
-                argument: row(0),
-                constant: black_box(0.0),
-                curve: black_box(Some(joint)),
-                varying: black_box(true),
-            }];
-            let along = [Along { row: row(2), coefficient: black_box(0.5 as T), rest: black_box(0.1) }];
-            let inputs = [row(0), row(1)];
             let numbers = [0usize, 1];
+            // Every operation once, behind four inputs and three constants; no inertia but on the diagonal.
+            let run = |operator| Run { operator, count: black_box(1) };
+            let runs = [
+                run(Operator::Add),
+                run(Operator::Subtract),
+                run(Operator::Multiply),
+                run(Operator::Divide),
+                run(Operator::AddProduct),
+                run(Operator::SubtractProduct),
+                run(Operator::Negate),
+                run(Operator::Absolute),
+                run(Operator::SquareRoot),
+                run(Operator::SineCosine),
+                run(Operator::Tangent),
+                run(Operator::ArcSine),
+                run(Operator::ArcCosine),
+                run(Operator::ArcTangent),
+                run(Operator::ArcTangent2),
+                run(Operator::Exponential),
+                run(Operator::Logarithm),
+                run(Operator::Minimum),
+                run(Operator::Maximum),
+                run(Operator::Select),
+                run(Operator::Table),
+            ];
+            let operands = [
+                0u32, 1, 2, 3, 0, 2, 1, 6, 0, 1, 2, 3, 1, 2, 0, 1, 2, 3, 2, 0, 1, 1, 3, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2,
+                3, 0, 2,
+            ];
+            let outputs = [
+                0u32, 1, 7, 2, 3, 8, 4, 4, 9, 5, 4, 4, 5, 16, 4, 6, 4, 4, 6, 10, 11, 12, 4, 5, 4, 4, 5, 16, 17, 18, 19,
+                20, 21, 22, 23, 24, 25, 26, 27, 28, 13, 14, 15, 4, 4, 4, 4, 4, 4, 4, 5,
+            ];
+            let tables = [Table { first: black_box(0), pieces: black_box(2), terms: black_box(1) }];
+            let plan = Plan {
+                inputs: black_box(4),
+                constants: any!([0.0 as T, 1.0, 2.0]),
+                runs: any!(runs),
+                operands: any!(operands),
+                outputs: any!(outputs),
+                tables: any!(tables),
+                numbers: x,
+            };
             let mechanism = Mechanism {
                 shafts: black_box(3),
+                coordinates: black_box(2),
                 held: black_box(0),
-                coordinates: any!(numbers),
-                entries: any!(entries),
-                operations: any!(operations),
-                basis: any!([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
-                inertia: any!([2.0, 0.1, 0.1, 1.0]),
-                damping: y,
-                stiffness: y,
-                force: x,
-                inertias: any!(along),
-                dampers: any!(along),
-                springs: any!(along),
-                frictions: any!(along),
-                inputs: any!(inputs),
+                inputs: black_box(2),
+                frictions: x,
+                plan,
             };
             count(mechanism.evaluate(x, y, any_mut!(memory)).is_some());
-            count(mechanism.along(row(0), x).is_some());
-            count(mechanism.project(row(0), x, any_mut!(out)));
             let tasks = [
                 Task::Position { shaft: black_box(2), position_loop: loops },
                 Task::Torque { shaft: black_box(1) },
@@ -154,7 +173,7 @@ macro_rules! blocks {
                 friction_width: black_box(Some(0.1)),
             };
             let now = Situation { position: x, speed: y, references: x, disturbances: y };
-            count(law.memory() < black_box(128) && law.torques(now, any_mut!(memory), any_mut!(out)));
+            count(law.memory() < black_box(256) && law.torques(now, any_mut!(memory), any_mut!(out)));
             let sensors = [Sensor { row: row(2), speed: black_box(false), rest: black_box(0.1 as T) }];
             let scheduled = ScheduledRegulator {
                 schedule,
@@ -175,7 +194,7 @@ macro_rules! blocks {
                 commands: any_mut!(commands),
                 work: any_mut!(out),
             };
-            count(scheduled.scratch(2, 2, 2, black_box(2)) < black_box(128));
+            count(scheduled.scratch(2, 2, 2, black_box(2)) < black_box(256));
             count(!scheduled.step(x, y, own, any_mut!(memory)).estimate_kept);
             let observer = ModelObserver {
                 mechanism,

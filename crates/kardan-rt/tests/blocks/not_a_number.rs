@@ -3,9 +3,9 @@
 //! One harness walks all blocks in both precisions: each input in turn is NaN, infinite or huge, at each of some samples.
 
 use kardan_rt::{
-    Along, Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting,
-    Operation, Operator, Plan, PositionLoop, Real, Regulator, RegulatorMemory, Row, Run, Schedule, ScheduledRegulator,
-    Sensor, Situation, StateSpace, Task, UniversalJoint, hold,
+    Bounds, Channel, ComputedTorque, Gain, Governor, Measurement, Mechanism, ModelObserver, Noninteracting, Operator,
+    Plan, PositionLoop, Real, Regulator, RegulatorMemory, Row, Run, Schedule, ScheduledRegulator, Sensor, Situation,
+    StateSpace, Task, hold,
 };
 use std::fmt::Debug;
 
@@ -71,61 +71,63 @@ fn position_loop<T: Number>() -> PositionLoop<T> {
     PositionLoop { natural_frequency: T::of(3.0), damping_ratio: T::of(0.5) }
 }
 
-/// A joint between two bodies, a spring and a damper along the bent shaft, friction, one motor on each body.
+/// Two bodies, one of which drives a third by `y = q + 0.1 sin q`; a spring between the last two, a damper and friction on the third, one motor
+/// on each of the first.
 struct Machine<T> {
     entries: Vec<(usize, T)>,
-    operations: Vec<Operation<T>>,
-    basis: Vec<T>,
-    inertia: Vec<T>,
-    damping: Vec<T>,
-    stiffness: Vec<T>,
-    force: Vec<T>,
-    along: Vec<Along<T>>,
+    constants: Vec<T>,
+    frictions: Vec<T>,
 }
+
+/// The operations behind places 0 to 3 (angles and speeds) and 4 to 9 (constants).
+const RUNS: [Run; 13] = {
+    const fn run(operator: Operator, count: usize) -> Run {
+        Run { operator, count }
+    }
+    [
+        run(Operator::SineCosine, 1), // 10, 11: sin q, cos q
+        run(Operator::Multiply, 2),   // 12, 13: 0.1 sin q, 0.1 cos q
+        run(Operator::Add, 2),        // 14, 15: y, y′
+        run(Operator::Multiply, 3),   // 16, 17, 18: ẏ, w², y′²
+        run(Operator::Multiply, 2),   // 19, 20: 0.1 sin q w², 0.5 y′²
+        run(Operator::Negate, 1),     // 21: the bias of y
+        run(Operator::Add, 1),        // 22: the inertia of q
+        run(Operator::Subtract, 1),   // 23: the twist
+        run(Operator::Multiply, 3),   // 24, 25, 26: 5 twist, 0.5 ẏ, 0.5 bias
+        run(Operator::Multiply, 3),   // 27, 28, 29: times y′
+        run(Operator::Add, 1),        // 30: spring and damper
+        run(Operator::Negate, 2),     // 31, 32: their force, the centrifugal one
+        run(Operator::Add, 1),        // 33: both
+    ]
+};
+#[rustfmt::skip]
+const OPERANDS: [u32; 42] = [
+    0, 6, 10, 6, 11, 0, 12, 5, 13, 15, 2, 2, 2, 15, 15, 12, 17, 9, 18, 19, 7, 20, 14, 1, 8, 23, 9, 16, 9, 21, 15, 24, 15, 25, 15, 26,
+    27, 28, 30, 29, 31, 32,
+];
+const OUTPUTS: [u32; 30] =
+    [0, 1, 14, 2, 3, 16, 4, 4, 21, 5, 4, 4, 5, 15, 4, 22, 4, 4, 5, 33, 24, 32, 4, 5, 4, 4, 5, 15, 4, 16];
 
 impl<T: Number> Machine<T> {
     fn new() -> Self {
-        let joint = UniversalJoint { ratio: T::of(0.8), phase_in: T::of(0.3), phase_out: T::ZERO };
-        let entries = vec![(0, T::ONE), (1, T::ONE), (2, T::ONE)];
-        let row = |first| Row { first, count: 1 };
-        let term = |row, coefficient| Along { row, coefficient: T::of(coefficient), rest: T::of(0.1) };
         Self {
-            entries,
-            operations: vec![Operation {
-                shaft: 2,
-                argument: row(0),
-                constant: T::ZERO,
-                curve: Some(joint),
-                varying: true,
-            }],
-            basis: list([1.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
-            inertia: list([2.0, 0.1, 0.1, 1.0]),
-            damping: list([0.1, 0.0, 0.0, 0.2]),
-            stiffness: list([5.0, -5.0, -5.0, 5.0]),
-            force: list([0.0, 0.0]),
-            along: vec![term(row(2), 0.5)],
+            entries: vec![(0, T::ONE), (1, T::ONE), (2, T::ONE)],
+            constants: list([0.0, 1.0, 0.1, 2.0, 5.0, 0.5]),
+            frictions: list([0.5]),
         }
     }
 
     fn block(&self) -> Mechanism<'_, T> {
-        const INPUTS: [Row; 2] = [Row { first: 0, count: 1 }, Row { first: 1, count: 1 }];
-        Mechanism {
-            shafts: 3,
-            held: 0,
-            coordinates: &[0, 1],
-            entries: &self.entries,
-            operations: &self.operations,
-            basis: &self.basis,
-            inertia: &self.inertia,
-            damping: &self.damping,
-            stiffness: &self.stiffness,
-            force: &self.force,
-            inertias: &self.along,
-            dampers: &self.along,
-            springs: &self.along,
-            frictions: &self.along,
-            inputs: &INPUTS,
-        }
+        let plan = Plan {
+            inputs: 4,
+            constants: &self.constants,
+            runs: &RUNS,
+            operands: &OPERANDS,
+            outputs: &OUTPUTS,
+            tables: &[],
+            numbers: &[],
+        };
+        Mechanism { shafts: 3, coordinates: 2, held: 0, inputs: 2, frictions: &self.frictions, plan }
     }
 }
 
@@ -183,6 +185,7 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                         operands: &[1, 0, 3, 2],
                         outputs: &[5],
                         tables: &[],
+                        numbers: &[],
                     };
                     let mut memory = vec![T::ZERO; plan.memory()];
                     plan.begin(&mut memory);
@@ -198,22 +201,6 @@ fn cases<T: Number>() -> Vec<Case<T>> {
         Keeps::Answer,
         4,
         Box::new(|| Box::new(|x, out| take(position_loop().acceleration(x[0], x[1], x[2], x[3]), out))),
-    );
-    case(
-        "UniversalJoint::at",
-        Keeps::Answer,
-        1,
-        Box::new(|| {
-            Box::new(|x, out| {
-                out.resize(3, T::ZERO);
-                let joint = UniversalJoint { ratio: T::of(0.7), phase_in: T::of(0.2), phase_out: T::of(0.1) };
-                let point = joint.at(x[0]);
-                if let Some(point) = point {
-                    out.copy_from_slice(&[point.value, point.slope, point.curvature]);
-                }
-                point.is_some()
-            })
-        }),
     );
     case(
         "Gain::add_to",
@@ -332,32 +319,15 @@ fn cases<T: Number>() -> Vec<Case<T>> {
                 let mut memory = vec![T::ZERO; mechanism.memory()];
                 let found = mechanism.evaluate(&x[..2], &x[2..], &mut memory);
                 if let Some(now) = found {
-                    *out = [now.angles, now.speeds, now.bias, now.basis, now.inertia, now.passive].concat();
+                    let forces = [now.passive, now.centrifugal, now.friction_speeds];
+                    *out = [
+                        [now.angles, now.speeds, now.bias].concat(),
+                        [now.basis, now.inertia].concat(),
+                        forces.concat(),
+                    ]
+                    .concat();
                 }
                 found.is_some()
-            })
-        }),
-    );
-    case(
-        "Mechanism::along",
-        Keeps::Answer,
-        1,
-        Box::new(|| {
-            let machine = Machine::new();
-            Box::new(move |x, out| {
-                take(machine.block().along(Row { first: 0, count: 3 }, &[T::ONE, T::ONE, x[0]]), out)
-            })
-        }),
-    );
-    case(
-        "Mechanism::project",
-        Keeps::Answer,
-        2,
-        Box::new(|| {
-            let machine = Machine::new();
-            Box::new(move |x, out| {
-                out.resize(2, T::ZERO);
-                machine.block().project(Row { first: 0, count: 1 }, x, out)
             })
         }),
     );

@@ -164,9 +164,8 @@ impl Curve for UniversalJointCurve {
         (self.ratio == 1.0).then_some(self.phase_in - self.phase_out)
     }
 
-    fn block(&self) -> Option<kardan_rt::UniversalJoint<f64>> {
-        let Self { ratio, phase_in, phase_out } = *self;
-        Some(kardan_rt::UniversalJoint { ratio, phase_in, phase_out })
+    fn repeats_each_half_turn(&self) -> bool {
+        true
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use kardan_rt::{Operator, Run};
+use kardan_rt::{Operator, Run, Table};
 
-use super::{Plan, TableData};
+use super::Plan;
 use crate::expr::{Domain, Expr, Floating, Graph, PiecewisePolynomial, Symbol, lower};
 use crate::num::{Rational, rational_to_f64};
 
@@ -123,24 +123,22 @@ pub fn compile(graph: &Graph, inputs: &[Symbol], outputs: &[(String, Expr)]) -> 
     let mut plan = Plan {
         inputs: inputs.iter().map(|symbol| graph.name(*symbol).0.to_owned()).collect(),
         outputs: outputs.iter().map(|(name, _)| name.clone()).collect(),
-        tables: builder.tables.iter().map(rounded).collect(),
         ..Plan::default()
     };
+    builder.tables.iter().for_each(|table| put_rounded(table, &mut plan));
     schedule(&builder, &values, &mut plan);
     Ok(plan)
 }
 
-fn rounded(table: &PiecewisePolynomial) -> TableData {
+/// Adds a table with its numbers.
+fn put_rounded(table: &PiecewisePolynomial, plan: &mut Plan) {
     let terms = table.pieces.iter().map(|(_, coefficients)| coefficients.len()).max().unwrap_or(1);
-    let coefficients = table.pieces.iter().flat_map(|(_, coefficients)| {
+    plan.tables.push(Table { first: plan.numbers.len(), pieces: table.pieces.len(), terms });
+    plan.numbers.extend(table.knots.iter().map(rational_to_f64));
+    plan.numbers.extend(table.pieces.iter().map(|(origin, _)| rational_to_f64(origin)));
+    for (_, coefficients) in &table.pieces {
         let own = coefficients.iter().map(rational_to_f64);
-        own.chain(std::iter::repeat(0.0)).take(terms)
-    });
-    TableData {
-        knots: table.knots.iter().map(rational_to_f64).collect(),
-        origins: table.pieces.iter().map(|(origin, _)| rational_to_f64(origin)).collect(),
-        coefficients: coefficients.collect(),
-        terms,
+        plan.numbers.extend(own.chain(std::iter::repeat(0.0)).take(terms));
     }
 }
 

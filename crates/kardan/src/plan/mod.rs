@@ -42,33 +42,30 @@ pub struct Plan {
     pub(super) runs: Vec<Run>,
     pub(super) operands: Vec<u32>,
     pub(super) places: Vec<u32>,
-    pub(super) tables: Vec<TableData>,
-}
-
-/// A table, owned; see [`Table`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct TableData {
-    pub knots: Vec<f64>,
-    pub origins: Vec<f64>,
-    pub coefficients: Vec<f64>,
-    pub terms: usize,
+    pub(super) tables: Vec<Table>,
+    pub(super) numbers: Vec<f64>,
 }
 
 impl Plan {
-    /// What runs; plans with tables are looked at by [`with_tables`](Self::with_tables).
+    /// What runs.
     pub fn block(&self) -> kardan_rt::Plan<'_, f64> {
-        self.block_with(&[])
+        self.block_of(&self.constants, &self.numbers)
     }
 
-    /// The same with its tables.
-    pub fn with_tables<R>(&self, use_it: impl FnOnce(kardan_rt::Plan<'_, f64>) -> R) -> R {
-        let tables: Vec<Table<'_, f64>> = self.tables.iter().map(TableData::block).collect();
-        use_it(self.block_with(&tables))
+    /// The same with constants and numbers of its tables in another precision.
+    pub fn block_of<'a, T>(&'a self, constants: &'a [T], numbers: &'a [T]) -> kardan_rt::Plan<'a, T> {
+        let Self { runs, operands, places, tables, .. } = self;
+        kardan_rt::Plan { inputs: self.inputs.len(), constants, runs, operands, outputs: places, tables, numbers }
     }
 
-    fn block_with<'a>(&'a self, tables: &'a [Table<'a, f64>]) -> kardan_rt::Plan<'a, f64> {
-        let Self { constants, runs, operands, places, .. } = self;
-        kardan_rt::Plan { inputs: self.inputs.len(), constants, runs, operands, outputs: places, tables }
+    /// Its constants.
+    pub fn constants(&self) -> &[f64] {
+        &self.constants
+    }
+
+    /// The numbers of its tables.
+    pub fn numbers(&self) -> &[f64] {
+        &self.numbers
     }
 
     /// Memory for its evaluations, with its constants.
@@ -109,12 +106,5 @@ impl Plan {
             _ => 1,
         };
         self.runs.iter().map(|run| run.count * weight(run.operator)).sum()
-    }
-}
-
-impl TableData {
-    fn block(&self) -> Table<'_, f64> {
-        let Self { knots, origins, coefficients, terms } = self;
-        Table { knots, origins, coefficients, terms: *terms }
     }
 }

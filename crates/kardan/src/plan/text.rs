@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use kardan_rt::{Operator, Run};
+use kardan_rt::{Operator, Run, Table};
 
+use super::Plan;
 use super::operators::{OPERATORS, word};
-use super::{Plan, TableData};
 
 /// Why a text is no plan.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -26,7 +26,10 @@ impl fmt::Display for Plan {
         }
         for table in &self.tables {
             let numbers = |list: &[f64]| list.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ");
-            let TableData { knots, origins, coefficients, terms } = table;
+            let own = &self.numbers[table.first..][..table.count()];
+            let (knots, own) = own.split_at(table.pieces - 1);
+            let (origins, coefficients) = own.split_at(table.pieces);
+            let terms = table.terms;
             writeln!(out, "table {terms} | {} | {} | {}", numbers(knots), numbers(origins), numbers(coefficients))?;
         }
         let (inputs, constants) = (self.inputs.len(), self.constants.len());
@@ -146,16 +149,12 @@ impl Reader {
             text.split_whitespace().map(number).collect::<Result<Vec<f64>, String>>()
         };
         let terms: usize = terms.trim().parse().map_err(|_| "how many terms has the table?".to_owned())?;
-        let table = TableData {
-            knots: numbers(knots)?,
-            origins: numbers(origins)?,
-            coefficients: numbers(coefficients)?,
-            terms,
-        };
-        if table.origins.len() != table.knots.len() + 1 || table.coefficients.len() != table.origins.len() * terms {
+        let (knots, origins, coefficients) = (numbers(knots)?, numbers(origins)?, numbers(coefficients)?);
+        if origins.len() != knots.len() + 1 || Some(coefficients.len()) != origins.len().checked_mul(terms) {
             return Err("knots, origins and coefficients of the table do not fit together".into());
         }
-        self.plan.tables.push(table);
+        self.plan.tables.push(Table { first: self.plan.numbers.len(), pieces: origins.len(), terms });
+        self.plan.numbers.extend([knots, origins, coefficients].concat());
         Ok(())
     }
 

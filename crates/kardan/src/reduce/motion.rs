@@ -126,7 +126,7 @@ impl Motion {
     }
 
     /// `aᵀK`
-    fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
+    pub(super) fn along(&mut self, row: &[(usize, Rational)]) -> SparseRow {
         let mut entries: BTreeMap<usize, Vec<(Expr, Rational)>> = BTreeMap::new();
         for (shaft, c) in row {
             for (column, entry) in &self.basis[*shaft] {

@@ -129,6 +129,8 @@ pub(super) struct RunningLoop {
     tolerance: f64,
     /// Segments that were, and the evaluations they took.
     segments: Effort,
+    /// Whether the integrator took a step.
+    stepped: bool,
     /// Whether all coefficients of the series of the last step are known.
     complete: bool,
     /// Whether the last step only waited: nothing has changed in it.
@@ -324,6 +326,7 @@ impl RunningLoop {
                 && machine.is_linear(),
             tolerance: tolerance.relative,
             segments: Effort::default(),
+            stepped: false,
             complete: false,
             resting: false,
             machine,
@@ -498,6 +501,7 @@ impl RunningLoop {
             self.due.boundary = end >= self.segment_end;
             return self.tell(progress);
         }
+        self.stepped = true;
         if let Err(error) = self.solver.step(&mut self.machine, end) {
             return Err(self.step_failed(error));
         }
@@ -1014,7 +1018,7 @@ impl RunningLoop {
                 rejected: counts.rejected as usize,
                 evaluations: counts.evaluations as usize + self.segments.evaluations,
                 events: self.located,
-                method: self.solver.method(self.segments.steps > 0 && counts.accepted == 0),
+                method: self.solver.method(self.segments.steps > 0 && !self.stepped),
             },
         }
     }

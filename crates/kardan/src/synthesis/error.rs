@@ -80,7 +80,7 @@ pub enum SynthesisError {
         /// Its relative degree.
         degree: Option<usize>,
     },
-    /// The runtime does not know a transmission.
+    /// A constraint torque that is to be controlled is none of the model.
     #[error("the law cannot run on the nonlinear model: {reason}")]
     NoBlock {
         /// Why.

@@ -82,10 +82,8 @@ fn at(symbols: [Symbol; 3], values: [f64; 3]) -> impl Fn(Symbol) -> f64 {
 fn evaluated(plan: &Plan, inputs: &[f64]) -> f64 {
     let mut memory = plan.memory();
     memory[..inputs.len()].copy_from_slice(inputs);
-    plan.with_tables(|block| {
-        let _ = block.evaluate(&mut memory);
-        block.output(0, &memory).unwrap_or(f64::NAN)
-    })
+    let _ = plan.block().evaluate(&mut memory);
+    plan.block().output(0, &memory).unwrap_or(f64::NAN)
 }
 
 proptest! {
@@ -105,15 +103,13 @@ proptest! {
         // Four lanes: each another point.
         let points: [[f64; 3]; 4] = std::array::from_fn(|lane| x.map(|x| x * (1.0 + 0.125 * lane as f64)));
         let mut memory: Vec<Lanes<f64, 4>> = vec![Lanes([0.0; 4]); plan.memory().len()];
-        let lanes = plan.with_tables(|block| {
-            block.begin(&mut memory);
-            for (k, input) in memory[..3].iter_mut().enumerate() {
-                *input = Lanes(points.map(|point| point[k]));
-            }
-            let _ = block.evaluate(&mut memory);
-            block.output(0, &memory)
-        });
-        if let Some(lanes) = lanes {
+        let block = plan.block();
+        block.begin(&mut memory);
+        for (k, input) in memory[..3].iter_mut().enumerate() {
+            *input = Lanes(points.map(|point| point[k]));
+        }
+        let _ = block.evaluate(&mut memory);
+        if let Some(lanes) = block.output(0, &memory) {
             for (point, lane) in points.iter().zip(lanes.0) {
                 prop_assert_eq!(evaluated(&plan, point).to_bits(), lane.to_bits());
             }

@@ -1,6 +1,7 @@
 //! The closed loop as a differential equation in one set of modes, and the decisions between modes.
 
 mod construction;
+mod derivatives;
 mod expansion;
 mod expressions;
 mod forces;

@@ -363,8 +363,7 @@ fn schedule(
     let reduced = &request.plant.reduced;
     let (mut sensors, entries) = sensors(&straight.observed.readings);
     sensors.iter_mut().zip(offsets).for_each(|(sensor, offset)| sensor.rest += offset);
-    let mechanism =
-        MechanismData::new(reduced).map_err(|why| SynthesisError::NoSchedule { reason: why.to_string() })?;
+    let mechanism = MechanismData::new(reduced);
     let all = |points| ScheduleData { coordinate, points, mechanism, sensors, entries };
     if let Some(points) = request.plant.turned.of(request.values, request.disturbances) {
         return Ok(all(points));

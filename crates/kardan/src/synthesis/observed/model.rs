@@ -62,8 +62,7 @@ impl FullModel<f64> {
         let (sensors, terms) = sensors(readings);
         let states = gain.rows();
         let mut out = Self {
-            data: MechanismData::new(&plant.reduced)
-                .map_err(|why| SynthesisError::NoBlock { reason: why.to_string() })?,
+            data: MechanismData::new(&plant.reduced),
             inputs: law.inputs().iter().map(number).collect(),
             torques: vec![0.0; law.inputs().len()],
             readings: vec![0.0; sensors.len()],

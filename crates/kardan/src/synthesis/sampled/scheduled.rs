@@ -47,8 +47,10 @@ pub(in crate::synthesis) fn turning(reduced: &Reduced) -> Result<usize, String> 
         let own: Vec<bool> = (0..r).map(|k| affine.terms.iter().any(|(shaft, _)| depends[*shaft][k])).collect();
         if let Step::Curve { shaft, curve, .. } = step {
             let name = &reduced.equations.coordinates[*shaft];
-            if curve.block().is_none() {
-                return Err(format!("the transmission that gives the angle of `{name}` is no universal joint"));
+            if !curve.repeats_each_half_turn() {
+                return Err(format!(
+                    "the transmission that gives the angle of `{name}` is another one half a turn later"
+                ));
             }
             for column in (0..r).filter(|k| own[*k]) {
                 let before = *found.get_or_insert(column);
@@ -172,7 +174,7 @@ impl<T: Float> Scheduled<T> {
         let sensor = |sensor: &Sensor<f64>| Sensor { row: sensor.row, speed: sensor.speed, rest: to(sensor.rest) };
         let (width, mechanism) = (rows.first().map_or(0, Vec::len), data.mechanism.cast(to));
         let coordinates = data.points.first().map_or(0, |point| point.on_forces.columns());
-        let scratch = width + data.sensors.len() + 2 * coordinates + mechanism.block().memory();
+        let scratch = width + data.sensors.len() + coordinates + mechanism.block().memory();
         Self {
             rows: T::list(&rows.concat()),
             width,
