@@ -103,7 +103,7 @@ impl Table {
     /// The value at x; not finite where the table is not whole.
     #[inline]
     pub(crate) fn at<T: Real>(&self, numbers: &[T], x: T) -> T {
-        self.found(numbers, x).unwrap_or(T::NAN)
+        self.found(numbers, x).map_or(T::NAN, |y| y)
     }
 
     fn found<T: Real>(&self, numbers: &[T], x: T) -> Option<T> {
